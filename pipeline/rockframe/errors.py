@@ -1,0 +1,40 @@
+"""What the user can mend: each error is one line that says what is wrong, where, and what must be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class RockframeError(Exception):
+    """Base of every error that the user can mend. Not raised itself."""
+
+
+class ParameterError(RockframeError, ValueError):
+    """An argument or option has a value outside what the theory or the data allow."""
+
+
+class InputError(RockframeError):
+    """A file is missing, damaged, or not what it was taken for.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    message : str
+        What is invalid, its value, and what it must be.
+    line : int, optional
+        Line number in the file, counted from 1.
+
+    Examples
+    --------
+    >>> raise InputError("motion.csv", "acceleration 'abc'. Must be a number.", line=12)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: motion.csv:12: acceleration 'abc'. Must be a number.
+    """
+
+    def __init__(self, path: str | Path, message: str, line: int | None = None) -> None:
+        self.path = Path(path)
+        self.reason = message
+        self.line = line
+        where = str(path) if line is None else f"{path}:{line}"
+        super().__init__(f"{where}: {message}")

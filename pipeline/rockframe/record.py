@@ -1,0 +1,122 @@
+"""One component of a strong-motion record, with what is known of its origin."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+
+#: What a record identifier looks like: safe in file names, URLs and shells.
+RECORD_ID: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+class Orientation(IntEnum):
+    """Direction of a component; the values of the flag variable `orientation`."""
+
+    HORIZONTAL = 0
+    VERTICAL = 1
+    UNSTATED = 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    """One component of ground acceleration, evenly sampled. Unknown is NaN or an empty string.
+
+    Parameters
+    ----------
+    record_id : str
+        Identifier: 1 to 64 letters, digits, points, hyphens and underscores.
+    acceleration : array, shape (samples,)
+        Ground acceleration [m s-2]; kept as a read-only copy.
+    time_step : float
+        Interval between samples [s].
+    uncorrected : bool
+        Whether the archive hands it out without baseline correction.
+    component : str
+        The archive's name of the component.
+    orientation : Orientation
+        Horizontal, vertical, or unstated.
+    azimuth : float
+        Direction of positive acceleration, clockwise from north [degree].
+    event, station, network, start_time : str
+        Names as given, and the time of the first sample (ISO 8601, UTC).
+    magnitude : float
+        Magnitude of the event [1].
+    epicentral_distance : float
+        Distance to the epicentre [km].
+    source_file, source_format, source_sha256 : str
+        Name of the file, its format, and its SHA-256.
+    processing : tuple of str
+        What was done to the samples after reading, in order.
+
+    Raises
+    ------
+    ParameterError
+        If the identifier, the samples or the time step are not as said above.
+
+    Examples
+    --------
+    >>> Record(record_id="shake", acceleration=np.array([0.0, 1.0, 0.0]), time_step=0.01).duration
+    0.02
+    """
+
+    record_id: str
+    acceleration: NDArray[np.float64]
+    time_step: float
+    uncorrected: bool = False
+    component: str = ""
+    orientation: Orientation = Orientation.UNSTATED
+    azimuth: float = math.nan
+    event: str = ""
+    station: str = ""
+    network: str = ""
+    start_time: str = ""
+    magnitude: float = math.nan
+    epicentral_distance: float = math.nan
+    source_file: str = ""
+    source_format: str = ""
+    source_sha256: str = ""
+    processing: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not RECORD_ID.fullmatch(self.record_id):
+            raise ParameterError(
+                f"Invalid record identifier {self.record_id!r}. Must be 1 to 64 letters, digits, "
+                "points, hyphens or underscores, and begin with a letter or digit."
+            )
+        samples = np.array(self.acceleration, dtype=np.float64)
+        if samples.ndim != 1 or samples.size < 2:
+            raise ParameterError(
+                f"Invalid acceleration of shape {samples.shape} in record {self.record_id!r}. "
+                "Must be one row of two samples or more."
+            )
+        if not np.isfinite(samples).all():
+            where = int(np.flatnonzero(~np.isfinite(samples))[0])
+            raise ParameterError(
+                f"Invalid acceleration {samples[where]} at sample {where} of record "
+                f"{self.record_id!r}. Must be finite."
+            )
+        if not (math.isfinite(self.time_step) and self.time_step > 0.0):
+            raise ParameterError(
+                f"Invalid time step {self.time_step!r} s of record {self.record_id!r}. "
+                "Must be positive and finite."
+            )
+        samples.flags.writeable = False
+        object.__setattr__(self, "acceleration", samples)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the samples since the first one [s], shape (samples,)."""
+        return self.time_step * np.arange(self.acceleration.size)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return self.time_step * (self.acceleration.size - 1)

@@ -1,0 +1,182 @@
+"""What shakes the frame: a ground acceleration that is a polynomial in each of its intervals.
+
+One form for both kinds of input: a sampled record is piecewise linear (degree 1), a continuous
+pulse is interpolated to round-off by polynomials of higher degree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.wavelets import Pulse
+
+Float = NDArray[np.float64]
+
+#: Degree and number of intervals a period at which a Ricker pulse is exact to round-off.
+_PULSE_DEGREE: Final = 5
+_PULSE_INTERVALS: Final = 200
+
+
+@dataclass(frozen=True, eq=False)
+class GroundAcceleration:
+    """Horizontal ground acceleration, piecewise polynomial on intervals of equal length.
+
+    Parameters
+    ----------
+    coefficients : array, shape (intervals, degree + 1)
+        Acceleration [m s-2] in powers of the time since the start of each interval [s].
+    time_step : float
+        Length of an interval [s].
+    start_time : float
+        Time of the first node [s]. Before it and after the last node the ground is still.
+    """
+
+    coefficients: Float
+    time_step: float
+    start_time: float = 0.0
+
+    @classmethod
+    def from_samples(
+        cls, acceleration: ArrayLike, time_step: float, start_time: float = 0.0
+    ) -> Self:
+        """Join samples by straight lines.
+
+        Parameters
+        ----------
+        acceleration : array_like, shape (samples,)
+            Ground acceleration [m s-2].
+        time_step, start_time : float
+            Interval between samples and time of the first one [s].
+
+        Raises
+        ------
+        ParameterError
+            If there are fewer than two samples, one is not finite, or the time step not positive.
+
+        Examples
+        --------
+        >>> GroundAcceleration.from_samples([0.0, 2.0, 1.0], 0.5).coefficients.tolist()
+        [[0.0, 4.0], [2.0, -2.0]]
+        """
+        samples = np.asarray(acceleration, dtype=np.float64)
+        if samples.ndim != 1 or samples.size < 2:
+            raise ParameterError(
+                f"Invalid acceleration of shape {samples.shape}. Must be one row of two samples "
+                "or more."
+            )
+        if not np.isfinite(samples).all():
+            where = int(np.flatnonzero(~np.isfinite(samples))[0])
+            raise ParameterError(
+                f"Invalid acceleration {samples[where]} at sample {where}. Must be finite."
+            )
+        _check_step(time_step)
+        slopes = np.diff(samples) / time_step
+        return cls(np.column_stack([samples[:-1], slopes]), time_step, start_time)
+
+    @classmethod
+    def from_function(
+        cls,
+        acceleration: Callable[[Float], Float],
+        start_time: float,
+        end_time: float,
+        *,
+        intervals: int,
+        degree: int,
+    ) -> Self:
+        """Interpolate a function that is smooth within each interval, at Chebyshev points.
+
+        Parameters
+        ----------
+        acceleration : callable
+            Ground acceleration [m s-2] of an array of times [s].
+        start_time, end_time : float
+            Where it begins and ends [s].
+        intervals, degree : int
+            Number of equal intervals; degree of the polynomial in each.
+
+        Raises
+        ------
+        ParameterError
+            If the end is not after the start, or there is no interval.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> pull = GroundAcceleration.from_function(np.sin, 0.0, np.pi, intervals=20, degree=9)
+        >>> bool(np.allclose(pull.acceleration(), np.sin(pull.time), rtol=0, atol=1e-14))
+        True
+        """
+        if not (end_time > start_time and intervals >= 1):
+            raise ParameterError(
+                f"Invalid span from {start_time!r} to {end_time!r} s in {intervals!r} intervals. "
+                "Must be a positive span and at least one interval."
+            )
+        step = (end_time - start_time) / intervals
+        points = 0.5 * (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)))
+        starts = start_time + step * np.arange(intervals)
+        values = acceleration(starts[:, None] + step * points)
+        scaled = np.linalg.solve(np.vander(points, increasing=True), values.T).T
+        return cls(scaled / step ** np.arange(degree + 1), step, start_time)
+
+    @classmethod
+    def from_pulse(cls, pulse: Pulse) -> Self:
+        """Take a pulse over all the time in which it is not zero to round-off.
+
+        Parameters
+        ----------
+        pulse : Pulse
+            The pulse; nodes fall on every hundredth of its period from 3 periods before its centre
+            to 3 after it.
+
+        Examples
+        --------
+        >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=2.0)
+        >>> GroundAcceleration.from_pulse(pulse).start_time
+        -6.0
+        """
+        periods = math.ceil(pulse.mother.reach)
+        return cls.from_function(
+            pulse.acceleration,
+            pulse.time - periods * pulse.T_p,
+            pulse.time + periods * pulse.T_p,
+            intervals=2 * periods * _PULSE_INTERVALS,
+            degree=_PULSE_DEGREE,
+        )
+
+    @property
+    def time(self) -> Float:
+        """Times of the nodes [s], shape (intervals + 1,)."""
+        return self.start_time + self.time_step * np.arange(self.coefficients.shape[0] + 1)
+
+    def acceleration(self) -> Float:
+        """Acceleration at the nodes [m s-2], shape (intervals + 1,)."""
+        last = np.polynomial.polynomial.polyval(self.time_step, self.coefficients[-1])
+        return np.append(self.coefficients[:, 0], last)
+
+    def followed_by_rest(self, duration: float) -> Self:
+        """Return the same motion with the ground still for at least `duration` [s] after it.
+
+        Raises
+        ------
+        ParameterError
+            If the duration is negative or not finite.
+        """
+        if not (math.isfinite(duration) and duration >= 0.0):
+            raise ParameterError(f"Invalid duration {duration!r} s. Must be zero or positive.")
+        intervals = math.ceil(duration / self.time_step)
+        still = np.zeros((intervals, self.coefficients.shape[1]))
+        return type(self)(
+            np.concatenate([self.coefficients, still]), self.time_step, self.start_time
+        )
+
+
+def _check_step(time_step: float) -> None:
+    if not (math.isfinite(time_step) and time_step > 0.0):
+        raise ParameterError(f"Invalid time step {time_step!r} s. Must be positive and finite.")

@@ -1,0 +1,453 @@
+"""The rocking kernel: eq (26) with eq (43) at each impact, integrated to round-off.
+
+Plain arrays in, plain arrays out, no checks: `rockframe.rocking.response` is the shell around it.
+All jitted functions live in this one file because numba's cache does not see a change in another.
+
+Within an interval the ground acceleration is a polynomial in time, so the rotation has a Taylor
+series whose coefficients follow from a recurrence. Uplift, impact, peak and overturning are roots
+of these polynomials, found to round-off.
+
+Symbols are those of the paper: theta [rad], omega its rate [rad s-1], s = sgn(theta), 0 at rest;
+alpha the slenderness [rad], p_hat the frequency parameter [rad s-1].
+
+Only `integrate` touches arrays. The functions below it pass numbers and tuples: an array passed
+down costs two atomic operations a call, which at first took 80 % of the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final, TypeAlias, TypeVar
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+F = TypeVar("F", bound=Callable[..., Any])
+#: Coefficients of a polynomial of degree 7, the constant term first.
+Polynomial: TypeAlias = tuple[float, float, float, float, float, float, float, float]
+
+# Outcomes, the values of the flag variable `verdict`.
+NO_UPLIFT: Final = 0
+SAFE: Final = 1
+OVERTURNED: Final = 2
+
+# Slots of the summary array.
+PEAK: Final = 0  # largest |theta| [rad]
+PEAK_TIME: Final = 1  # when [s]; NaN if after the end of the motion
+UPLIFT_TIME: Final = 2  # first uplift [s], NaN if none
+OVERTURNING_TIME: Final = 3  # |theta| = pi/2 [s], NaN if never
+IMPACTS: Final = 4  # their number
+SUMMARY_SIZE: Final = 5
+
+#: After an impact slower than this share of p_hat, with the ground too weak to uplift, the frame
+#: is at rest. Impacts follow each other in a geometric series, so their number depends on it.
+REST_VELOCITY_RATIO: Final = 1e-10
+#: Highest degree of the ground acceleration that the series of theta can follow.
+MAX_GROUND_DEGREE: Final = 5
+
+#: Largest (rate x step) of one Taylor step, longer intervals are divided: the first term that is
+#: left out of the series of degree 7 is then below 1e-17 of the scale of the solution.
+_MAX_STRIDE: Final = 0.028
+#: Relative size of the last Newton step; its error is the square of it, so round-off.
+_ROOT_TOLERANCE: Final = 1e-13
+#: A frame balanced on the barrier to round-off is left falling after so many steps, no time given.
+_MAX_TAIL: Final = 100_000
+_HALF_PI: Final = math.pi / 2.0
+_NEVER: Final = -1.0
+
+# How a step starts: what vanishes exactly at its first instant.
+_MOVING: Final = 0  # nothing, or the rotation alone, after an impact
+_FROM_REST: Final = 1  # rotation and rate; the ground is already beyond the uplift acceleration
+_FROM_UPLIFT: Final = 2  # their derivative too; the ground passes the uplift acceleration now
+
+# How a step ends.
+_ALOFT: Final = 0
+_LANDED: Final = 1
+_FALLEN: Final = 2
+
+
+def _jit(function: F) -> F:
+    """Compile, with numba's cache on disk where one can be written."""
+    try:
+        compiled = numba.njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:  # no folder to cache in: a read-only installation
+        compiled = numba.njit(error_model="numpy")(function)
+    return compiled  # type: ignore[no-any-return]
+
+
+@_jit
+def _derivatives(c: Polynomial, t: float) -> tuple[float, float, float, float]:
+    """Value and first three derivatives of a polynomial at t."""
+    c0, c1, c2, c3, c4, c5, c6, c7 = c
+    value = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * (c6 + t * c7))))))
+    d1 = c1 + t * (
+        2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5 + t * (6.0 * c6 + t * 7.0 * c7))))
+    )
+    d2 = 2.0 * c2 + t * (
+        6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5 + t * (30.0 * c6 + t * 42.0 * c7)))
+    )
+    d3 = 6.0 * c3 + t * (24.0 * c4 + t * (60.0 * c5 + t * (120.0 * c6 + t * 210.0 * c7)))
+    return value, d1, d2, d3
+
+
+@_jit
+def _shift(a: Polynomial, t: float) -> Polynomial:
+    """The ground's polynomial, of degree 5 at most, about t (repeated synthetic division)."""
+    a0, a1, a2, a3, a4, a5, _, _ = a
+    a4 += t * a5
+    a3 += t * a4
+    a2 += t * a3
+    a1 += t * a2
+    a0 += t * a1
+    a4 += t * a5
+    a3 += t * a4
+    a2 += t * a3
+    a1 += t * a2
+    a4 += t * a5
+    a3 += t * a4
+    a2 += t * a3
+    a4 += t * a5
+    a3 += t * a4
+    a4 += t * a5
+    return a0, a1, a2, a3, a4, a5, 0.0, 0.0
+
+
+@_jit
+def _root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess: float) -> float:
+    """Root in (a, b] of the derivative-th derivative minus level; its sign changes in between.
+
+    Newton's method from a guess, kept inside a bracket that bisection shrinks whenever a step
+    would leave it or converges too slowly.
+    """
+    end = _derivatives(c, b)[derivative] - level
+    if end == 0.0:
+        return b
+    t = guess if a < guess < b else 0.5 * (a + b)
+    last = b - a
+    for _ in range(200):
+        at_t = _derivatives(c, t)
+        value = at_t[derivative] - level
+        if value == 0.0:
+            return t
+        if (value > 0.0) == (end > 0.0):
+            b = t
+        else:
+            a = t
+        slope = at_t[derivative + 1]
+        new = t - value / slope if slope != 0.0 else a
+        step = abs(new - t)
+        if not (a <= new <= b) or step > 0.5 * last:
+            new = 0.5 * (a + b)
+            step = abs(new - t)
+        t = new
+        last = step
+        if step <= _ROOT_TOLERANCE * t:
+            return t
+    return t
+
+
+@_jit
+def _marks(
+    c: Polynomial, h: float, slope_0: float, slope_h: float, bend_0: float, bend_h: float
+) -> tuple[float, float, float, float]:
+    """Ends of the pieces of [0, h] on which a polynomial is monotone; an empty piece ends at 0.
+
+    `slope_0` and `bend_0` give the signs of the first and second derivatives just after 0. The
+    second derivative is taken to change sign at most once in so short an interval.
+    """
+    middle = h
+    slope_middle = slope_h
+    if bend_0 * bend_h < 0.0:
+        middle = _root(c, 2, 0.0, 0.0, h, _NEVER)
+        slope_middle = _derivatives(c, middle)[1]
+    one = 0.0
+    two = 0.0
+    if slope_0 * slope_middle < 0.0:
+        one = _root(c, 1, 0.0, 0.0, middle, -slope_0 / bend_0)
+    if slope_middle * slope_h < 0.0:
+        two = _root(c, 1, 0.0, middle, h, _NEVER)
+    return one, two, h, h
+
+
+@_jit
+def _first_exceedance(a: Polynomial, limit: float, h: float) -> float:
+    """First time in [0, h] at which |a| exceeds limit, given |a(0)| <= limit."""
+    _, slope_0, bend_0, _ = _derivatives(a, 0.0)
+    _, slope_h, bend_h, _ = _derivatives(a, h)
+    left = 0.0
+    for right in _marks(a, h, slope_0, slope_h, bend_0, bend_h):
+        if right > left:
+            value = _derivatives(a, right)[0]
+            if abs(value) > limit:
+                return _root(a, 0, math.copysign(limit, value), left, right, _NEVER)
+            left = right
+    return _NEVER
+
+
+@_jit
+def _series(
+    theta: float, omega: float, s: float, a: Polynomial, alpha: float, p2: float, start: int
+) -> Polynomial:
+    """Taylor coefficients of theta from eq (26), the ground acceleration a [g] a polynomial.
+
+    With psi = alpha s - theta, omega, sin(psi) and cos(psi) have the coefficients w, s and k:
+    omega' = -p2 (sin + a cos), sin' = -cos omega, cos' = sin omega. Written out so that all of it
+    stays in registers; in each sum the newest term comes last, so that none waits for another.
+    """
+    a0, a1, a2, a3, a4, a5, _, _ = a
+    w0 = omega
+    s0 = math.sin(alpha * s - theta)
+    k0 = math.sqrt(1.0 - s0 * s0)  # psi is within +-pi/2
+    w1 = -p2 * (s0 + a0 * k0)
+    if start == _FROM_UPLIFT:
+        w1 = 0.0  # the two terms cancel at this instant; keep round-off from starting it
+    s1 = -k0 * w0
+    k1 = s0 * w0
+    w2 = -p2 / 2.0 * (a1 * k0 + s1 + a0 * k1)
+    s2 = -1.0 / 2.0 * (k0 * w1 + k1 * w0)
+    k2 = 1.0 / 2.0 * (s0 * w1 + s1 * w0)
+    w3 = -p2 / 3.0 * (a2 * k0 + a1 * k1 + s2 + a0 * k2)
+    s3 = -1.0 / 3.0 * (k1 * w1 + k0 * w2 + k2 * w0)
+    k3 = 1.0 / 3.0 * (s1 * w1 + s0 * w2 + s2 * w0)
+    w4 = -p2 / 4.0 * (a3 * k0 + a2 * k1 + a1 * k2 + s3 + a0 * k3)
+    s4 = -1.0 / 4.0 * (k2 * w1 + k1 * w2 + k0 * w3 + k3 * w0)
+    k4 = 1.0 / 4.0 * (s2 * w1 + s1 * w2 + s0 * w3 + s3 * w0)
+    w5 = -p2 / 5.0 * (a4 * k0 + a3 * k1 + a2 * k2 + a1 * k3 + s4 + a0 * k4)
+    s5 = -1.0 / 5.0 * (k3 * w1 + k2 * w2 + k1 * w3 + k0 * w4 + k4 * w0)
+    k5 = 1.0 / 5.0 * (s3 * w1 + s2 * w2 + s1 * w3 + s0 * w4 + s4 * w0)
+    w6 = -p2 / 6.0 * (a5 * k0 + a4 * k1 + a3 * k2 + a2 * k3 + a1 * k4 + s5 + a0 * k5)
+    return theta, w0, w1 / 2.0, w2 / 3.0, w3 / 4.0, w4 / 5.0, w5 / 6.0, w6 / 7.0
+
+
+@_jit
+def _flight(
+    c: Polynomial, s: float, h: float, start: int
+) -> tuple[int, float, float, float, float, float]:
+    """Follow one Taylor step to its first impact or overturning, or else to its end h.
+
+    Returns how it ends, when within the step, theta and omega then, the largest |theta| on the way
+    and when. Theta is monotone on each piece between marks, so that a change of sign there is the
+    one root.
+    """
+    theta_h, omega_h, bend_h, _ = _derivatives(c, h)
+    omega_0 = c[1] if start == _MOVING else s
+    bend_0 = s if start == _FROM_UPLIFT else c[2]
+    if (
+        s * theta_h > 0.0
+        and abs(theta_h) < _HALF_PI
+        and omega_0 * omega_h > 0.0
+        and bend_0 * bend_h > 0.0
+    ):
+        return _ALOFT, h, theta_h, omega_h, abs(theta_h), h
+    peak = 0.0
+    peak_time = 0.0
+    left = 0.0
+    for right in _marks(c, h, omega_0, omega_h, bend_0, bend_h):
+        if right <= left:
+            continue
+        theta = _derivatives(c, right)[0]
+        if s * theta <= 0.0:
+            # a flight that started at 0 is nearly a parabola: it lands at twice its peak's time
+            guess = 2.0 * left if c[0] == 0.0 else _NEVER
+            t = _root(c, 0, 0.0, left, right, guess)
+            return _LANDED, t, 0.0, _derivatives(c, t)[1], peak, peak_time
+        if abs(theta) >= _HALF_PI:
+            t = _root(c, 0, s * _HALF_PI, left, right, _NEVER)
+            return _FALLEN, t, s * _HALF_PI, _derivatives(c, t)[1], _HALF_PI, t
+        if abs(theta) > peak:
+            peak = abs(theta)
+            peak_time = right
+        left = right
+    return _ALOFT, h, theta_h, omega_h, peak, peak_time
+
+
+@_jit
+def _free_rocking(
+    theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
+) -> tuple[bool, float]:
+    """Whether the frame overturns freely from this state, and if not the largest |theta| to come.
+
+    The exact energy verdict: E = omega^2/2 + p_hat^2 cos(alpha - |theta|) is kept between impacts,
+    p_hat^2 is the barrier at |theta| = alpha, and an impact takes (1 - restitution^2) of the
+    kinetic energy. What is computed is E - p_hat^2, without its cancellation near the barrier.
+    """
+    if s == 0.0:
+        return False, 0.0
+    p2 = p_hat * p_hat
+    barrier = 2.0 * p2 * math.sin(0.5 * alpha) ** 2
+    excess = 0.5 * omega * omega - 2.0 * p2 * math.sin(0.5 * (alpha - abs(theta))) ** 2
+    outward = s * omega >= 0.0
+    if abs(theta) >= alpha and (outward or excess < 0.0):
+        return True, _HALF_PI
+    if not outward:  # over to the other side, with what the impact leaves
+        excess = restitution * restitution * (excess + barrier) - barrier
+    if excess >= 0.0:
+        return True, _HALF_PI
+    return False, alpha - 2.0 * math.asin(math.sqrt(-excess / (2.0 * p2)))
+
+
+@_jit
+def integrate(
+    ground: Float,
+    time_step: float,
+    start_time: float,
+    alpha: float,
+    p_hat: float,
+    restitution: float,
+    theta_0: float,
+    omega_0: float,
+    thetas: Float,
+    omegas: Float,
+    impacts: Float,
+    summary: Float,
+) -> int:
+    """Integrate eq (26) with eq (43) over a ground motion and give the verdict.
+
+    Parameters
+    ----------
+    ground : array, shape (intervals, degree + 1)
+        Ground acceleration [g] as a polynomial, of degree 5 at most, in the time since each
+        interval's start [s].
+    time_step, start_time : float
+        Length of an interval, time of the first node [s].
+    alpha, p_hat, restitution : float
+        Slenderness [rad], frequency parameter [rad s-1], velocity ratio of an impact, sqrt(r).
+    theta_0, omega_0 : float
+        Rotation [rad] and its rate [rad s-1] at the start.
+    thetas, omegas : array, shape (intervals + 1,)
+        Filled with the state at the nodes; NaN after overturning.
+    impacts : array, shape (kept, 2)
+        Filled with the first impacts' times [s] and the rates just before them [rad s-1].
+    summary : array, shape (SUMMARY_SIZE,)
+        Filled with what the named slots say.
+
+    Returns
+    -------
+    int
+        NO_UPLIFT, SAFE or OVERTURNED.
+    """
+    intervals, coefficients = ground.shape
+    strongest = 0.0
+    for i in range(intervals):
+        strongest = max(strongest, abs(ground[i, 0]))
+    limit = math.tan(alpha)
+    p2 = p_hat * p_hat
+    # each derivative of theta grows by at most about this rate
+    rate = p_hat * math.sqrt(1.0 + strongest)
+    pieces = max(1, math.ceil(rate * time_step / _MAX_STRIDE))
+    h = time_step / pieces
+
+    theta = theta_0
+    omega = omega_0
+    s = np.sign(theta) if theta != 0.0 else np.sign(omega)
+    peak = abs(theta)
+    peak_time = start_time if s != 0.0 else math.nan
+    uplift_time = start_time if s != 0.0 else math.nan
+    overturning_time = math.nan
+    count = 0
+    verdict = NO_UPLIFT
+    thetas[0] = theta
+    omegas[0] = omega
+    a = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    i = 0
+    while True:
+        if i >= intervals:  # the ground is still: the energy decides
+            overturns, to_come = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
+            if not overturns:
+                if i == intervals and not math.isnan(uplift_time):
+                    verdict = SAFE
+                if to_come > peak:
+                    peak = to_come
+                    peak_time = math.nan
+                break
+            verdict = OVERTURNED  # follow the fall for the time of overturning
+            if i - intervals > _MAX_TAIL:
+                break
+            pieces = 1
+            h = _MAX_STRIDE / p_hat
+            a = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            time = start_time + intervals * time_step + (i - intervals) * h
+        else:
+            time = start_time + i * time_step
+            if s == 0.0:
+                largest = 0.0
+                for j in range(coefficients - 1, -1, -1):
+                    largest = largest * time_step + abs(ground[i, j])
+                if largest <= limit:
+                    thetas[i + 1] = 0.0
+                    omegas[i + 1] = 0.0
+                    i += 1
+                    continue
+            a = (
+                ground[i, 0],
+                ground[i, 1] if coefficients > 1 else 0.0,
+                ground[i, 2] if coefficients > 2 else 0.0,
+                ground[i, 3] if coefficients > 3 else 0.0,
+                ground[i, 4] if coefficients > 4 else 0.0,
+                ground[i, 5] if coefficients > 5 else 0.0,
+                0.0,
+                0.0,
+            )
+        for k in range(pieces):
+            elapsed = k * h
+            end = elapsed + h
+            start = _MOVING
+            while elapsed < end:
+                now = _shift(a, elapsed)
+                if s == 0.0:
+                    start = _FROM_REST
+                    if abs(now[0]) <= limit:
+                        wait = _first_exceedance(now, limit, end - elapsed)
+                        if wait == _NEVER or elapsed + wait >= end:
+                            break
+                        elapsed += wait
+                        now = _shift(a, elapsed)
+                        start = _FROM_UPLIFT
+                    s = -1.0 if now[0] > 0.0 else 1.0
+                    if math.isnan(uplift_time):
+                        uplift_time = time + elapsed
+                c = _series(theta, omega, s, now, alpha, p2, start)
+                ended, t, theta, omega, high, high_time = _flight(c, s, end - elapsed, start)
+                if high > peak:
+                    peak = high
+                    peak_time = time + elapsed + high_time
+                elapsed += t
+                if ended == _ALOFT:
+                    break
+                if ended == _FALLEN:
+                    overturning_time = time + elapsed
+                    break
+                start = _MOVING
+                if count < impacts.shape[0]:
+                    impacts[count, 0] = time + elapsed
+                    impacts[count, 1] = omega
+                count += 1
+                omega *= restitution
+                s = -s
+                if abs(omega) < REST_VELOCITY_RATIO * p_hat:
+                    if abs(_derivatives(a, elapsed)[0]) <= limit:
+                        omega = 0.0
+                    if omega == 0.0:
+                        s = 0.0
+            if not math.isnan(overturning_time):
+                break
+        i += 1
+        if not math.isnan(overturning_time):
+            verdict = OVERTURNED
+            for j in range(i, intervals + 1):
+                thetas[j] = math.nan
+                omegas[j] = math.nan
+            break
+        if i <= intervals:
+            thetas[i] = theta
+            omegas[i] = omega
+
+    summary[PEAK] = peak
+    summary[PEAK_TIME] = peak_time
+    summary[UPLIFT_TIME] = uplift_time
+    summary[OVERTURNING_TIME] = overturning_time
+    summary[IMPACTS] = count
+    return verdict

@@ -1,0 +1,196 @@
+"""Response of a frame to a ground motion: the shell around the kernel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking import kernel
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+Float = NDArray[np.float64]
+
+#: So many impacts are kept with their times; all are counted.
+_LOGGED_IMPACTS = 256
+
+
+class Verdict(IntEnum):
+    """What became of the frame; the values of the flag variable `verdict`."""
+
+    NO_UPLIFT = kernel.NO_UPLIFT
+    SAFE = kernel.SAFE
+    OVERTURNED = kernel.OVERTURNED
+    UNDECIDED = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Histories of a frame's rocking and what became of it.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    time, theta, omega : array, shape (nodes,)
+        Time [s], rotation [rad] and its rate [rad s-1]; NaN after overturning. The rate at an
+        impact is the one after it.
+    verdict : Verdict
+        Overturned means that the rotation reaches pi/2, during the motion or freely after it.
+    peak_rotation : float
+        Largest absolute rotation [rad], free rocking after the record's end included.
+    peak_time : float
+        When [s]; NaN if it is reached after the end of the motion or never.
+    uplift_time, overturning_time : float
+        First uplift and overturning [s]; NaN if there is none.
+    impacts : int
+        Number of impacts during the motion; the last ones before rest, slower than
+        1e-10 p-hat, are cut off.
+    impact_times, impact_velocities : array
+        The first 256 impacts: time [s] and rate just before [rad s-1].
+    """
+
+    frame: RockingFrame
+    time: Float
+    theta: Float
+    omega: Float
+    verdict: Verdict
+    peak_rotation: float
+    peak_time: float
+    uplift_time: float
+    overturning_time: float
+    impacts: int
+    impact_times: Float
+    impact_velocities: Float
+
+    @property
+    def u(self) -> Float:
+        """Horizontal displacement of the beam relative to the ground [m], eq (7)."""
+        return self.frame.horizontal_displacement(self.theta)
+
+    @property
+    def v(self) -> Float:
+        """Vertical lift of the beam [m], eq (10)."""
+        return self.frame.vertical_displacement(self.theta)
+
+    @property
+    def peak_rotation_ratio(self) -> float:
+        """Largest |theta| / alpha [1]."""
+        return self.peak_rotation / self.frame.slenderness
+
+    @property
+    def peak_u(self) -> float:
+        """Largest |u| [m]; u grows with |theta| all the way to overturning."""
+        return abs(float(self.frame.horizontal_displacement(self.peak_rotation)))
+
+    @property
+    def peak_v(self) -> float:
+        """Largest v [m]; the beam is highest at |theta| = alpha."""
+        highest = min(self.peak_rotation, self.frame.slenderness)
+        return float(self.frame.vertical_displacement(highest))
+
+
+def respond(
+    frame: RockingFrame,
+    motion: Record | Pulse | GroundAcceleration,
+    *,
+    initial_rotation: float = 0.0,
+    initial_velocity: float = 0.0,
+    free_rocking: float = 0.0,
+) -> Response:
+    """Integrate eq (26) with eq (43) at each impact.
+
+    Positive ground acceleration starts rotation with theta < 0 (the frame lags behind).
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    motion : Record, Pulse or GroundAcceleration
+        Ground acceleration. Samples of a record are joined by straight lines; a pulse is taken as
+        the continuous function.
+    initial_rotation, initial_velocity : float
+        Rotation [rad] and its rate [rad s-1] at the start.
+    free_rocking : float
+        Go on with the histories for so long after the end of the motion [s]. The verdict does not
+        need it: once the ground is still it follows from the energy exactly.
+
+    Returns
+    -------
+    Response
+        Histories at the nodes of the motion, and the verdict.
+
+    Raises
+    ------
+    ParameterError
+        If the motion or the initial state is not finite, or the frame already overturned.
+
+    Notes
+    -----
+    Makris and Vassiliou (2013), eqs (26), (36), (43).
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> response = respond(bent, pulse)
+    >>> response.verdict.name, round(response.peak_rotation_ratio, 4)
+    ('SAFE', 0.6517)
+    """
+    ground = _as_ground(motion).followed_by_rest(free_rocking)
+    if not (math.isfinite(initial_rotation) and abs(initial_rotation) < 0.5 * math.pi):
+        raise ParameterError(
+            f"Invalid initial_rotation {initial_rotation!r} rad. Must be within +-pi/2."
+        )
+    if not math.isfinite(initial_velocity):
+        raise ParameterError(f"Invalid initial_velocity {initial_velocity!r}. Must be finite.")
+    time = ground.time
+    theta = np.empty(time.size)
+    omega = np.empty(time.size)
+    impact_log = np.empty((_LOGGED_IMPACTS, 2))
+    summary = np.empty(kernel.SUMMARY_SIZE)
+    verdict = kernel.integrate(
+        ground.coefficients / GRAVITY,
+        ground.time_step,
+        ground.start_time,
+        frame.slenderness,
+        frame.effective_frequency_parameter,
+        frame.restitution,
+        initial_rotation,
+        initial_velocity,
+        theta,
+        omega,
+        impact_log,
+        summary,
+    )
+    impacts = int(summary[kernel.IMPACTS])
+    return Response(
+        frame=frame,
+        time=time,
+        theta=theta,
+        omega=omega,
+        verdict=Verdict(verdict),
+        peak_rotation=float(summary[kernel.PEAK]),
+        peak_time=float(summary[kernel.PEAK_TIME]),
+        uplift_time=float(summary[kernel.UPLIFT_TIME]),
+        overturning_time=float(summary[kernel.OVERTURNING_TIME]),
+        impacts=impacts,
+        impact_times=impact_log[:impacts, 0].copy(),
+        impact_velocities=impact_log[:impacts, 1].copy(),
+    )
+
+
+def _as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration:
+    if isinstance(motion, Record):
+        return GroundAcceleration.from_samples(motion.acceleration, motion.time_step)
+    if isinstance(motion, Pulse):
+        return GroundAcceleration.from_pulse(motion)
+    return motion
