@@ -1,4 +1,4 @@
-"""What the user can mend: each error is one line that says what is wrong, where, and what must be."""
+"""What the user can mend: one line each, that says what is wrong, where, and what must be."""
 
 from __future__ import annotations
 

@@ -65,7 +65,8 @@ class RockingFrame:
             value = getattr(self, label)
             if not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(
-                    f"Invalid {label} {value!r} of frame {self.name!r}. Must be positive and finite."
+                    f"Invalid {label} {value!r} of frame {self.name!r}. "
+                    "Must be positive and finite."
                 )
         if not (math.isfinite(self.mass_ratio) and self.mass_ratio >= 0.0):
             raise ParameterError(
@@ -144,7 +145,8 @@ class RockingFrame:
         theta = np.asarray(theta, dtype=np.float64)
         # 2R [sin(alpha) - sin(alpha - |theta|)] without its cancellation at small theta
         half = 0.5 * np.abs(theta)
-        return np.sign(theta) * 4.0 * self.size * np.sin(half) * np.cos(self.slenderness - half)
+        u: NDArray[np.float64] = np.sign(theta) * np.sin(half) * np.cos(self.slenderness - half)
+        return 4.0 * self.size * u
 
     def vertical_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Vertical lift v of the beam [m], eq (10).
@@ -161,12 +163,14 @@ class RockingFrame:
         0.0
         """
         half = 0.5 * np.abs(np.asarray(theta, dtype=np.float64))
-        return 4.0 * self.size * np.sin(half) * np.sin(self.slenderness - half)
+        v: NDArray[np.float64] = np.sin(half) * np.sin(self.slenderness - half)
+        return 4.0 * self.size * v
 
     def horizontal_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
         """Rate of u [m s-1], eq (8), for rotation `theta` [rad] and its rate `omega` [rad s-1]."""
         phi = self.slenderness - np.abs(np.asarray(theta, dtype=np.float64))
-        return 2.0 * self.size * np.cos(phi) * np.asarray(omega, dtype=np.float64)
+        rate: NDArray[np.float64] = 2.0 * self.size * np.cos(phi) * np.asarray(omega)
+        return rate
 
     def vertical_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
         """Rate of v [m s-1], eq (11), for rotation `theta` [rad] and its rate `omega` [rad s-1].
@@ -175,9 +179,10 @@ class RockingFrame:
         """
         theta = np.asarray(theta, dtype=np.float64)
         omega = np.asarray(omega, dtype=np.float64)
-        return (
+        rate: NDArray[np.float64] = (
             2.0 * self.size * _side(theta, omega) * np.sin(self.slenderness - np.abs(theta)) * omega
         )
+        return rate
 
     def horizontal_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
@@ -186,7 +191,7 @@ class RockingFrame:
         theta = np.asarray(theta, dtype=np.float64)
         omega = np.asarray(omega, dtype=np.float64)
         phi = self.slenderness - np.abs(theta)
-        return (
+        rate: NDArray[np.float64] = (
             2.0
             * self.size
             * (
@@ -194,6 +199,7 @@ class RockingFrame:
                 + _side(theta, omega) * np.sin(phi) * omega**2
             )
         )
+        return rate
 
     def vertical_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
@@ -202,7 +208,7 @@ class RockingFrame:
         theta = np.asarray(theta, dtype=np.float64)
         omega = np.asarray(omega, dtype=np.float64)
         phi = self.slenderness - np.abs(theta)
-        return (
+        rate: NDArray[np.float64] = (
             2.0
             * self.size
             * (
@@ -210,6 +216,7 @@ class RockingFrame:
                 - np.cos(phi) * omega**2
             )
         )
+        return rate
 
 
 def _side(theta: NDArray[np.float64], omega: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -114,7 +114,7 @@ class Record:
     @property
     def time(self) -> NDArray[np.float64]:
         """Times of the samples since the first one [s], shape (samples,)."""
-        return self.time_step * np.arange(self.acceleration.size)
+        return self.time_step * np.arange(self.acceleration.size, dtype=np.float64)
 
     @property
     def duration(self) -> float:

@@ -148,7 +148,9 @@ class Pulse:
         if not (math.isfinite(self.T_p) and self.T_p > 0.0):
             raise ParameterError(f"Invalid T_p {self.T_p!r}. Must be positive and finite.")
         if self.phase not in (0.0, math.pi):
-            raise ParameterError(f"Invalid phase {self.phase!r}. Must be 0 or pi for a Ricker pulse.")
+            raise ParameterError(
+                f"Invalid phase {self.phase!r}. Must be 0 or pi for a Ricker pulse."
+            )
 
     @property
     def mother(self) -> MotherWavelet:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.rocking.kernel import MAX_GROUND_DEGREE
 from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
@@ -99,17 +100,17 @@ class GroundAcceleration:
         start_time, end_time : float
             Where it begins and ends [s].
         intervals, degree : int
-            Number of equal intervals; degree of the polynomial in each.
+            Number of equal intervals; degree of the polynomial in each, 5 at most.
 
         Raises
         ------
         ParameterError
-            If the end is not after the start, or there is no interval.
+            If the end is not after the start, there is no interval, or the degree is not 0 to 5.
 
         Examples
         --------
         >>> import numpy as np
-        >>> pull = GroundAcceleration.from_function(np.sin, 0.0, np.pi, intervals=20, degree=9)
+        >>> pull = GroundAcceleration.from_function(np.sin, 0.0, np.pi, intervals=300, degree=5)
         >>> bool(np.allclose(pull.acceleration(), np.sin(pull.time), rtol=0, atol=1e-14))
         True
         """
@@ -118,6 +119,8 @@ class GroundAcceleration:
                 f"Invalid span from {start_time!r} to {end_time!r} s in {intervals!r} intervals. "
                 "Must be a positive span and at least one interval."
             )
+        if not 0 <= degree <= MAX_GROUND_DEGREE:
+            raise ParameterError(f"Invalid degree {degree!r}. Must be 0 to {MAX_GROUND_DEGREE}.")
         step = (end_time - start_time) / intervals
         points = 0.5 * (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)))
         starts = start_time + step * np.arange(intervals)
@@ -132,7 +135,7 @@ class GroundAcceleration:
         Parameters
         ----------
         pulse : Pulse
-            The pulse; nodes fall on every hundredth of its period from 3 periods before its centre
+            The pulse; nodes fall on every 200th of its period from 3 periods before its centre
             to 3 after it.
 
         Examples

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
@@ -72,10 +72,9 @@ _FALLEN: Final = 2
 def _jit(function: F) -> F:
     """Compile, with numba's cache on disk where one can be written."""
     try:
-        compiled = numba.njit(cache=True, error_model="numpy")(function)
+        return cast("F", numba.njit(cache=True, error_model="numpy")(function))
     except RuntimeError:  # no folder to cache in: a read-only installation
-        compiled = numba.njit(error_model="numpy")(function)
-    return compiled  # type: ignore[no-any-return]
+        return cast("F", numba.njit(error_model="numpy")(function))
 
 
 @_jit
@@ -290,7 +289,7 @@ def _free_rocking(
 
 
 @_jit
-def integrate(
+def integrate(  # noqa: C901  one loop over arrays, see above
     ground: Float,
     time_step: float,
     start_time: float,

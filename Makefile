@@ -1,0 +1,56 @@
+# Needs python3 (3.11 or newer, with venv), make and a C compiler. Each target makes what it needs.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+MADE := $(VENV)/.made
+OUTPUT ?= outputs/table1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup table1 test check format bench clean
+
+help:
+	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
+	@echo "              (RECORDS='FILE or FOLDER ...' for your own, STRUCTURE=NAME for one structure)"
+	@echo "make test     run the tests"
+	@echo "make check    format, lint, strict types, doctests, direction of imports"
+	@echo "make format   mend what the formatter and the linter can mend"
+	@echo "make bench    measure speed and memory, into outputs/bench.json"
+	@echo "make setup    make the virtual environment $(VENV) from requirements.lock"
+	@echo "make clean    remove the virtual environment, caches and outputs"
+
+setup: $(MADE)
+
+$(MADE): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "make: $(PYTHON) is too old. Must be Python 3.11 or newer: make PYTHON=python3.12"; exit 1; }
+	@echo "making $(VENV) from requirements.lock (once; a minute or two)"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+table1: $(MADE)
+	@$(BIN)/rockframe table1 --output $(OUTPUT) \
+		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
+
+test: $(MADE)
+	@$(BIN)/python -m pytest -q
+
+check: $(MADE)
+	@$(BIN)/ruff format --check --quiet .
+	@$(BIN)/ruff check --quiet .
+	@$(BIN)/mypy
+	@$(BIN)/python -m pytest -q pipeline tests/test_import_direction.py
+
+format: $(MADE)
+	@$(BIN)/ruff format --quiet .
+	@$(BIN)/ruff check --quiet --fix .
+
+bench: $(MADE)
+	@$(BIN)/python tests/benchmarks/bench.py --output outputs/bench.json
+
+clean:
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find pipeline tests records -name __pycache__ -type d -prune -exec rm -rf {} +
+	find outputs -mindepth 1 ! -name .gitkeep -delete

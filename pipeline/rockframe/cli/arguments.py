@@ -1,0 +1,79 @@
+"""Options that several verbs share, spelled once."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rockframe.ingest import ReadOptions
+    from rockframe.signals import BandPass
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Options of reading record files."""
+    parser.add_argument(
+        "--units",
+        metavar="UNITS",
+        help="acceleration units of text files that do not state them: g, gal, cm/s2 or m/s2",
+    )
+    parser.add_argument(
+        "--time-step",
+        type=float,
+        metavar="SECONDS",
+        help="time step of text files that do not state it",
+    )
+    parser.add_argument(
+        "--band-pass",
+        type=float,
+        nargs=2,
+        metavar=("LOW", "HIGH"),
+        default=(0.1, 40.0),
+        help="corner frequencies in Hz for uncorrected records (default: 0.1 40)",
+    )
+    parser.add_argument(
+        "--catalogue",
+        type=Path,
+        metavar="FILE",
+        help="CSV of event, station, magnitude and distance of each file "
+        "(default: catalogue.csv of the folder)",
+    )
+
+
+def read_options(options: argparse.Namespace) -> ReadOptions:
+    """Return what the user stated about text files."""
+    from rockframe.ingest import ReadOptions
+
+    return ReadOptions(units=options.units, time_step=options.time_step)
+
+
+def band_pass(options: argparse.Namespace) -> BandPass:
+    """Return the corners for uncorrected records."""
+    from rockframe.signals import BandPass
+
+    return BandPass(*options.band_pass)
+
+
+def add_structures(parser: argparse.ArgumentParser) -> None:
+    """Options of choosing structures."""
+    parser.add_argument(
+        "--structures",
+        type=Path,
+        metavar="FILE",
+        help="TOML file of [[structure]] tables with name, height_m, width_m, mass_ratio "
+        "(default: the shipped ones)",
+    )
+    parser.add_argument("--structure", metavar="NAME", help="only the structure of this name")
+
+
+def add_periods(parser: argparse.ArgumentParser) -> None:
+    """Options of the search for pulses."""
+    parser.add_argument(
+        "--periods",
+        type=float,
+        nargs=2,
+        metavar=("SHORTEST", "LONGEST"),
+        default=(0.2, 5.0),
+        help="range of pulse periods searched, in s (default: 0.2 5)",
+    )

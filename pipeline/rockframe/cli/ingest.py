@@ -1,0 +1,69 @@
+"""rockframe ingest: read record files, checked, into records.nc."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from rockframe.cli.arguments import add_reading
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Files, and what they do not say of themselves."""
+    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="record file or folder")
+    parser.add_argument("--output", type=Path, required=True, help="netCDF file to write")
+    add_reading(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the stage and print what went through."""
+    from rockframe.cli.arguments import band_pass, read_options
+    from rockframe.cli.console import number, show_json, show_rejections, show_table
+    from rockframe.ingest import read_catalogue
+    from rockframe.signals import integrate, peak
+    from rockframe.stages import ingest_stage
+    from rockframe.units import GRAVITY
+
+    result = ingest_stage(
+        options.paths,
+        options.output,
+        options=read_options(options),
+        catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
+        band=band_pass(options),
+    )
+    summary: list[dict[str, Any]] = [
+        {
+            "record_id": record.record_id,
+            "format": record.source_format,
+            "samples": record.acceleration.size,
+            "time_step_s": record.time_step,
+            "pga_g": peak(record.acceleration) / GRAVITY,
+            "pgv_m_s": peak(integrate(record.acceleration, record.time_step)),
+            "processing": list(record.processing),
+        }
+        for record in result.records
+    ]
+    if options.json:
+        rejected = [{"file": r.file, "line": r.line, "reason": r.reason} for r in result.rejections]
+        show_json({"accepted": summary, "rejected": rejected, "output": str(options.output)})
+    else:
+        rows = [
+            [
+                str(row["record_id"]),
+                str(row["format"]),
+                str(row["samples"]),
+                f"{row['time_step_s']:g}",
+                number(row["pga_g"], 3),
+                number(row["pgv_m_s"], 3),
+                "corrected here" if row["processing"] else "as given",
+            ]
+            for row in summary
+        ]
+        show_table(
+            f"{len(summary)} records in {options.output}",
+            ["record", "format", "samples>", "step [s]>", "PGA [g]>", "PGV [m/s]>", "processing"],
+            rows,
+        )
+    show_rejections(result.rejections)
+    return 1 if result.rejections else 0

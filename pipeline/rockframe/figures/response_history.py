@@ -1,0 +1,134 @@
+"""Response histories under the accelerogram, in the manner of the paper's Figure 11."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.figures.style import styled
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+#: A frame beyond this multiple of its slenderness is drawn no further: its fall would flatten the
+#: histories of those that stand.
+_DRAWN_TO: Final = 1.3
+#: Margin before the first uplift and after the last visible rocking [s].
+_MARGIN: Final = 3.0
+_VISIBLE: Final = 0.005
+
+
+def draw_response_history(
+    acceleration: NDArray[np.float64],
+    pulse: Pulse,
+    histories: Sequence[xr.Dataset],
+    title: str,
+) -> Figure:
+    """Draw accelerogram with matched pulse, theta/alpha, v and u of one record.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Ground acceleration [m s-2] at the histories' times.
+    pulse : Pulse
+        The matched pulse.
+    histories : sequence of Dataset
+        What ``open_response(...).sel`` gives, one for each structure.
+    title : str
+        First line of the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels over one time axis.
+    """
+    with styled():
+        figure = Figure(figsize=(7.2, 7.0), layout="constrained")
+        panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
+        time = histories[0]["time"].values
+        _draw_ground(panels[0], time, acceleration, pulse)
+        for history in histories:
+            _draw_structure(panels[1:], history)
+        panels[0].set_title(title)
+        for panel, label in zip(
+            panels[1:], ("rotation  θ/α", "uplift  v [cm]", "drift  u [cm]"), strict=True
+        ):
+            panel.set_ylabel(label)
+        panels[1].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
+        panels[1].axhline(-1.0, color="0.6", linewidth=0.8, linestyle=":")
+        panels[1].set_ylim(*_rotation_limits(histories))
+        panels[-1].set_xlabel("time [s]")
+        panels[-1].set_xlim(*_window(time, histories))
+        figure.align_ylabels(list(panels))
+        handles, labels = panels[1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_ground(
+    panel: Axes, time: NDArray[np.float64], acceleration: NDArray[np.float64], pulse: Pulse
+) -> None:
+    panel.plot(time, acceleration / GRAVITY, color="0.55", linewidth=0.7, label="ground")
+    reach = pulse.mother.reach * pulse.T_p
+    near = np.linspace(pulse.time - reach, pulse.time + reach, 400)
+    name = pulse.wavelet.replace("_", " ").replace("ricker", "Ricker")
+    label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s"
+    panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
+    panel.set_ylabel("ground  [g]")
+    panel.legend(loc="upper right", ncols=2)
+    largest = float(np.abs(acceleration).max()) / GRAVITY
+    panel.set_ylim(-1.1 * largest, 1.45 * largest)
+    metric = panel.secondary_yaxis("right", functions=(_times_gravity, _over_gravity))
+    metric.set_ylabel("[m s$^{-2}$]")
+
+
+def _times_gravity(acceleration: ArrayLike) -> ArrayLike:
+    return np.asarray(acceleration) * GRAVITY
+
+
+def _over_gravity(acceleration: ArrayLike) -> ArrayLike:
+    return np.asarray(acceleration) / GRAVITY
+
+
+def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
+    time = history["time"].values
+    ratio = history["theta"].values / float(history["slenderness"])
+    drawn = np.isfinite(ratio) & (np.abs(np.nan_to_num(ratio, nan=np.inf)) <= _DRAWN_TO)
+    end = int(np.argmin(drawn)) if not drawn.all() else drawn.size
+    fallen = bool(np.isfinite(history["overturning_time"]))
+    peak = float(history["peak_rotation_ratio"])
+    fate = (
+        f"overturns at {float(history['overturning_time']):.1f} s"
+        if fallen
+        else f"peak θ/α {peak:.2f}"
+    )
+    label = f"{history['structure'].item()}: {fate}"
+    series = (ratio, 100.0 * history["v"].values, 100.0 * history["u"].values)
+    for panel, values in zip(panels, series, strict=True):
+        (line,) = panel.plot(time[:end], values[:end], label=label)
+        if fallen and end > 0:
+            panel.plot(time[end - 1], values[end - 1], marker="x", color=line.get_color())
+
+
+def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
+    """As far as anything is drawn."""
+    furthest = max(min(float(h["peak_rotation_ratio"]), _DRAWN_TO) for h in histories)
+    furthest = max(1.08 * furthest, 0.02)
+    return -furthest, furthest
+
+
+def _window(time: NDArray[np.float64], histories: Sequence[xr.Dataset]) -> tuple[float, float]:
+    """From shortly before the first uplift to shortly after the last visible rocking."""
+    moving = np.zeros(time.size, dtype=bool)
+    for history in histories:
+        ratio = np.abs(history["theta"].values) / float(history["slenderness"])
+        moving |= np.nan_to_num(ratio) > _VISIBLE
+    if not moving.any():
+        return float(time[0]), float(time[-1])
+    first, last = np.flatnonzero(moving)[[0, -1]]
+    return max(float(time[0]), time[first] - _MARGIN), min(float(time[-1]), time[last] + _MARGIN)

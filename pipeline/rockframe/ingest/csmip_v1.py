@@ -1,0 +1,255 @@
+"""CSMIP/CDMG volume 1 (V1): uncorrected acceleration in g, several channels in a file.
+
+Each channel has 13 lines of text, 7 of integers (16I5), 7 of reals, the line that states number,
+rate, units and columns of the samples, the samples in those columns, and a line `/& ... End of Data`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest.lines import bad_number, head_lines, is_number, text_of
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_HEADER_LINES: Final = 28
+_FIRST_INTEGERS: Final = 13
+#: Items of the integer header, counted from 1.
+_YEAR: Final = 24
+_COUNTS: Final = (28, 33)
+
+_TOP: Final = re.compile(r"\s*Uncorrected Accelerogram Data\b", re.I)
+_CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
+_DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
+_POINTS: Final = re.compile(
+    r"No\. of Points\s*=\s*(?P<count>\d+).*?\bat\s+(?P<rate>[\d.]+)\s*Samples/sec", re.I
+)
+_SAMPLES: Final = re.compile(
+    r"\s*(?P<count>\d+)\s+Accelerogram points at\s+(?P<rate>[\d.]+)\s+pts/sec in units of\s+"
+    r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>\d+)f(?P<width>\d+)\.\d+\)",
+    re.I,
+)
+_CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d+)\s*Chns", re.I)
+_NETWORK: Final = re.compile(r"\s*\w+\.(?P<network>\w{1,2})\.(?P<station>\w{1,5})\.[\w-]*\.\w+\s")
+_STATION: Final = re.compile(r"\s*Station (?:No\.|Id\.)\s*(?P<station>\w+)", re.I)
+_START: Final = re.compile(
+    r"Start time:\s*(\d+)/\s*(\d+)/(\d\d),\s*(\d+):\s*(\d+):\s*(\d+)(\.\d+)?\s*UTC", re.I
+)
+
+
+@dataclass(frozen=True)
+class _Channel:
+    """The lines of one channel, and the number in the file of its first."""
+
+    path: Path
+    header: list[str]
+    body: list[bytes]
+    first_line: int
+
+    def line(self, index: int) -> int:
+        return self.first_line + index
+
+    @property
+    def number(self) -> int:
+        named = _CHANNEL.match(self.header[6])
+        return int(named["number"]) if named else 0
+
+    @property
+    def component(self) -> str:
+        named = _CHANNEL.match(self.header[6])
+        if not named:
+            return ""
+        degrees = _DEGREES.match(named["label"])
+        if degrees:
+            return f"{int(degrees['azimuth']):03d}"
+        # A structure's channels say after wide blanks where they are.
+        name = re.split(r"\s{2,}", named["label"])[0]
+        return name.upper() if direction(name)[0] == 1 else name
+
+    def item(self, item: int) -> int | None:
+        """One item of the integer header, counted from 1."""
+        row, column = divmod(item - 1, 16)
+        field = self.header[_FIRST_INTEGERS + row][5 * column : 5 * column + 5]
+        return int(field) if re.fullmatch(r" *-?\d+", field) else None
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Number, rate and columns of the samples as the channel's header states them."""
+
+    count: int
+    rate: float
+    factor: float
+    columns: int
+    width: int
+
+
+def sniff(head: bytes) -> bool:
+    r"""Whether a file's beginning is that of a CSMIP volume 1 file.
+
+    Parameters
+    ----------
+    head : bytes
+        At most the first 4096 bytes.
+
+    Examples
+    --------
+    >>> sniff(b"Corrected accelerogram   89146-L2500-12044.02       Chan  1: 360 Deg\n")
+    False
+    """
+    lines = head_lines(head)
+    return bool(lines and _TOP.match(lines[0])) and any(
+        _CHANNEL.match(line) or _POINTS.match(line) for line in lines[:_HEADER_LINES]
+    )
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read every channel of a CSMIP volume 1 file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for names and errors.
+    data : bytes
+        Its contents.
+    options : ReadOptions
+        Must agree with the headers.
+
+    Raises
+    ------
+    InputError
+        If a header is not of 28 lines, its statements of the number of samples differ from each
+        other or from the samples present, or a column holds no number.
+
+    Examples
+    --------
+    >>> read(Path("CE89146.V1"), b"Corrected accelerogram", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: CE89146.V1:1: 'Corrected accelerogram'. Must be 'Uncorrected ...
+    """
+    channels = _channels(path, text_of(path, data).split(b"\n"))
+    stated = _CHANNELS.search(channels[0].header[4])
+    # One channel alone is a file cut up by its owner; some of several are a file cut short.
+    if stated and 1 < len(channels) < int(stated["count"]):
+        raise InputError(
+            path,
+            f"{stated['count']} channels in the header, {len(channels)} in the file. "
+            "Must be equal, or one channel a file.",
+            line=5,
+        )
+    ids = record_ids(path, [channel.component for channel in channels])
+    return [
+        _record(channel, record_id, options)
+        for channel, record_id in zip(channels, ids, strict=True)
+    ]
+
+
+def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
+    """Cut the file where its `/&` lines and its headers say."""
+    while lines and not lines[-1].strip():
+        lines.pop()
+    channels = []
+    top = 0
+    while top < len(lines):
+        header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
+        _require_header(path, header, top + 1)
+        start = end = top + _HEADER_LINES
+        while end < len(lines) and not lines[end].startswith((b"/&", b"U", b"u")):
+            end += 1
+        channels.append(_Channel(path, header, lines[start:end], top + 1))
+        top = end + 1 if end < len(lines) and lines[end].startswith(b"/&") else end
+    return channels
+
+
+def _require_header(path: Path, header: list[str], line: int) -> None:
+    if not _TOP.match(header[0]):
+        raise InputError(
+            path,
+            f"{header[0].strip()[:40]!r}. Must be 'Uncorrected Accelerogram Data ...', "
+            "the first line of a channel.",
+            line=line,
+        )
+    if len(header) < _HEADER_LINES:
+        raise InputError(
+            path,
+            f"the file ends after {len(header)} lines of a channel's header. "
+            f"Must be {_HEADER_LINES} lines.",
+            line=line + len(header) - 1,
+        )
+    for index, pattern, example in (
+        (6, _CHANNEL, "Chan 1: 90 Deg"),
+        (10, _POINTS, "No. of Points = 10000 ... at 100 Samples/sec"),
+        (27, _SAMPLES, "10000 Accelerogram points at 100 pts/sec in units of g. Format: (8f9.6)"),
+    ):
+        if not pattern.match(header[index]):
+            raise InputError(
+                path,
+                f"{header[index].strip()[:60]!r}. Must be as in {example!r}: "
+                f"line {index + 1} of a channel's header.",
+                line=line + index,
+            )
+
+
+def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
+    layout = _layout(channel, options)
+    step = settle_time_step(channel.path, 1.0 / layout.rate, options, channel.line(27))
+    network = _NETWORK.match(channel.header[3])
+    station = network or _STATION.match(channel.header[4])
+    orientation, azimuth = direction(channel.component)
+    return Record(
+        record_id=record_id,
+        acceleration=_samples(channel, layout) * layout.factor,
+        time_step=step,
+        uncorrected=True,
+        component=channel.component,
+        orientation=orientation,
+        azimuth=azimuth,
+        station=station["station"] if station else "",
+        network=network["network"] if network else "",
+        start_time=_start_time(channel),
+    )
+
+
+def _layout(channel: _Channel, options: ReadOptions) -> _Layout:
+    points, samples = _POINTS.match(channel.header[10]), _SAMPLES.match(channel.header[27])
+    assert points and samples  # noqa: S101, PT018 - the header was required to have both
+    line = channel.line(27)
+    count = int(samples["count"])
+    others = {f"item {item} of the integer header": channel.item(item) for item in _COUNTS}
+    for place, other in {"'No. of Points'": int(points["count"]), **others}.items():
+        # Items that are not filled in are 0 or -999.
+        if other is not None and other > 0 and other != count:
+            raise InputError(
+                channel.path, f"{count} samples stated, but {other} in {place}. Must agree.", line
+            )
+    rates = [_positive(channel, found["rate"], at) for found, at in ((points, 10), (samples, 27))]
+    if not math.isclose(*rates, rel_tol=1e-6):
+        raise InputError(
+            channel.path, f"{rates[1]:g} samples/s stated, but {rates[0]:g} before. Must agree.", line
+        )
+    if samples["units"].lower() != "g":
+        raise InputError(
+            channel.path, f"acceleration units {samples['units']!r}. Must be g.", line
+        )
+    factor = acceleration_factor(settle_units(channel.path, "g", options, line))
+    return _Layout(count, rates[1], factor, int(samples["columns"]), int(samples["width"]))
+
+
+def _positive(channel: _Channel, token: str, index: int) -> float:
+    rate = float(token) if is_number(token.encode()) else math.nan
+    if not rate > 0.0:
+        raise InputError(
+            channel.path, f"{token!r} samples/s. Must be a positive number.", channel.line(index)
+        )
+    return rate

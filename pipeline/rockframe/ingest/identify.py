@@ -1,0 +1,101 @@
+"""Names: identifiers of records, and what the name of a component says about its direction."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from rockframe.record import Orientation
+
+_LONGEST: Final = 64
+_VERTICAL: Final = frozenset(
+    ["UP", "DOWN", "DWN", "DN", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"]
+)
+_COMPASS: Final = {
+    "N": 0.0,
+    "NS": 0.0,
+    "NORTH": 0.0,
+    "E": 90.0,
+    "EW": 90.0,
+    "EAST": 90.0,
+    "S": 180.0,
+    "SOUTH": 180.0,
+    "W": 270.0,
+    "WEST": 270.0,
+}
+_BEARING: Final = re.compile(r"([NS])(\d{1,2})([EW])")
+
+
+def record_ids(path: Path, components: Sequence[str]) -> list[str]:
+    """Return identifiers for the channels of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its name without the suffix is the stem. Characters outside ``[A-Za-z0-9._-]``
+        become underscores, and the stem is cut so that the identifier has at most 64.
+    components : sequence of str
+        One name a channel. A single channel is called by the stem alone; channels of equal name
+        are numbered.
+
+    Examples
+    --------
+    >>> record_ids(Path("Ridgecrest2019-CCC.V1"), ["090", "360", "UP"])
+    ['Ridgecrest2019-CCC-090', 'Ridgecrest2019-CCC-360', 'Ridgecrest2019-CCC-UP']
+    >>> record_ids(Path("El Centro (NS).AT2"), ["NS"])
+    ['El_Centro__NS_']
+    """
+    stem = _safe(path.stem).lstrip("._-") or "record"
+    if len(components) == 1:
+        return [stem[:_LONGEST]]
+    names = [_safe(component) for component in components]
+    counts = Counter(name.upper() for name in names)
+    ends = [
+        f"-{name}" if name and counts[name.upper()] == 1 else f"{'-' if name else ''}{name}-{number}"
+        for number, name in enumerate(names, 1)
+    ]
+    return [stem[: _LONGEST - len(end)] + end for end in ends]
+
+
+def direction(component: str) -> tuple[Orientation, float]:
+    """Return what a component's name says of its direction; nothing is guessed.
+
+    Parameters
+    ----------
+    component : str
+        An azimuth [degree], a compass name (``N``, ``EW``, ``S74E``), or a name of the vertical.
+
+    Returns
+    -------
+    orientation : Orientation
+    azimuth : float
+        Clockwise from north [degree]; NaN if vertical or unstated.
+
+    Examples
+    --------
+    >>> direction("164"), direction("EW")
+    ((<Orientation.HORIZONTAL: 0>, 164.0), (<Orientation.HORIZONTAL: 0>, 90.0))
+    >>> direction("DWN"), direction("L")
+    ((<Orientation.VERTICAL: 1>, nan), (<Orientation.UNSTATED: 2>, nan))
+    """
+    name = component.strip().upper()
+    if re.fullmatch(r"\d{1,3}", name, re.ASCII) and int(name) <= 360:
+        return Orientation.HORIZONTAL, float(name)
+    name = name.replace("-", "")
+    if name in _VERTICAL:
+        return Orientation.VERTICAL, math.nan
+    if name in _COMPASS:
+        return Orientation.HORIZONTAL, _COMPASS[name]
+    bearing = _BEARING.fullmatch(name)
+    if bearing and int(bearing[2]) <= 90:
+        east = int(bearing[2]) if bearing[3] == "E" else -int(bearing[2])
+        return Orientation.HORIZONTAL, float((east if bearing[1] == "N" else 180 - east) % 360)
+    return Orientation.UNSTATED, math.nan
+
+
+def _safe(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]", "_", name.strip())

@@ -1,0 +1,181 @@
+"""Bytes of a text file into lines and numbers, with the line of the first bad number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+
+_UTF8_MARK: Final = b"\xef\xbb\xbf"
+_UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
+#: Numbers are parsed in pieces of this many bytes, so that memory stays flat.
+_BLOCK: Final = 1 << 22
+
+
+def is_utf16(head: bytes) -> bool:
+    r"""Whether a file begins with the byte order mark of UTF-16.
+
+    Examples
+    --------
+    >>> is_utf16("NPTS".encode("utf-16")), is_utf16(b"NPTS")
+    (True, False)
+    """
+    return head.startswith(_UTF16_MARKS)
+
+
+def unify_line_ends(data: bytes) -> bytes:
+    r"""Return text whose lines end with LF, without the mark of UTF-8.
+
+    CR-LF, CR-CR-LF (text sent twice through a DOS conversion) and CR alone are line ends.
+
+    Examples
+    --------
+    >>> unify_line_ends(b"one\r\r\ntwo\r\nthree\rfour")
+    b'one\ntwo\nthree\nfour'
+    """
+    data = data.removeprefix(_UTF8_MARK)
+    if b"\r" in data:
+        data = data.replace(b"\r\r\n", b"\n").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return data
+
+
+def text_of(path: Path, data: bytes) -> bytes:
+    r"""Return the text of a file with unified line ends.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    data : bytes
+        Its contents.
+
+    Raises
+    ------
+    InputError
+        If it is UTF-16 or holds a NUL byte.
+
+    Examples
+    --------
+    >>> text_of(Path("motion.csv"), b"time_s,acc_g\r\n0.00,0.1\r\n")
+    b'time_s,acc_g\n0.00,0.1\n'
+    """
+    if is_utf16(data):
+        raise InputError(path, "text in UTF-16. Must be ASCII or UTF-8.")
+    data = unify_line_ends(data)
+    where = data.find(b"\0")
+    if where >= 0:
+        line = data.count(b"\n", 0, where) + 1
+        raise InputError(path, "NUL byte in a text file. Must be plain text.", line=line)
+    return data
+
+
+def head_lines(head: bytes) -> list[str]:
+    r"""Return the first lines of a text file, or none if it is binary.
+
+    Parameters
+    ----------
+    head : bytes
+        The file's beginning; its last line may be cut.
+
+    Examples
+    --------
+    >>> head_lines(b"NPTS= 3, DT= .01 SEC\r\n .1 .2 .3"), head_lines(b"\x00\x01")
+    (['NPTS= 3, DT= .01 SEC', ' .1 .2 .3'], [])
+    """
+    if is_utf16(head) or b"\0" in head:
+        return []
+    return unify_line_ends(head).decode("latin-1").split("\n")
+
+
+def is_number(token: bytes) -> bool:
+    """Whether a token is a finite decimal number.
+
+    Examples
+    --------
+    >>> [is_number(token) for token in (b"-.12E-03", b"nan", b"1_0", b"0.1x")]
+    [True, False, False, False]
+    """
+    if b"_" in token:
+        return False
+    try:
+        return math.isfinite(float(token))
+    except ValueError:
+        return False
+
+
+def bad_number(path: Path, token: bytes, line: int, quantity: str = "acceleration") -> InputError:
+    """Return the error for a token that is not a finite number.
+
+    Examples
+    --------
+    >>> str(bad_number(Path("motion.csv"), b"nan", 12))
+    "motion.csv:12: acceleration 'nan'. Must be a finite number."
+    """
+    shown = token.decode("latin-1").strip()[:40]
+    return InputError(path, f"{quantity} {shown!r}. Must be a finite number.", line=line)
+
+
+def blocks(body: bytes) -> Iterator[bytes]:
+    r"""Cut a text into pieces of some megabytes that end with whole lines.
+
+    Examples
+    --------
+    >>> list(blocks(b"1 2\n3 4\n"))
+    [b'1 2\n3 4\n']
+    """
+    start = 0
+    while start < len(body):
+        end = body.find(b"\n", start + _BLOCK) + 1 or len(body)
+        yield body[start:end]
+        start = end
+
+
+def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float64]:
+    r"""Read all numbers of a text, separated by white space.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    body : bytes
+        The text, with LF line ends.
+    first_line : int
+        Line number of its first line in the file.
+
+    Returns
+    -------
+    array, shape (numbers,)
+
+    Raises
+    ------
+    InputError
+        With the line and the token, if one is not a finite number.
+
+    Examples
+    --------
+    >>> parse_numbers(Path("motion.AT2"), b" .1 -.2\n 3E-1\n", 5)
+    array([ 0.1, -0.2,  0.3])
+    """
+    try:
+        pieces = [np.array(block.split(), dtype=np.float64) for block in blocks(body)]
+    except ValueError:
+        raise _first_bad_number(path, body, first_line) from None
+    values = np.concatenate([np.empty(0), *pieces])
+    # float() takes the underscores of Python's own literals; no archive writes them.
+    if b"_" in body or not np.isfinite(values).all():
+        raise _first_bad_number(path, body, first_line)
+    return values
+
+
+def _first_bad_number(path: Path, body: bytes, first_line: int) -> InputError:
+    for line, row in enumerate(body.split(b"\n"), first_line):
+        for token in row.split():
+            if not is_number(token):
+                return bad_number(path, token, line)
+    raise AssertionError("every token is a number, yet they could not be read together")

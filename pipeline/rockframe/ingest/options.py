@@ -1,0 +1,134 @@
+"""What the user adds when a file does not state it; it never overrules what a file states."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.units import acceleration_factor
+
+#: Relative difference up to which two stated time steps are the same number.
+_SAME_STEP: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """Units and time step of files that do not state them.
+
+    Parameters
+    ----------
+    units : str, optional
+        Acceleration units: ``g``, ``gal``, ``cm/s2`` or ``m/s2``.
+    time_step : float, optional
+        Interval between samples [s].
+
+    Raises
+    ------
+    ParameterError
+        If the units are unknown or the time step is not positive and finite.
+
+    Examples
+    --------
+    >>> ReadOptions(units="g", time_step=0.01)
+    ReadOptions(units='g', time_step=0.01)
+    """
+
+    units: str | None = None
+    time_step: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.units is not None:
+            acceleration_factor(self.units)
+        step = self.time_step
+        if step is not None and not (math.isfinite(step) and step > 0.0):
+            raise ParameterError(f"Invalid time step {step!r} s. Must be positive and finite.")
+
+
+#: Nothing added: files must state everything themselves.
+NO_OPTIONS: Final = ReadOptions()
+
+
+def settle_units(
+    path: Path, stated: str | None, options: ReadOptions, line: int | None = None
+) -> str:
+    """Return the acceleration units of a file: as stated there, else as given by the user.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    stated : str or None
+        Units stated in the file, if any.
+    options : ReadOptions
+        What the user gave.
+    line : int, optional
+        Line where the file states its units.
+
+    Raises
+    ------
+    InputError
+        If there are none, or the two disagree.
+
+    Examples
+    --------
+    >>> settle_units(Path("motion.csv"), None, ReadOptions(units="gal"))
+    'gal'
+    """
+    if stated is None:
+        if options.units is None:
+            raise InputError(
+                path,
+                "acceleration units unstated. Must be in the column name (as in 'acc_g') "
+                "or given with --units.",
+                line=line,
+            )
+        return options.units
+    given = options.units
+    if given is not None and acceleration_factor(given) != acceleration_factor(stated):
+        raise InputError(
+            path,
+            f"acceleration units {given!r} given, but the file states {stated!r}. Must agree.",
+            line=line,
+        )
+    return stated
+
+
+def settle_time_step(
+    path: Path, stated: float, options: ReadOptions, line: int | None = None
+) -> float:
+    """Return the time step that a header states [s], after comparing it with the user's.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    stated : float
+        Time step stated in the header [s].
+    options : ReadOptions
+        What the user gave.
+    line : int, optional
+        Line where the header states it.
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite, or the user gave another one.
+
+    Examples
+    --------
+    >>> settle_time_step(Path("motion.AT2"), 0.005, ReadOptions())
+    0.005
+    """
+    if not (math.isfinite(stated) and stated > 0.0):
+        raise InputError(path, f"time step {stated!r} s. Must be positive and finite.", line=line)
+    given = options.time_step
+    if given is not None and not math.isclose(given, stated, rel_tol=_SAME_STEP):
+        raise InputError(
+            path,
+            f"time step {given!r} s given, but the file states {stated!r} s. Must agree.",
+            line=line,
+        )
+    return stated

@@ -1,0 +1,204 @@
+"""The formats, one visible line each; exactly one must recognise a file before it is read."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest import csmip_v1, peer_at2, text
+from rockframe.ingest.lines import is_utf16
+from rockframe.ingest.options import NO_OPTIONS, ReadOptions
+from rockframe.record import Record
+
+#: Formats are recognised by at most this many bytes.
+HEAD: Final = 4096
+#: Largest file that is read [bytes].
+LARGEST: Final = 256_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """A file format and its reader.
+
+    Parameters
+    ----------
+    name : str
+        What `source_format` says.
+    obspy_name : str
+        What obspy calls it.
+    description : str
+        One line for people.
+    extensions : tuple of str
+        Usual endings of file names; they decide nothing.
+    sniff : callable
+        Whether the first 4096 bytes are of this format.
+    read : callable
+        The records of a file, given its path (for names and errors), its bytes and the options.
+
+    Examples
+    --------
+    >>> [known.name for known in FORMATS]
+    ['peer_at2', 'csmip_v1', 'acceleration_text']
+    """
+
+    name: str
+    obspy_name: str
+    description: str
+    extensions: tuple[str, ...]
+    sniff: Callable[[bytes], bool]
+    read: Callable[[Path, bytes, ReadOptions], list[Record]]
+
+
+FORMATS: Final = (
+    Format(
+        name="peer_at2",
+        obspy_name="PEERAT2",
+        description="PEER strong-motion database, acceleration in g (all header styles)",
+        extensions=(".AT2",),
+        sniff=peer_at2.sniff,
+        read=peer_at2.read,
+    ),
+    Format(
+        name="csmip_v1",
+        obspy_name="CSMIPV1",
+        description="CSMIP/CDMG volume 1, uncorrected acceleration in g, several channels",
+        extensions=(".V1", ".RAW"),
+        sniff=csmip_v1.sniff,
+        read=csmip_v1.read,
+    ),
+    Format(
+        name="acceleration_text",
+        obspy_name="ACCTEXT",
+        description="CSV or white-space text: time and acceleration, or acceleration alone",
+        extensions=(".csv", ".txt"),
+        sniff=text.sniff,
+        read=text.read,
+    ),
+)
+
+
+def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
+    r"""Return the one format that recognises a file.
+
+    Parameters
+    ----------
+    head : bytes
+        The file's beginning; at most 4096 bytes of it are looked at.
+    source : str or Path
+        The file, for the error.
+
+    Raises
+    ------
+    InputError
+        If no format recognises it, or several do.
+
+    Examples
+    --------
+    >>> sniff_format(b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n").name
+    'acceleration_text'
+    """
+    head = head[:HEAD]
+    claims = [known for known in FORMATS if known.sniff(head)]
+    if len(claims) == 1:
+        return claims[0]
+    if claims:
+        names = ", ".join(known.name for known in claims)
+        raise InputError(source, f"ambiguous format: {names} all claim it. Must be one of them.")
+    names = ", ".join(known.name for known in FORMATS)
+    raise InputError(source, f"unknown format, begins {_beginning(head)}. Must be one of: {names}.")
+
+
+def read_bytes(
+    path: str | Path,
+    data: bytes,
+    options: ReadOptions = NO_OPTIONS,
+    file_format: Format | None = None,
+) -> list[Record]:
+    r"""Read the records of a file whose bytes are at hand.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, for names and errors; it is not opened.
+    data : bytes
+        Its contents.
+    options : ReadOptions
+        Units and time step, if the file does not state them.
+    file_format : Format, optional
+        The reader to use; by default that of the one format that recognises the file.
+
+    Raises
+    ------
+    InputError
+        If the bytes are none, or cannot be read as the format says.
+
+    Examples
+    --------
+    >>> read_bytes("shake.csv", b"time_s,acc_g\n0.00,0.0\n0.01,0.2\n")[0].record_id
+    'shake'
+    """
+    path = Path(path)
+    if not data:
+        raise InputError(path, "empty file. Must hold a record.")
+    if is_utf16(data):
+        raise InputError(path, "text in UTF-16. Must be ASCII or UTF-8.")
+    chosen = sniff_format(data[:HEAD], path) if file_format is None else file_format
+    digest = hashlib.sha256(data).hexdigest()
+    return [
+        replace(record, source_file=path.name, source_format=chosen.name, source_sha256=digest)
+        for record in chosen.read(path, data, options)
+    ]
+
+
+def read_file(path: str | Path, options: ReadOptions = NO_OPTIONS) -> list[Record]:
+    r"""Read the records of a file: one, or one a channel.
+
+    Parameters
+    ----------
+    path : str or Path
+        A regular file of at most 256 MB.
+    options : ReadOptions
+        Units and time step, if the file does not state them.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, too large, of unknown format, or damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "shake.csv")
+    ...     _ = path.write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
+    ...     [record] = read_file(path)
+    >>> record.time_step, record.acceleration
+    (0.01, array([0.   , 1.962]))
+    """
+    path = Path(path)
+    try:
+        return read_bytes(path, _load(path), options)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
+
+
+def _load(path: Path) -> bytes:
+    if not path.exists():
+        raise InputError(path, "no such file. Must exist.")
+    if not path.is_file():
+        raise InputError(path, "not a regular file. Must be one.")
+    size = path.stat().st_size
+    if size > LARGEST:
+        raise InputError(path, f"{size} bytes. Must be at most {LARGEST}.")
+    return path.read_bytes()
+
+
+def _beginning(head: bytes) -> str:
+    first = head.lstrip().split(b"\n", 1)[0].strip()
+    shown = first[:50].decode("ascii", errors="backslashreplace")
+    return repr(shown) if shown.isprintable() else repr(first[:16])

@@ -1,0 +1,163 @@
+"""Where a result comes from, and files that are either whole or absent."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import InputError
+
+#: Distributions whose versions can change a number in a result.
+_DISTRIBUTIONS: Final = (
+    "rockframe",
+    "matplotlib",
+    "netCDF4",
+    "numba",
+    "numpy",
+    "obspy",
+    "PyWavelets",
+    "scipy",
+    "xarray",
+)
+
+
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file, in hexadecimal.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> sha256_of(Path("no-such-file"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: no-such-file: cannot be read: No such file or directory.
+    """
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+
+
+@cache
+def source_code_hash() -> str:
+    """Return the SHA-256 of the package's own source and data files, names included."""
+    root = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*")):
+        if path.is_file() and path.suffix in {".py", ".toml", ".mplstyle"}:
+            digest.update(path.relative_to(root).as_posix().encode() + b"\0")
+            digest.update(path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the packages that a result depends on.
+
+    Examples
+    --------
+    >>> "numpy" in versions()
+    True
+    """
+    return {name: importlib.metadata.version(name) for name in _DISTRIBUTIONS}
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`, and put it in its place only if the block succeeds.
+
+    A reader sees the old file, the new file, or none; on failure nothing is left behind.
+
+    Parameters
+    ----------
+    path : Path
+        Where the file is to be. Its folder is made if it is missing.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with whole_file(Path(folder) / "note.txt") as partial:
+    ...         _ = partial.write_text("done")
+    ...     [entry.name for entry in Path(folder).iterdir()]
+    ['note.txt']
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=f".partial{path.suffix}", dir=path.parent
+        )
+    except OSError as error:
+        raise InputError(path, f"cannot be written: {error.strerror}.") from None
+    os.close(handle)
+    partial = Path(name)
+    try:
+        yield partial
+        _settle(partial, path)
+    except OSError as error:
+        message = f"cannot be written: {error.strerror or error}."
+        raise InputError(path, message) from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _settle(partial: Path, path: Path) -> None:
+    umask = os.umask(0)
+    os.umask(umask)
+    partial.chmod(0o666 & ~umask)  # mkstemp's 0600 would hide results from colleagues
+    with partial.open("rb") as stream:
+        os.fsync(stream.fileno())
+    partial.replace(path)
+
+
+def write_manifest(
+    folder: Path,
+    *,
+    inputs: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    outputs: Sequence[Path],
+) -> None:
+    """Write ``manifest.json``, the last file of a run: what it took, and what it gave.
+
+    Parameters
+    ----------
+    folder : Path
+        The run's folder.
+    inputs : mapping
+        Name and SHA-256 of each input.
+    parameters : mapping
+        Options of the run; JSON values.
+    outputs : sequence of Path
+        The files of the run, inside the folder.
+
+    Raises
+    ------
+    InputError
+        If an output is missing or the manifest cannot be written.
+    """
+    content = {
+        "inputs": dict(inputs),
+        "outputs": {path.relative_to(folder).as_posix(): sha256_of(path) for path in outputs},
+        "parameters": dict(parameters),
+        "source_code_hash": source_code_hash(),
+        "versions": versions(),
+    }
+    text = json.dumps(content, indent=2, sort_keys=True) + "\n"
+    with whole_file(folder / "manifest.json") as partial:
+        partial.write_text(text, encoding="utf-8")

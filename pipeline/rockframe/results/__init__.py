@@ -1,0 +1,23 @@
+"""What flows between the stages: netCDF files that explain themselves (CF-1.11, ragged arrays).
+
+The only room that knows the datasets' variables, dimensions, units and attributes. Each dataset is
+built by one function, written whole by `write`, and read back by one function.
+"""
+
+from rockframe.results.files import PULSES as PULSES
+from rockframe.results.files import RECORDS as RECORDS
+from rockframe.results.files import RESPONSE as RESPONSE
+from rockframe.results.files import input_hash as input_hash
+from rockframe.results.files import opened as opened
+from rockframe.results.files import write as write
+from rockframe.results.pulses import best_pulses as best_pulses
+from rockframe.results.pulses import pulses_dataset as pulses_dataset
+from rockframe.results.records import read_records as read_records
+from rockframe.results.records import records_dataset as records_dataset
+from rockframe.results.response import ResponseFile as ResponseFile
+from rockframe.results.response import open_response as open_response
+from rockframe.results.response import response_dataset as response_dataset
+from rockframe.results.table import TableRow as TableRow
+from rockframe.results.table import pulse_rows as pulse_rows
+from rockframe.results.table import response_rows as response_rows
+from rockframe.results.table import table_rows as table_rows

@@ -1,0 +1,117 @@
+"""Reading and writing whole files: compressed, checksummed, byte-identical for the same inputs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+from rockframe.errors import InputError
+from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
+from rockframe.units import GRAVITY
+
+RECORDS: Final = "records"
+PULSES: Final = "pulses"
+RESPONSE: Final = "response"
+_STAGE_OF: Final = {RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond"}
+_CHUNK: Final = 16384
+
+
+def write(
+    dataset: xr.Dataset,
+    path: Path,
+    kind: str,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+) -> None:
+    """Write a dataset whole or not at all; the same inputs give the same bytes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What one of the functions above returned.
+    path : Path
+        Where it goes; an older file there is replaced.
+    kind : str
+        ``records``, ``pulses`` or ``response``.
+    input_sha256 : mapping
+        Name and SHA-256 of each input.
+    parameters : mapping
+        The options of the stage; JSON values.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    stage = _STAGE_OF[kind]
+    version = versions()["rockframe"]
+    described = dataset.assign_attrs(
+        Conventions="CF-1.11",
+        history=f"rockframe {stage} (rockframe {version})",
+        rockframe_kind=kind,
+        rockframe_version=version,
+        source_code_hash=source_code_hash(),
+        input_sha256=json.dumps(dict(input_sha256), sort_keys=True),
+        parameters=json.dumps(dict(parameters), sort_keys=True),
+        gravity=GRAVITY,
+    )
+    if "row_size" in dataset:
+        described = described.assign_attrs(featureType="timeSeries")
+    encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
+    with whole_file(path) as partial:
+        described.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+
+def _encoding(variable: xr.Variable) -> dict[str, Any]:
+    encoding: dict[str, Any] = {
+        "zlib": True,
+        "complevel": 4,
+        "shuffle": True,
+        "fletcher32": True,
+        "_FillValue": np.nan if variable.dtype.kind == "f" else None,
+    }
+    if variable.dtype.kind == "O":  # characters, not netCDF strings: those have no checksum
+        longest = max((len(text.encode()) for text in variable.values.flat), default=1)
+        encoding |= {"dtype": "S1", "char_dim_name": f"characters_{max(longest, 1)}"}
+    elif "obs" in variable.dims:
+        sizes = [min(n, _CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
+        encoding["chunksizes"] = tuple(sizes)
+    return encoding
+
+
+@contextmanager
+def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
+    """Open a dataset of one kind, and close it at the end of the block.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or not the output of the stage that writes this kind.
+    """
+    if not path.is_file():
+        raise InputError(path, f"no such file. Must be a {kind} file.")
+    must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
+    try:
+        dataset = xr.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError) as error:
+        raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
+    with dataset:
+        found = dataset.attrs.get("rockframe_kind", "unknown")
+        if found != kind:
+            raise InputError(path, f"is a netCDF file of kind {found!r}. {must_be}")
+        try:
+            yield dataset
+        except (OSError, RuntimeError) as error:
+            raise InputError(path, f"is damaged ({error}). {must_be}") from error
+
+
+def input_hash(path: Path) -> dict[str, str]:
+    """Return name and SHA-256 of one input, as `write` wants them."""
+    return {path.name: sha256_of(path)}

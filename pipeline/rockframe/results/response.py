@@ -1,0 +1,197 @@
+"""response.nc: histories and verdicts, records by structures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.results.files import RESPONSE, opened
+from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
+from rockframe.rocking.kernel import REST_VELOCITY_RATIO
+from rockframe.rocking.response import Response, Verdict
+
+
+def response_dataset(
+    records: Sequence[Record],
+    frames: Sequence[RockingFrame],
+    responses: Sequence[Sequence[Response]],
+) -> xr.Dataset:
+    """Return the dataset of the respond stage: histories and verdicts, records by structures.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        At least one.
+    frames : sequence of RockingFrame
+        At least one, with different names.
+    responses : sequence of sequence of Response
+        For each record the responses of the frames, in their order.
+    """
+    pairs = ("record", "structure")
+
+    def of_frame(quantity: str, units: str, long_name: str) -> xr.Variable:
+        data = np.array([getattr(frame, quantity) for frame in frames])
+        return variable("structure", data, units, long_name)
+
+    def of_pair(quantity: str, units: str, long_name: str) -> xr.Variable:
+        data = [[getattr(response, quantity) for response in row] for row in responses]
+        return variable(pairs, np.array(data, dtype=np.float64), units, long_name)
+
+    def history(quantity: str, units: str, long_name: str) -> xr.Variable:
+        data = np.stack(
+            [
+                np.concatenate([getattr(row[k], quantity) for row in responses])
+                for k in range(len(frames))
+            ]
+        )
+        return variable(
+            ("structure", "obs"), data, units, long_name, comment="NaN after overturning"
+        )
+
+    impacts = [[response.impacts for response in row] for row in responses]
+    variables = {
+        "record_id": record_ids(records),
+        "row_size": row_sizes(records),
+        "time": variable(
+            "obs",
+            np.concatenate([row[0].time for row in responses]),
+            "s",
+            "time since the record's first sample",
+        ),
+        "theta": history("theta", "rad", "rotation of the columns"),
+        "u": history("u", "m", "horizontal displacement of the beam relative to the ground"),
+        "v": history("v", "m", "vertical lift of the beam"),
+        "verdict": flags(
+            pairs, [[r.verdict for r in row] for row in responses], Verdict, "stability verdict"
+        ),
+        "peak_rotation_ratio": of_pair(
+            "peak_rotation_ratio",
+            "1",
+            "largest |theta| / slenderness, free rocking after the record included",
+        ),
+        "peak_u": of_pair("peak_u", "m", "largest |u|, at the same rotation"),
+        "peak_v": of_pair("peak_v", "m", "largest v"),
+        "uplift_time": of_pair("uplift_time", "s", "first uplift"),
+        "overturning_time": of_pair("overturning_time", "s", "when |theta| reaches pi/2"),
+        "impacts": variable(
+            pairs,
+            np.array(impacts, dtype=np.int32),
+            "1",
+            "number of impacts",
+            comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} "
+            "effective_frequency_parameter, are not counted",
+        ),
+        "height": of_frame("height", "m", "height of a column"),
+        "width": of_frame("width", "m", "width of a column"),
+        "slenderness": of_frame("slenderness", "rad", "slenderness of a column, alpha"),
+        "size": of_frame("size", "m", "semi-diagonal of a column, R"),
+        "mass_ratio": of_frame("mass_ratio", "1", "mass of the beam over that of all columns"),
+        "frequency_parameter": of_frame(
+            "frequency_parameter", "rad s-1", "frequency parameter of a column, p"
+        ),
+        "effective_frequency_parameter": of_frame(
+            "effective_frequency_parameter", "rad s-1", "frequency parameter of the frame, p-hat"
+        ),
+        "restitution": of_frame(
+            "restitution", "1", "angular velocity after an impact over that before, sqrt(r)"
+        ),
+        "uplift_acceleration": of_frame(
+            "uplift_acceleration", "m s-2", "ground acceleration that starts uplift"
+        ),
+    }
+    names = texts("structure", [frame.name for frame in frames], "name of the structure")
+    return xr.Dataset(
+        variables,
+        coords={"structure": names},
+        attrs={"title": "Rocking response of free-standing frames to records"},
+    )
+
+
+class ResponseFile:
+    """A response file, open for selecting histories; closes at the end of a ``with`` block.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe respond``.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._context = opened(Path(path), RESPONSE)
+        self.dataset = self._context.__enter__()
+        self._ends = np.cumsum(self.dataset["row_size"].values)
+
+    def __enter__(self) -> ResponseFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._context.__exit__(None, None, None)
+
+    @property
+    def records(self) -> list[str]:
+        """Identifiers of the records."""
+        return [str(name) for name in self.dataset["record_id"].values]
+
+    @property
+    def structures(self) -> list[str]:
+        """Names of the structures."""
+        return [str(name) for name in self.dataset["structure"].values]
+
+    def sel(self, *, record: str, structure: str) -> xr.Dataset:
+        """Return the histories of one record and structure on ``time``, with their verdict.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such record or structure.
+        """
+        i = _position(self.records, record, "record")
+        k = _position(self.structures, structure, "structure")
+        end = int(self._ends[i])
+        rows = slice(end - int(self.dataset["row_size"].values[i]), end)
+        chosen = self.dataset.isel(record=i, structure=k, obs=rows).drop_vars("row_size")
+        return chosen.load().swap_dims(obs="time").set_coords(["time", "record_id"])
+
+
+def open_response(path: str | Path) -> ResponseFile:
+    """Open the output of the respond stage.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> with open_response("response.nc") as response:  # doctest: +SKIP
+    ...     history = response.sel(record="Ridgecrest2019-CLC-360", structure="bridge-bent")
+    """
+    return ResponseFile(path)
+
+
+def _position(names: list[str], name: str, what: str) -> int:
+    try:
+        return names.index(name)
+    except ValueError:
+        message = f"Invalid {what} {name!r}. Must be one of: {', '.join(names)}."
+        raise ParameterError(message) from None

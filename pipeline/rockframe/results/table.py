@@ -1,0 +1,130 @@
+"""The rows of a table in the manner of the paper's Table 1, from the three stages' files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.results.files import PULSES, RECORDS, RESPONSE, opened
+from rockframe.rocking.response import Verdict
+from rockframe.units import GRAVITY
+
+#: What a row takes from the best pulse.
+_OF_PULSE: Final = ("a_p_g", "T_p_s", "wavelet", "match_index", "L_p_m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableRow:
+    """One record and structure. Units are in the names; unknown is NaN or an empty string."""
+
+    event: str
+    record: str
+    magnitude: float
+    epicentral_distance_km: float
+    pga_g: float
+    pgv_m_s: float
+    a_p_g: float
+    T_p_s: float
+    wavelet: str
+    match_index: float
+    L_p_m: float
+    structure: str
+    peak_rotation_ratio: float
+    u_max_m: float
+    v_max_m: float
+    impacts: int
+    verdict: str
+    uplift_time_s: float
+    overturning_time_s: float
+    record_id: str
+    source_file: str
+    facts_source: str = ""
+
+
+def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> list[TableRow]:
+    """Return a row for each record and structure, the structures of a record together.
+
+    Parameters
+    ----------
+    records_path, pulses_path, response_path : Path
+        Outputs of the ingest, pulse and respond stages for the same records.
+
+    Raises
+    ------
+    InputError
+        If one of the files is missing, damaged, or something else.
+    """
+    with opened(records_path, RECORDS) as opened_records:
+        records = opened_records.drop_vars("acceleration").load()
+    row_of = {str(name): i for i, name in enumerate(records["record_id"].values)}
+    best = {row["record_id"]: row for row in pulse_rows(pulses_path) if row["best"]}
+    rows = []
+    for answer in response_rows(response_path):
+        name = answer["record_id"]
+        record = records.isel(record=row_of[name])
+        pulse = best[name]
+        station, component = str(record["station"].item()), str(record["component"].item())
+        rows.append(
+            TableRow(
+                event=str(record["event"].item()),
+                record="/".join(part for part in (station, component) if part) or name,
+                magnitude=float(record["magnitude"]),
+                epicentral_distance_km=float(record["epicentral_distance"]),
+                pga_g=float(record["pga"]) / GRAVITY,
+                pgv_m_s=float(record["pgv"]),
+                source_file=str(record["source_file"].item()),
+                **{key: pulse[key] for key in _OF_PULSE},
+                **answer,
+            )
+        )
+    return rows
+
+
+def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
+    """Return a row for each record and wavelet of a pulse file; units are in the names."""
+    with opened(pulses_path, PULSES) as dataset:
+        pulses = dataset.load()
+    rows = []
+    for i, record_id in enumerate(pulses["record_id"].values):
+        for wavelet in pulses["wavelet"].values:
+            pulse = pulses.sel(wavelet=wavelet).isel(record=i)
+            rows.append(
+                {
+                    "record_id": str(record_id),
+                    "wavelet": str(wavelet),
+                    "best": bool(pulse["best_wavelet"].item() == wavelet),
+                    "a_p_g": float(pulse["a_p"]) / GRAVITY,
+                    "T_p_s": float(pulse["T_p"]),
+                    "pulse_time_s": float(pulse["pulse_time"]),
+                    "phase_rad": float(pulse["phase"]),
+                    "L_p_m": float(pulse["L_p"]),
+                    "match_index": float(pulse["match_index"]),
+                    "at_period_bound": bool(pulse["at_period_bound"]),
+                }
+            )
+    return rows
+
+
+def response_rows(response_path: Path) -> list[dict[str, Any]]:
+    """Return a row for each record and structure of a response file; units are in the names."""
+    with opened(response_path, RESPONSE) as dataset:
+        response = dataset.drop_dims("obs").load()
+    rows = []
+    for k, record_id in enumerate(response["record_id"].values):
+        for structure in response["structure"].values:
+            answer = response.sel(structure=structure).isel(record=k)
+            rows.append(
+                {
+                    "record_id": str(record_id),
+                    "structure": str(structure),
+                    "peak_rotation_ratio": float(answer["peak_rotation_ratio"]),
+                    "u_max_m": float(answer["peak_u"]),
+                    "v_max_m": float(answer["peak_v"]),
+                    "impacts": int(answer["impacts"]),
+                    "verdict": Verdict(int(answer["verdict"])).name.lower(),
+                    "uplift_time_s": float(answer["uplift_time"]),
+                    "overturning_time_s": float(answer["overturning_time"]),
+                }
+            )
+    return rows

@@ -1,0 +1,58 @@
+"""Variables as CF-1.11 wants them: units and a long name on each, flags with their meanings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rockframe.record import Record
+
+
+def variable(
+    dims: str | tuple[str, ...], data: Any, units: str, long_name: str, **attrs: Any
+) -> xr.Variable:
+    """Return a variable with its unit and long name."""
+    return xr.Variable(dims, data, {"units": units, "long_name": long_name, **attrs})
+
+
+def flags(
+    dims: str | tuple[str, ...], data: Any, kind: type[IntEnum], long_name: str
+) -> xr.Variable:
+    """Return a flag variable whose values and meanings are the members of an enumeration."""
+    members = list(kind)
+    return variable(
+        dims,
+        np.asarray(data, dtype=np.int8),
+        "1",
+        long_name,
+        flag_values=np.array([int(member) for member in members], dtype=np.int8),
+        flag_meanings=" ".join(member.name.lower() for member in members),
+    )
+
+
+def texts(dims: str, values: Sequence[str], long_name: str, **attrs: Any) -> xr.Variable:
+    """Return a variable of texts."""
+    data = np.array([str(value) for value in values], dtype=object)
+    return variable(dims, data, "1", long_name, **attrs)
+
+
+def record_ids(records: Sequence[Record]) -> xr.Variable:
+    """Return the identifiers along the dimension ``record``."""
+    return texts(
+        "record", [r.record_id for r in records], "record identifier", cf_role="timeseries_id"
+    )
+
+
+def row_sizes(records: Sequence[Record]) -> xr.Variable:
+    """Return the lengths of the ragged rows along ``obs``."""
+    return variable(
+        "record",
+        np.array([r.acceleration.size for r in records], dtype=np.int64),
+        "1",
+        "number of samples of the record",
+        sample_dimension="obs",
+    )

@@ -1,0 +1,152 @@
+"""Signal processing of accelerograms: arrays in, arrays out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import scipy.integrate
+import scipy.signal
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+
+Float = NDArray[np.float64]
+
+#: Share of the record under the cosine taper at each end.
+_TAPER: Final = 0.02
+_ORDER: Final = 4
+#: Zeros before and after, in periods of the high-pass corner: 1.5 x order in all, as Boore (2005)
+#: recommends, so that the filter's transient dies out inside the pad.
+_PAD_PERIODS: Final = 0.75 * _ORDER
+#: The low-pass corner stays below this share of the Nyquist frequency.
+_NYQUIST_SHARE: Final = 0.8
+
+
+@dataclass(frozen=True)
+class BandPass:
+    """Corner frequencies of the band-pass for uncorrected records.
+
+    Parameters
+    ----------
+    low, high : float
+        Corners [Hz]; `high` is lowered to 0.8 of the Nyquist frequency where that is less.
+
+    Raises
+    ------
+    ParameterError
+        Unless 0 < low < high.
+
+    Examples
+    --------
+    >>> BandPass(0.1, 40.0).corners(0.02)
+    (0.1, 20.0)
+    """
+
+    low: float = 0.1
+    high: float = 40.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.high) and 0.0 < self.low < self.high):
+            raise ParameterError(
+                f"Invalid band-pass from {self.low!r} to {self.high!r} Hz. "
+                "Must be two positive frequencies, the lower one first."
+            )
+
+    def corners(self, time_step: float) -> tuple[float, float]:
+        """Return the corners [Hz] that a record of this time step [s] allows.
+
+        Raises
+        ------
+        ParameterError
+            If the record is too coarse for the band.
+        """
+        high = min(self.high, _NYQUIST_SHARE * 0.5 / time_step)
+        if high <= self.low:
+            raise ParameterError(
+                f"Invalid time step {time_step:g} s for a band-pass from {self.low:g} Hz. "
+                f"Must be below {_NYQUIST_SHARE * 0.5 / self.low:g} s."
+            )
+        return self.low, high
+
+
+def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Float, tuple[str, ...]]:
+    """Give an uncorrected accelerogram a baseline and a band-pass.
+
+    A straight line is removed, the ends are tapered, zeros are added, and a Butterworth filter
+    runs forwards and backwards (zero phase); the zeros are cut off again.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration [m s-2].
+    time_step : float
+        Interval between samples [s].
+    band : BandPass
+        Corner frequencies.
+
+    Returns
+    -------
+    array, shape (samples,)
+        Corrected acceleration [m s-2].
+    tuple of str
+        What was done, in order.
+
+    Raises
+    ------
+    ParameterError
+        If the record is too coarse for the band.
+
+    References
+    ----------
+    Boore (2005), On pads and filters: processing strong-motion data, BSSA 95(2).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> offset = np.full(1000, 0.3)
+    >>> corrected, steps = correct(offset, 0.01, BandPass())
+    >>> bool(np.abs(corrected).max() < 1e-12), steps[0]
+    (True, 'baseline: least-squares line removed')
+    """
+    low, high = band.corners(time_step)
+    pad = math.ceil(_PAD_PERIODS / (low * time_step))
+    level = scipy.signal.detrend(acceleration, type="linear")
+    tapered = level * scipy.signal.windows.tukey(level.size, 2.0 * _TAPER)
+    sections = scipy.signal.butter(
+        _ORDER, (low, high), btype="bandpass", fs=1.0 / time_step, output="sos"
+    )
+    padded = np.pad(tapered, pad)
+    filtered = scipy.signal.sosfiltfilt(sections, padded, padtype=None)[pad:-pad]
+    steps = (
+        "baseline: least-squares line removed",
+        f"taper: cosine over {_TAPER:.0%} of the record at each end",
+        f"band-pass: Butterworth of order {_ORDER}, {low:g} to {high:g} Hz, forwards and "
+        f"backwards, with {pad * time_step:g} s of zeros at each end, cut off again",
+    )
+    return np.ascontiguousarray(filtered), steps
+
+
+def integrate(series: Float, time_step: float) -> Float:
+    """Return the integral of a series from its first sample on, by the trapezoidal rule.
+
+    Examples
+    --------
+    >>> integrate(np.array([0.0, 1.0, 2.0]), 0.5).tolist()
+    [0.0, 0.25, 1.0]
+    """
+    integral: Float = scipy.integrate.cumulative_trapezoid(series, dx=time_step, initial=0.0)
+    return integral
+
+
+def peak(series: Float) -> float:
+    """Return the largest absolute value of a series.
+
+    Examples
+    --------
+    >>> peak(np.array([1.0, -3.0]))
+    3.0
+    """
+    return float(np.abs(series).max())

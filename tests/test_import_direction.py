@@ -1,0 +1,70 @@
+"""The house has floors: a module imports from floors below its own, and from its own room."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
+FLOORS = (
+    {"errors"},
+    {"units", "provenance"},
+    {"frame", "wavelets", "rocking.kernel"},
+    {"record", "study"},
+    {"ingest", "signals", "matching", "rocking"},
+    {"results"},
+    {"stages", "figures", "paper"},
+    {"cli"},
+)
+FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+
+
+def room_of(name: str) -> str:
+    """The room of a dotted module name below the package."""
+    return name if name in FLOOR_OF else name.split(".")[0]
+
+
+def imports_of(path: Path) -> set[str]:
+    """Dotted names below the package that a module imports, wherever in the file."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative import"
+            base = node.module or ""
+            names = [f"{base}.{alias.name}" for alias in node.names] + [base]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        else:
+            continue
+        found |= {name.removeprefix("rockframe.") for name in names if name.startswith("rockframe.")}
+    return {name for name in found if room_of(name) in FLOOR_OF}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_imports_point_downwards(path: Path) -> None:
+    name = ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+    room = room_of(name)
+    assert room in FLOOR_OF, f"{name} has no floor: give it one in this test"
+    for imported in imports_of(path):
+        other = room_of(imported)
+        same_room = imported.split(".")[0] == name.split(".")[0]
+        assert same_room or FLOOR_OF[other] < FLOOR_OF[room], f"{name} imports {imported}"
+
+
+def test_kernel_knows_no_datasets() -> None:
+    kernel = (PACKAGE / "rocking" / "kernel.py").read_text(encoding="utf-8")
+    assert "xarray" not in kernel
+    assert imports_of(PACKAGE / "rocking" / "kernel.py") == set()
+
+
+def test_only_results_knows_netcdf() -> None:
+    knowing = {
+        path.relative_to(PACKAGE).parts[0]
+        for path in MODULES
+        if "to_netcdf" in path.read_text(encoding="utf-8")
+        or "open_dataset" in path.read_text(encoding="utf-8")
+    }
+    assert knowing == {"results"}
