@@ -39,7 +39,9 @@ def imports_of(path: Path) -> set[str]:
             names = [alias.name for alias in node.names]
         else:
             continue
-        found |= {name.removeprefix("rockframe.") for name in names if name.startswith("rockframe.")}
+        found |= {
+            name.removeprefix("rockframe.") for name in names if name.startswith("rockframe.")
+        }
     return {name for name in found if room_of(name) in FLOOR_OF}
 
 

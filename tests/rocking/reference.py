@@ -189,7 +189,7 @@ def _steps(
         [theta, omega],
         method="DOP853",
         rtol=RELATIVE_TOLERANCE,
-        atol=1e-30,
+        atol=1e-22,
         max_step=LONGEST_STEP / column.p_hat,
         events=[impact, fall] if side else None,
     )

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.figures.style import styled
+from rockframe.matching import PulseMatch
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
 
 #: A frame beyond this multiple of its slenderness is drawn no further: its fall would flatten the
 #: histories of those that stand.
@@ -25,7 +25,7 @@ _VISIBLE: Final = 0.005
 
 def draw_response_history(
     acceleration: NDArray[np.float64],
-    pulse: Pulse,
+    match: PulseMatch,
     histories: Sequence[xr.Dataset],
     title: str,
 ) -> Figure:
@@ -35,7 +35,7 @@ def draw_response_history(
     ----------
     acceleration : array, shape (samples,)
         Ground acceleration [m s-2] at the histories' times.
-    pulse : Pulse
+    match : PulseMatch
         The matched pulse.
     histories : sequence of Dataset
         What ``open_response(...).sel`` gives, one for each structure.
@@ -51,7 +51,7 @@ def draw_response_history(
         figure = Figure(figsize=(7.2, 7.0), layout="constrained")
         panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
         time = histories[0]["time"].values
-        _draw_ground(panels[0], time, acceleration, pulse)
+        _draw_ground(panels[0], time, acceleration, match)
         for history in histories:
             _draw_structure(panels[1:], history)
         panels[0].set_title(title)
@@ -71,13 +71,15 @@ def draw_response_history(
 
 
 def _draw_ground(
-    panel: Axes, time: NDArray[np.float64], acceleration: NDArray[np.float64], pulse: Pulse
+    panel: Axes, time: NDArray[np.float64], acceleration: NDArray[np.float64], match: PulseMatch
 ) -> None:
+    pulse = match.pulse
     panel.plot(time, acceleration / GRAVITY, color="0.55", linewidth=0.7, label="ground")
     reach = pulse.mother.reach * pulse.T_p
     near = np.linspace(pulse.time - reach, pulse.time + reach, 400)
     name = pulse.wavelet.replace("_", " ").replace("ricker", "Ricker")
-    label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s"
+    label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s, "
+    label += f"match {match.match_index:.2f}"
     panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
     panel.set_ylabel("ground  [g]")
     panel.legend(loc="upper right", ncols=2)

@@ -6,21 +6,18 @@ rate, units and columns of the samples, the samples in those columns, and a line
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rockframe.errors import InputError
+from rockframe.ingest.columns import Columns, read_columns
 from rockframe.ingest.identify import direction, record_ids
-from rockframe.ingest.lines import bad_number, head_lines, is_number, text_of
+from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
-from rockframe.record import Record
+from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 28
@@ -30,6 +27,7 @@ _YEAR: Final = 24
 _COUNTS: Final = (28, 33)
 
 _TOP: Final = re.compile(r"\s*Uncorrected Accelerogram Data\b", re.I)
+_ENDS_SAMPLES: Final = re.compile(rb"/&|\s*Uncorrected", re.I)
 _CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
 _DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
 _POINTS: Final = re.compile(
@@ -37,7 +35,7 @@ _POINTS: Final = re.compile(
 )
 _SAMPLES: Final = re.compile(
     r"\s*(?P<count>\d+)\s+Accelerogram points at\s+(?P<rate>[\d.]+)\s+pts/sec in units of\s+"
-    r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>\d+)f(?P<width>\d+)\.\d+\)",
+    r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>[1-9]\d?)f(?P<width>[1-9]\d?)\.\d+\)",
     re.I,
 )
 _CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d+)\s*Chns", re.I)
@@ -61,11 +59,6 @@ class _Channel:
         return self.first_line + index
 
     @property
-    def number(self) -> int:
-        named = _CHANNEL.match(self.header[6])
-        return int(named["number"]) if named else 0
-
-    @property
     def component(self) -> str:
         named = _CHANNEL.match(self.header[6])
         if not named:
@@ -75,24 +68,13 @@ class _Channel:
             return f"{int(degrees['azimuth']):03d}"
         # A structure's channels say after wide blanks where they are.
         name = re.split(r"\s{2,}", named["label"])[0]
-        return name.upper() if direction(name)[0] == 1 else name
+        return name.upper() if direction(name)[0] is Orientation.VERTICAL else name
 
     def item(self, item: int) -> int | None:
         """One item of the integer header, counted from 1."""
         row, column = divmod(item - 1, 16)
         field = self.header[_FIRST_INTEGERS + row][5 * column : 5 * column + 5]
         return int(field) if re.fullmatch(r" *-?\d+", field) else None
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Number, rate and columns of the samples as the channel's header states them."""
-
-    count: int
-    rate: float
-    factor: float
-    columns: int
-    width: int
 
 
 def sniff(head: bytes) -> bool:
@@ -165,10 +147,10 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
         header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
         _require_header(path, header, top + 1)
         start = end = top + _HEADER_LINES
-        while end < len(lines) and not lines[end].startswith((b"/&", b"U", b"u")):
+        while end < len(lines) and not _ENDS_SAMPLES.match(lines[end]):
             end += 1
         channels.append(_Channel(path, header, lines[start:end], top + 1))
-        top = end + 1 if end < len(lines) and lines[end].startswith(b"/&") else end
+        top = end + 1 if lines[end : end + 1] and lines[end].startswith(b"/&") else end
     return channels
 
 
@@ -202,15 +184,23 @@ def _require_header(path: Path, header: list[str], line: int) -> None:
 
 
 def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
-    layout = _layout(channel, options)
-    step = settle_time_step(channel.path, 1.0 / layout.rate, options, channel.line(27))
+    samples = _SAMPLES.match(channel.header[27])
+    assert samples  # noqa: S101 - the header was required to have it
+    line = channel.line(27)
+    if samples["units"].lower() != "g":
+        raise InputError(
+            channel.path, f"acceleration units {samples['units']!r}. Must be g.", line=line
+        )
+    factor = acceleration_factor(settle_units(channel.path, "g", options, line))
+    count, rate = _count_and_rate(channel, samples)
+    columns = Columns(int(samples["columns"]), int(samples["width"]))
     network = _NETWORK.match(channel.header[3])
     station = network or _STATION.match(channel.header[4])
     orientation, azimuth = direction(channel.component)
     return Record(
         record_id=record_id,
-        acceleration=_samples(channel, layout) * layout.factor,
-        time_step=step,
+        acceleration=factor * read_columns(channel.path, channel.body, columns, count, line),
+        time_step=settle_time_step(channel.path, 1.0 / rate, options, line),
         uncorrected=True,
         component=channel.component,
         orientation=orientation,
@@ -221,35 +211,58 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     )
 
 
-def _layout(channel: _Channel, options: ReadOptions) -> _Layout:
-    points, samples = _POINTS.match(channel.header[10]), _SAMPLES.match(channel.header[27])
-    assert points and samples  # noqa: S101, PT018 - the header was required to have both
+def _count_and_rate(channel: _Channel, samples: re.Match[str]) -> tuple[int, float]:
+    """Number of samples and samples per second, compared wherever the header states them."""
+    points = _POINTS.match(channel.header[10])
+    assert points  # noqa: S101 - the header was required to have it
     line = channel.line(27)
     count = int(samples["count"])
-    others = {f"item {item} of the integer header": channel.item(item) for item in _COUNTS}
-    for place, other in {"'No. of Points'": int(points["count"]), **others}.items():
+    counts = {"'No. of Points'": int(points["count"])} | {
         # Items that are not filled in are 0 or -999.
-        if other is not None and other > 0 and other != count:
+        f"item {item} of the integer header": value
+        for item in _COUNTS
+        if (value := channel.item(item)) is not None and value > 0
+    }
+    for place, other in counts.items():
+        if other != count:
             raise InputError(
-                channel.path, f"{count} samples stated, but {other} in {place}. Must agree.", line
+                channel.path,
+                f"{count} samples stated, but {other} in {place}. Must be equal.",
+                line=line,
             )
-    rates = [_positive(channel, found["rate"], at) for found, at in ((points, 10), (samples, 27))]
-    if not math.isclose(*rates, rel_tol=1e-6):
+    if count < 2:
+        raise InputError(channel.path, f"{count} samples stated. Must be 2 or more.", line=line)
+    before, rate = _rate(channel, points, 10), _rate(channel, samples, 27)
+    if before != rate:
         raise InputError(
-            channel.path, f"{rates[1]:g} samples/s stated, but {rates[0]:g} before. Must agree.", line
+            channel.path,
+            f"{rate:g} samples a second stated, but {before:g} in line "
+            f"{channel.line(10)}. Must be equal.",
+            line=line,
         )
-    if samples["units"].lower() != "g":
-        raise InputError(
-            channel.path, f"acceleration units {samples['units']!r}. Must be g.", line
-        )
-    factor = acceleration_factor(settle_units(channel.path, "g", options, line))
-    return _Layout(count, rates[1], factor, int(samples["columns"]), int(samples["width"]))
+    return count, rate
 
 
-def _positive(channel: _Channel, token: str, index: int) -> float:
-    rate = float(token) if is_number(token.encode()) else math.nan
-    if not rate > 0.0:
+def _rate(channel: _Channel, stated: re.Match[str], index: int) -> float:
+    token = stated["rate"]
+    if not (is_number(token.encode()) and float(token) > 0.0):
         raise InputError(
-            channel.path, f"{token!r} samples/s. Must be a positive number.", channel.line(index)
+            channel.path,
+            f"{token!r} samples a second. Must be a positive number.",
+            line=channel.line(index),
         )
-    return rate
+    return float(token)
+
+
+def _start_time(channel: _Channel) -> str:
+    """Time of the first sample, ISO 8601 UTC; empty unless stated in UTC with a certain year."""
+    stated = _START.search(channel.header[3])
+    year = channel.item(_YEAR)
+    if not stated or year is None or year % 100 != int(stated[3]):
+        return ""
+    month, day, hour, minute, second = (int(stated[group]) for group in (1, 2, 4, 5, 6))
+    try:
+        start = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
+    except ValueError:
+        return ""
+    return f"{start:%Y-%m-%dT%H:%M:%S}{stated[7] or ''}Z"

@@ -55,7 +55,9 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
     names = [_safe(component) for component in components]
     counts = Counter(name.upper() for name in names)
     ends = [
-        f"-{name}" if name and counts[name.upper()] == 1 else f"{'-' if name else ''}{name}-{number}"
+        f"-{name}"
+        if name and counts[name.upper()] == 1
+        else f"{'-' if name else ''}{name}-{number}"
         for number, name in enumerate(names, 1)
     ]
     return [stem[: _LONGEST - len(end)] + end for end in ends]

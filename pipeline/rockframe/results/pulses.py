@@ -76,7 +76,7 @@ def pulses_dataset(
     )
 
 
-def best_pulses(path: Path) -> dict[str, Pulse]:
+def best_pulses(path: Path) -> dict[str, PulseMatch]:
     """Return the best pulse of each record of a pulse file, by record identifier.
 
     Raises
@@ -90,11 +90,16 @@ def best_pulses(path: Path) -> dict[str, Pulse]:
     for i, name in enumerate(pulses["record_id"].values):
         wavelet = str(pulses["best_wavelet"].values[i])
         best = pulses.isel(record=i).sel(wavelet=wavelet)
-        found[str(name)] = Pulse(
+        pulse = Pulse(
             wavelet=wavelet,
             a_p=float(best["a_p"]),
             T_p=float(best["T_p"]),
             time=float(best["pulse_time"]),
             phase=float(best["phase"]),
+        )
+        found[str(name)] = PulseMatch(
+            pulse=pulse,
+            match_index=float(best["match_index"]),
+            at_period_bound=bool(best["at_period_bound"]),
         )
     return found

@@ -1,0 +1,124 @@
+"""Samples in fixed columns, as Fortran writes them: the numbers may touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.lines import is_number
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a line of samples.
+
+    Parameters
+    ----------
+    count : int
+        Numbers a line.
+    width : int
+        Characters a number.
+
+    Examples
+    --------
+    >>> Columns(8, 9).line_width
+    72
+    """
+
+    count: int
+    width: int
+
+    @property
+    def line_width(self) -> int:
+        """Characters of a full line."""
+        return self.count * self.width
+
+
+def read_columns(
+    path: Path, rows: list[bytes], columns: Columns, count: int, line: int
+) -> NDArray[np.float64]:
+    """Read samples from fixed columns.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    rows : list of bytes
+        The lines of samples, without line ends.
+    columns : Columns
+        Their layout.
+    count : int
+        Samples that the header states.
+    line : int
+        Number in the file of the line that states them; the samples follow it.
+
+    Returns
+    -------
+    array, shape (count,)
+
+    Raises
+    ------
+    InputError
+        If a line is not as wide as the columns, there are more or fewer samples than stated, or a
+        column holds no finite number with a decimal point (Fortran would put in a point there).
+
+    Examples
+    --------
+    >>> read_columns(Path("CE89146.V1"), [b"  .000010-1.234567"], Columns(8, 9), 2, 28)
+    array([ 1.000000e-05, -1.234567e+00])
+    """
+    rows = [row.rstrip() for row in rows]
+    while rows and not rows[-1]:
+        rows.pop()
+    _require_layout(path, rows, columns, count, line)
+    text = b"".join(rows)
+    if b"_" not in text and text.count(b".") == count:
+        try:
+            samples = np.frombuffer(text, dtype=f"S{columns.width}").astype(np.float64)
+        except ValueError:
+            raise _first_bad_column(path, rows, columns, line) from None
+        if np.isfinite(samples).all():
+            return samples
+    raise _first_bad_column(path, rows, columns, line)
+
+
+def _require_layout(path: Path, rows: list[bytes], columns: Columns, count: int, line: int) -> None:
+    last = rows[-1] if rows else b""
+    for number, row in enumerate(rows[:-1], line + 1):
+        if len(row) != columns.line_width:
+            raise _bad_width(path, row, columns, number)
+    present = columns.count * max(len(rows) - 1, 0) - (-len(last) // columns.width)
+    if present != count:
+        raise InputError(
+            path, f"{count} samples stated, {present} in the file. Must be equal.", line=line
+        )
+    if len(last) % columns.width or len(last) > columns.line_width:
+        raise _bad_width(path, last, columns, line + len(rows))
+
+
+def _bad_width(path: Path, row: bytes, columns: Columns, line: int) -> InputError:
+    return InputError(
+        path,
+        f"{len(row)} characters of samples. Must be {columns.line_width}: "
+        f"{columns.count} columns of {columns.width}.",
+        line=line,
+    )
+
+
+def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int) -> InputError:
+    for number, row in enumerate(rows, line + 1):
+        for start in range(0, len(row), columns.width):
+            field = row[start : start + columns.width]
+            if field.count(b".") != 1 or not is_number(field):
+                shown = field.decode("latin-1").strip()
+                return InputError(
+                    path,
+                    f"acceleration {shown!r} in characters {start + 1} to {start + len(field)}. "
+                    "Must be a finite number with a decimal point.",
+                    line=number,
+                )
+    raise AssertionError("every column holds a number, yet they could not be read together")

@@ -1,0 +1,360 @@
+"""The frame: limits and identities of eqs (7)-(12), (27)-(29), (36), (43), then printed numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+Expected = Callable[[str], Any]
+
+HEAVY = 1e9  # a mass ratio that is infinite to nine digits
+
+heights = st.floats(0.1, 100.0)
+width_ratios = st.floats(0.001, 0.9)
+mass_ratios = st.floats(0.0, 100.0)
+frames = st.builds(
+    lambda height, ratio, mass_ratio: RockingFrame(
+        height=height, width=ratio * height, mass_ratio=mass_ratio
+    ),
+    heights,
+    width_ratios,
+    mass_ratios,
+)
+
+
+@pytest.fixture
+def bent() -> RockingFrame:
+    return RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+
+
+def block_of_size(size: float, slenderness: float) -> RockingFrame:
+    return RockingFrame(
+        height=2.0 * size * math.cos(slenderness), width=2.0 * size * math.sin(slenderness)
+    )
+
+
+# Limits and identities
+
+
+@given(frames)
+def test_frame_without_beam_is_the_block(frame: RockingFrame) -> None:
+    block = RockingFrame(height=frame.height, width=frame.width, mass_ratio=0.0)
+    assert block.effective_size == block.size
+    assert block.effective_frequency_parameter == block.frequency_parameter
+
+
+@given(frames)
+def test_frame_has_the_frequency_of_a_block_of_size_r_hat(frame: RockingFrame) -> None:
+    block = block_of_size(frame.effective_size, frame.slenderness)
+    assert_allclose(frame.effective_frequency_parameter, block.frequency_parameter, rtol=1e-13)
+
+
+@given(frames)
+def test_frequency_and_size_say_the_same(frame: RockingFrame) -> None:
+    ratio = frame.effective_frequency_parameter / frame.frequency_parameter
+    assert_allclose(ratio**2 * frame.effective_size, frame.size, rtol=1e-13)
+
+
+def test_a_heavy_beam_slows_the_frame_by_sqrt_two_thirds() -> None:
+    frame = RockingFrame(height=6.0, width=1.0, mass_ratio=HEAVY)
+    ratio = frame.effective_frequency_parameter / frame.frequency_parameter
+    assert_allclose(ratio, math.sqrt(2.0 / 3.0), rtol=1e-8)
+
+
+def test_a_heavy_beam_makes_the_block_half_as_large_again() -> None:
+    frame = RockingFrame(height=6.0, width=1.0, mass_ratio=HEAVY)
+    assert_allclose(frame.effective_size, 1.5 * frame.size, rtol=1e-8)
+
+
+@pytest.mark.parametrize("inertia_ratio", [1.0, 4.0 / 3.0, 1.9])
+def test_under_a_heavy_beam_the_columns_inertia_does_not_matter(inertia_ratio: float) -> None:
+    frame = RockingFrame(height=6.0, width=1.0, mass_ratio=HEAVY, inertia_ratio=inertia_ratio)
+    pendulum = math.sqrt(GRAVITY / (2.0 * frame.size))
+    assert_allclose(frame.effective_frequency_parameter, pendulum, rtol=1e-8)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.25, 1.0, 4.0, 60.0])
+def test_eq_27_as_printed(gamma: float) -> None:
+    frame = RockingFrame(height=7.5, width=1.8, mass_ratio=gamma)
+    printed = math.sqrt((1.0 + 2.0 * gamma) / (1.0 + 3.0 * gamma)) * frame.frequency_parameter
+    assert_allclose(frame.effective_frequency_parameter, printed, rtol=1e-14)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.25, 1.0, 4.0, 60.0])
+def test_eq_29_as_printed(gamma: float) -> None:
+    frame = RockingFrame(height=7.5, width=1.8, mass_ratio=gamma)
+    printed = (1.0 + 3.0 * gamma) / (1.0 + 2.0 * gamma) * frame.size
+    assert_allclose(frame.effective_size, printed, rtol=1e-14)
+
+
+@given(frames, st.floats(0.1, 10.0))
+def test_froude_scaling(frame: RockingFrame, scale: float) -> None:
+    larger = RockingFrame(
+        height=scale * frame.height, width=scale * frame.width, mass_ratio=frame.mass_ratio
+    )
+    assert_allclose(larger.restitution, frame.restitution, rtol=1e-9)
+    assert_allclose(
+        larger.effective_frequency_parameter * math.sqrt(scale),
+        frame.effective_frequency_parameter,
+        rtol=1e-13,
+    )
+
+
+@given(frames, mass_ratios)
+def test_uplift_does_not_depend_on_the_mass_ratio(frame: RockingFrame, other: float) -> None:
+    twin = RockingFrame(height=frame.height, width=frame.width, mass_ratio=other)
+    assert twin.uplift_acceleration == frame.uplift_acceleration
+    assert_allclose(frame.uplift_acceleration, GRAVITY * math.tan(frame.slenderness), rtol=1e-14)
+
+
+@given(st.floats(0.001, 0.9))
+def test_restitution_of_a_block(slenderness: float) -> None:
+    block = block_of_size(3.0, slenderness)
+    housner = 1.0 - 1.5 * math.sin(slenderness) ** 2
+    assert_allclose(block.restitution, housner, rtol=0, atol=1e-15)
+
+
+@given(st.floats(0.001, 0.75))
+def test_restitution_under_a_heavy_beam(slenderness: float) -> None:
+    frame = RockingFrame(height=1.0, width=math.tan(slenderness), mass_ratio=HEAVY)
+    assert_allclose(frame.restitution, math.cos(2.0 * slenderness), rtol=0, atol=1e-8)
+
+
+@given(frames)
+def test_eq_43_as_printed(frame: RockingFrame) -> None:
+    alpha, gamma = frame.slenderness, frame.mass_ratio
+    loss = 1.0 - 1.5 * math.sin(alpha) ** 2 + 3.0 * gamma * math.cos(2.0 * alpha)
+    assert_allclose(frame.restitution, loss / (1.0 + 3.0 * gamma), rtol=0, atol=1e-14)
+
+
+@given(frames)
+def test_the_beam_never_raises_the_restitution(frame: RockingFrame) -> None:
+    block = RockingFrame(height=frame.height, width=frame.width)
+    assert frame.restitution <= block.restitution
+
+
+def test_impact_of_a_block_is_plastic_at_the_paper_s_slenderness() -> None:
+    limit = RockingFrame(height=6.0, width=1.0).slenderness_limit
+    assert_allclose(limit, math.asin(math.sqrt(2.0 / 3.0)), rtol=1e-15)
+    assert abs(math.degrees(limit) - 54.73) < 0.01  # 54.7356: the paper cuts, it does not round
+
+
+def test_impact_under_a_heavy_beam_is_plastic_at_45_degrees() -> None:
+    frame = RockingFrame(height=6.0, width=1.0, mass_ratio=HEAVY)
+    assert_allclose(math.degrees(frame.slenderness_limit), 45.0, rtol=1e-8)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.3, 4.0])
+@pytest.mark.parametrize("inertia_ratio", [1.2, 4.0 / 3.0])
+def test_restitution_vanishes_at_the_limit(gamma: float, inertia_ratio: float) -> None:
+    slim = RockingFrame(height=6.0, width=1.0, mass_ratio=gamma, inertia_ratio=inertia_ratio)
+    width = 6.0 * math.tan(slim.slenderness_limit - 1e-9)
+    frame = RockingFrame(height=6.0, width=width, mass_ratio=gamma, inertia_ratio=inertia_ratio)
+    assert 0.0 < frame.restitution < 1e-8
+
+
+# Kinematics
+
+
+@given(frames, st.floats(-1.57, 1.57))
+def test_columns_keep_their_length(frame: RockingFrame, theta: float) -> None:
+    u = abs(float(frame.horizontal_displacement(theta)))
+    v = float(frame.vertical_displacement(theta))
+    diagonal = 2.0 * frame.size
+    across = diagonal * math.sin(frame.slenderness) - u
+    up = diagonal * math.cos(frame.slenderness) + v
+    assert_allclose(math.hypot(across, up), diagonal, rtol=1e-14)
+
+
+@given(frames, st.floats(-1.57, 1.57))
+def test_mirror_symmetry(frame: RockingFrame, theta: float) -> None:
+    assert frame.horizontal_displacement(-theta) == -frame.horizontal_displacement(theta)
+    assert frame.vertical_displacement(-theta) == frame.vertical_displacement(theta)
+
+
+@given(frames)
+def test_balanced_frame_is_highest_and_a_width_away(frame: RockingFrame) -> None:
+    alpha = frame.slenderness
+    assert_allclose(frame.horizontal_displacement(alpha), frame.width, rtol=1e-13)
+    rise = 2.0 * frame.size - frame.height
+    assert_allclose(frame.vertical_displacement(alpha), rise, rtol=0, atol=1e-13 * frame.height)
+    assert frame.vertical_displacement(0.999 * alpha) < frame.vertical_displacement(alpha)
+    assert frame.vertical_displacement(1.001 * alpha) < frame.vertical_displacement(alpha)
+
+
+@pytest.mark.parametrize("theta", [1e-3, 1e-6, 1e-9, 1e-12, 1e-300])
+def test_small_displacements_keep_all_their_digits(bent: RockingFrame, theta: float) -> None:
+    # 2R [sin a - sin(a - theta)] = 2R [theta cos a + theta^2/2 sin a - theta^3/6 cos a - ...]
+    b, h = bent.width, bent.height
+    u = h * theta + b * theta**2 / 2.0 - h * theta**3 / 6.0 - b * theta**4 / 24.0
+    v = b * theta - h * theta**2 / 2.0 - b * theta**3 / 6.0 + h * theta**4 / 24.0
+    assert_allclose(bent.horizontal_displacement(theta), u, rtol=4e-15)
+    assert_allclose(bent.vertical_displacement(theta), v, rtol=4e-15)
+
+
+def swing(t: Float) -> tuple[Float, Float, Float]:
+    """A rotation in time, its rate and second rate; it does not pass 0."""
+    return 0.1 + 0.05 * np.sin(3.0 * t), 0.15 * np.cos(3.0 * t), -0.45 * np.sin(3.0 * t)
+
+
+def slope(function: Callable[[Float], Float], t: Float, h: float = 0.02) -> Float:
+    """Central difference of order 8."""
+    weights = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
+    total = np.zeros_like(t)
+    for k, weight in enumerate(weights, start=1):
+        total += weight * (function(t + k * h) - function(t - k * h))
+    return total / h
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("height", [9.6, 1.7])
+def test_rates_are_the_derivatives(sign: float, height: float) -> None:
+    frame = RockingFrame(height=height, width=1.6, mass_ratio=0.5)
+    t = np.linspace(0.0, 2.0, 41)
+    theta, omega, rate = (sign * x for x in swing(t))
+    close = {"rtol": 0.0, "atol": 1e-11 * height}
+    assert_allclose(
+        frame.horizontal_velocity(theta, omega),
+        slope(lambda x: frame.horizontal_displacement(sign * swing(x)[0]), t),
+        **close,
+    )
+    assert_allclose(
+        frame.vertical_velocity(theta, omega),
+        slope(lambda x: frame.vertical_displacement(sign * swing(x)[0]), t),
+        **close,
+    )
+    assert_allclose(
+        frame.horizontal_acceleration(theta, omega, rate),
+        slope(lambda x: frame.horizontal_velocity(sign * swing(x)[0], sign * swing(x)[1]), t),
+        **close,
+    )
+    assert_allclose(
+        frame.vertical_acceleration(theta, omega, rate),
+        slope(lambda x: frame.vertical_velocity(sign * swing(x)[0], sign * swing(x)[1]), t),
+        **close,
+    )
+
+
+@pytest.mark.parametrize("omega", [0.2, -0.2])
+def test_the_beam_rises_after_an_impact(bent: RockingFrame, omega: float) -> None:
+    assert_allclose(bent.vertical_velocity(0.0, omega), bent.width * abs(omega), rtol=1e-14)
+
+
+def test_displacements_follow_the_shape_of_the_rotation(bent: RockingFrame) -> None:
+    theta = np.linspace(-0.1, 0.1, 6).reshape(2, 3)
+    assert bent.horizontal_displacement(theta).shape == (2, 3)
+    assert bent.vertical_velocity(theta, 0.1).shape == (2, 3)
+
+
+def test_displacements_of_an_overturned_frame_are_unknown(bent: RockingFrame) -> None:
+    assert np.isnan(bent.horizontal_displacement(math.nan))
+    assert np.isnan(bent.vertical_displacement(math.nan))
+
+
+# Numbers
+
+
+def test_printed_column_of_apollo() -> None:
+    column = RockingFrame(height=7.5, width=1.8)
+    # the paper prints 1.4 for what is 1.381 with its own dimensions and g
+    assert round(column.frequency_parameter, 1) == 1.4
+    assert round(column.frequency_parameter, 3) == 1.381
+    assert round(math.degrees(column.slenderness), 1) == 13.5
+
+
+def test_printed_bridge(bent: RockingFrame) -> None:
+    assert round(bent.frequency_parameter, 2) == 1.23
+    assert_allclose(bent.uplift_acceleration / GRAVITY, 1.0 / 6.0, rtol=1e-15)
+
+
+def test_bridge_of_rectangular_columns(bent: RockingFrame, expected: Expected) -> None:
+    known = {name: value for name, value in expected("constants")["bridge"].items()}
+    assert_allclose(bent.slenderness, float(known["alpha_rad"]), rtol=1e-15)
+    assert_allclose(bent.size, float(known["R"]), rtol=1e-15)
+    assert_allclose(bent.frequency_parameter, float(known["p_rect"]), rtol=1e-15)
+    assert_allclose(bent.effective_frequency_parameter, float(known["phat_rect"]), rtol=1e-15)
+    assert_allclose(bent.effective_size, float(known["Rhat_rect"]), rtol=1e-15)
+    assert_allclose(bent.restitution, 911.0 / 962.0, rtol=1e-15)
+    assert_allclose(bent.restitution**2, float(known["r_rect"]), rtol=1e-15)
+
+
+def test_bridge_of_cylindrical_columns(bent: RockingFrame, expected: Expected) -> None:
+    known = expected("constants")["bridge"]
+    kappa = 4.0 / 3.0 - math.sin(bent.slenderness) ** 2 / 12.0
+    cylinders = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, inertia_ratio=kappa)
+    assert_allclose(kappa, float(known["kappa_cyl"]), rtol=1e-15)
+    assert_allclose(cylinders.frequency_parameter, float(known["p_cyl"]), rtol=1e-15)
+    assert_allclose(cylinders.effective_frequency_parameter, float(known["phat_cyl"]), rtol=1e-15)
+    assert_allclose(cylinders.restitution, float(known["sqrt_r_cyl"]), rtol=1e-15)
+
+
+def test_column_of_apollo(expected: Expected) -> None:
+    known = expected("constants")["apollo_corinth"]
+    column = RockingFrame(height=7.5, width=1.8)
+    assert_allclose(column.size, float(known["R"]), rtol=1e-15)
+    assert_allclose(column.frequency_parameter, float(known["p"]), rtol=1e-15)
+    assert_allclose(math.degrees(column.slenderness), float(known["alpha_deg"]), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("u", "ratio", "v"),
+    [
+        (0.2, "theta_over_alpha_at_u_0p20", "v_at_u_0p20"),
+        (0.5, "theta_over_alpha_at_u_0p50", "v_at_u_0p50"),
+    ],
+)
+def test_lift_that_goes_with_a_sway(
+    bent: RockingFrame, expected: Expected, u: float, ratio: str, v: str
+) -> None:
+    known = expected("constants")["geometry_check_fig11"]
+    theta = float(known[ratio]) * bent.slenderness
+    assert_allclose(bent.horizontal_displacement(theta), u, rtol=1e-14)
+    assert_allclose(bent.vertical_displacement(theta), float(known[v]), rtol=1e-13)
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("name", ["height", "width", "inertia_ratio"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_dimensions_must_be_positive(name: str, value: float) -> None:
+    arguments = {"height": 9.6, "width": 1.6, "mass_ratio": 4.0, name: value}
+    with pytest.raises(ParameterError) as error:
+        RockingFrame(name="bent", **arguments)
+    assert f"Invalid {name} {value!r} of frame 'bent'. Must be positive and finite." in str(
+        error.value
+    )
+
+
+@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
+def test_mass_ratio_must_not_be_negative(value: float) -> None:
+    with pytest.raises(ParameterError) as error:
+        RockingFrame(height=9.6, width=1.6, mass_ratio=value, name="bent")
+    assert f"Invalid mass_ratio {value!r} of frame 'bent'" in str(error.value)
+    assert "Must be zero or positive, and finite." in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("width", "gamma", "limit"), [(1.42, 0.0, "54.74"), (1.0, 1e6, "45.00"), (1.2, 1.0, "46.91")]
+)
+def test_a_frame_too_stocky_to_rock(width: float, gamma: float, limit: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        RockingFrame(height=1.0, width=width, mass_ratio=gamma, name="stub")
+    words = str(error.value)
+    assert f"Invalid slenderness {math.degrees(math.atan(width)):.2f} degrees" in words
+    assert f"Must be below {limit} degrees" in words
+    assert "'stub'" in words
+    assert "does not rock" in words

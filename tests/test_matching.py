@@ -1,0 +1,149 @@
+"""The wavelet transform: unbiased, invariant where it must be, and the same by other ways."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rockframe.errors import ParameterError
+from rockframe.matching import best_match, match_pulse, scalogram
+from rockframe.wavelets import WAVELETS, Pulse
+
+TIME = np.arange(1001) * 0.01
+EXPECTED = json.loads((Path(__file__).parent / "expected" / "f_wavelet.json").read_text())
+OTHER = {
+    "symmetric_ricker": "antisymmetric_ricker",
+    "antisymmetric_ricker": "symmetric_ricker",
+}
+
+
+def synthetic() -> np.ndarray:
+    """The record whose best pulses f_wavelet.json states, in g."""
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=0.8, time=5.0).acceleration(TIME)
+    fast = 0.05 * np.sin(14 * np.pi * TIME) * np.exp(-(((TIME - 5) / 2) ** 2))
+    slow = 0.03 * np.sin(3.8 * np.pi * TIME + 0.3) * np.exp(-(((TIME - 5.5) / 2) ** 2))
+    return np.asarray(pulse + fast + slow)
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@settings(max_examples=20, deadline=None)
+@given(
+    a_p=st.floats(0.1, 10.0),
+    period=st.floats(0.3, 2.0),
+    time=st.floats(4.0, 6.0),
+    phase=st.sampled_from([0.0, math.pi]),
+)
+def test_a_planted_pulse_is_found(
+    wavelet: str, a_p: float, period: float, time: float, phase: float
+) -> None:
+    planted = Pulse(wavelet=wavelet, a_p=a_p, T_p=period, time=time, phase=phase)
+    match = match_pulse(planted.acceleration(TIME), 0.01, wavelet)
+    assert match.pulse.T_p == pytest.approx(period, rel=1e-5)
+    assert match.pulse.time == pytest.approx(time, abs=1e-5)
+    assert match.pulse.a_p == pytest.approx(a_p, rel=1e-5)
+    assert match.pulse.phase == phase
+    assert match.match_index == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("mother", WAVELETS)
+def test_one_mother_on_the_other_pulse(mother: str) -> None:
+    key = "sym_mother_on_antisym_pulse" if mother == "symmetric_ricker" else None
+    expected = EXPECTED[key or "antisym_mother_on_sym_pulse"]
+    planted = Pulse(wavelet=OTHER[mother], a_p=1.0, T_p=1.0, time=5.0)
+    match = match_pulse(planted.acceleration(TIME), 0.01, mother)
+    assert match.pulse.T_p == pytest.approx(expected["s_over_Tp"], rel=1e-6)
+    assert abs(match.pulse.time - 5.0) == pytest.approx(expected["xi_over_Tp"], abs=1e-6)
+    assert match.match_index == pytest.approx(expected["matching_index"], abs=1e-9)
+
+
+@pytest.mark.parametrize(("wavelet", "key"), list(zip(WAVELETS, ("sym", "anti"), strict=True)))
+def test_synthetic_record(wavelet: str, key: str) -> None:
+    expected = EXPECTED["synthetic_record"][key]
+    match = match_pulse(synthetic(), 0.01, wavelet)
+    assert match.pulse.T_p == pytest.approx(expected["T_p"], rel=1e-7)
+    assert match.pulse.time == pytest.approx(expected["xi"], abs=1e-7)
+    assert match.pulse.a_p == pytest.approx(abs(expected["a_p"]), rel=1e-7)
+    assert (match.pulse.phase == 0.0) == (expected["a_p"] > 0.0)
+    assert match.match_index == pytest.approx(expected["matching_index"], abs=1e-9)
+
+
+def test_best_of_the_synthetic_record_is_the_planted_wavelet() -> None:
+    matches = [match_pulse(synthetic(), 0.01, wavelet) for wavelet in WAVELETS]
+    assert matches[best_match(matches)].pulse.wavelet == "symmetric_ricker"
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+def test_amplitude_scales_and_period_stretches(wavelet: str) -> None:
+    one = match_pulse(synthetic(), 0.01, wavelet).pulse
+    stretched = match_pulse(3.0 * synthetic(), 0.02, wavelet, longest_period=10.0).pulse
+    assert stretched.a_p == pytest.approx(3.0 * one.a_p, rel=1e-6)
+    assert stretched.T_p == pytest.approx(2.0 * one.T_p, rel=1e-6)
+    assert stretched.length_scale == pytest.approx(12.0 * one.length_scale, rel=1e-6)
+
+
+def test_reversed_record_gives_the_reversed_pulse() -> None:
+    one = match_pulse(synthetic(), 0.01, "symmetric_ricker")
+    other = match_pulse(-synthetic(), 0.01, "symmetric_ricker")
+    assert {one.pulse.phase, other.pulse.phase} == {0.0, math.pi}
+    assert other.pulse.T_p == one.pulse.T_p
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+def test_a_brute_force_grid_finds_nothing_better(wavelet: str) -> None:
+    record = synthetic()
+    match = match_pulse(record, 0.01, wavelet)
+    mother = WAVELETS[wavelet]
+    norm = math.sqrt(float(record @ record))
+    best = 0.0
+    for period in np.geomspace(0.2, 5.0, 150):
+        tau = (TIME[None, :] - TIME[::2, None]) / period
+        daughters = mother.acceleration(tau) / math.sqrt(period * mother.energy / 0.01)
+        best = max(best, float(np.abs(daughters @ record).max()) / norm)
+    assert best <= match.match_index
+    assert best == pytest.approx(match.match_index, rel=5e-3)
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+def test_pywavelets_sees_the_same_optimum(wavelet: str) -> None:
+    """PyWavelets samples its wavelets coarsely: half a sample in time, half a percent."""
+    record = synthetic()
+    match = match_pulse(record, 0.01, wavelet)
+    periods = match.pulse.T_p * np.array([0.97, 1.0, 1.03])
+    picture = np.abs(scalogram(record, 0.01, wavelet, periods))
+    row, column = np.unravel_index(picture.argmax(), picture.shape)
+    norm = math.sqrt(float(record @ record) * 0.01)
+    assert row == 1
+    assert TIME[column] == pytest.approx(match.pulse.time, abs=0.015)
+    assert picture.max() / norm == pytest.approx(match.match_index, rel=0.01)
+
+
+def test_a_period_at_the_end_of_the_range_is_said_to_be_so() -> None:
+    planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=2.0, time=5.0).acceleration(TIME)
+    assert match_pulse(planted, 0.01, "symmetric_ricker", longest_period=1.0).at_period_bound
+    assert not match_pulse(planted, 0.01, "symmetric_ricker").at_period_bound
+
+
+def test_zeros_hold_no_pulse() -> None:
+    with pytest.raises(ParameterError, match="all samples are zero"):
+        match_pulse(np.zeros(100), 0.01, "symmetric_ricker")
+
+
+def test_unknown_wavelet_is_named() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid wavelet 'haar'. Must be one of: symmetric"):
+        match_pulse(np.ones(100), 0.01, "haar")
+
+
+def test_a_record_too_short_for_the_periods_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"range of periods from 2 to 5 s .* of 0.99 s"):
+        match_pulse(np.ones(100), 0.01, "symmetric_ricker", shortest_period=2.0)
+
+
+def test_reversed_range_is_refused() -> None:
+    with pytest.raises(ParameterError, match="the shorter one first"):
+        match_pulse(np.ones(100), 0.01, "symmetric_ricker", shortest_period=3.0, longest_period=1.0)

@@ -1,0 +1,218 @@
+"""The files between the stages: whole, self-explaining, the same bytes for the same inputs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+import rockframe
+from rockframe.errors import InputError, ParameterError
+from rockframe.matching import match_pulse
+from rockframe.provenance import whole_file
+from rockframe.record import Orientation, Record
+from rockframe.results import (
+    PULSES,
+    RECORDS,
+    RESPONSE,
+    best_pulses,
+    open_response,
+    pulses_dataset,
+    read_records,
+    records_dataset,
+    response_dataset,
+    write,
+)
+from rockframe.rocking import respond
+from rockframe.wavelets import WAVELETS, Pulse
+
+FRAMES = [
+    rockframe.RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bridge"),
+    rockframe.RockingFrame(height=3.0, width=0.3, name="column"),
+]
+
+
+def shaken(name: str, a_p: float, samples: int = 1500) -> Record:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.2, time=4.0)
+    return Record(
+        record_id=name,
+        acceleration=pulse.acceleration(0.01 * np.arange(samples)),
+        time_step=0.01,
+        station="Ärgerhöhe",
+        orientation=Orientation.HORIZONTAL,
+        azimuth=90.0,
+        processing=("one step", "another"),
+    )
+
+
+RECORDS_MADE = [shaken("weak", 0.5), shaken("strong", 6.0, 1201)]
+
+
+def save(dataset: xr.Dataset, path: Path, kind: str) -> Path:
+    write(dataset, path, kind, input_sha256={"made.csv": "0" * 64}, parameters={"a": 1.5})
+    return path
+
+
+@pytest.fixture
+def response_path(tmp_path: Path) -> Path:
+    responses = [[respond(frame, record) for frame in FRAMES] for record in RECORDS_MADE]
+    dataset = response_dataset(RECORDS_MADE, FRAMES, responses)
+    return save(dataset, tmp_path / "response.nc", RESPONSE)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    samples=hnp.arrays(
+        np.float64,
+        st.integers(2, 40),
+        elements=st.floats(-50, 50, allow_nan=False, allow_subnormal=False),
+    ),
+    step=st.floats(1e-4, 1.0),
+    event=st.text(st.characters(exclude_categories=("C", "Z")), max_size=20),
+)
+def test_a_record_comes_back_as_it_went(
+    tmp_path_factory: pytest.TempPathFactory, samples: np.ndarray, step: float, event: str
+) -> None:
+    record = Record(record_id="a-1", acceleration=samples, time_step=step, event=event)
+    path = save(records_dataset([record]), tmp_path_factory.mktemp("r") / "records.nc", RECORDS)
+    (back,) = read_records(path)
+    np.testing.assert_array_equal(back.acceleration, record.acceleration)
+    assert (back.record_id, back.time_step, back.event) == ("a-1", step, event)
+    assert np.isnan(back.magnitude)
+    assert back.processing == ()
+
+
+def test_ragged_rows_are_cut_at_the_right_places(tmp_path: Path) -> None:
+    path = save(records_dataset(RECORDS_MADE), tmp_path / "records.nc", RECORDS)
+    for back, record in zip(read_records(path), RECORDS_MADE, strict=True):
+        np.testing.assert_array_equal(back.acceleration, record.acceleration)
+        assert back.processing == record.processing
+        assert back.station == record.station
+
+
+def test_the_same_inputs_give_the_same_bytes(tmp_path: Path) -> None:
+    first = save(records_dataset(RECORDS_MADE), tmp_path / "a.nc", RECORDS).read_bytes()
+    second = save(records_dataset(RECORDS_MADE), tmp_path / "b.nc", RECORDS).read_bytes()
+    assert first == second
+
+
+def test_every_variable_explains_itself(response_path: Path) -> None:
+    with xr.open_dataset(response_path) as bare:
+        assert bare.attrs["Conventions"] == "CF-1.11"
+        assert json.loads(bare.attrs["parameters"]) == {"a": 1.5}
+        for name, variable in bare.variables.items():
+            assert {"units", "long_name"} <= set(variable.attrs), name
+        assert bare["row_size"].attrs["sample_dimension"] == "obs"
+        assert bare["record_id"].attrs["cf_role"] == "timeseries_id"
+        meanings = bare["verdict"].attrs["flag_meanings"].split()
+        assert meanings == ["no_uplift", "safe", "overturned", "undecided"]
+
+
+def test_every_variable_is_compressed_and_checksummed(response_path: Path) -> None:
+    with xr.open_dataset(response_path) as bare:
+        for name, variable in bare.variables.items():
+            assert variable.encoding["fletcher32"], name
+            assert variable.encoding["zlib"], name
+
+
+def test_selecting_gives_the_history_that_was_computed(response_path: Path) -> None:
+    with open_response(response_path) as response:
+        assert response.records == ["weak", "strong"]
+        assert response.structures == ["bridge", "column"]
+        history = response.sel(record="strong", structure="column")
+    computed = respond(FRAMES[1], RECORDS_MADE[1])
+    assert history.sizes == {"time": 1201}
+    for name in ("theta", "u", "v"):
+        np.testing.assert_array_equal(history[name], getattr(computed, name))
+    assert int(history["verdict"]) == computed.verdict == rockframe.Verdict.OVERTURNED
+    assert float(history["overturning_time"]) == computed.overturning_time
+
+
+def test_histories_are_missing_after_overturning_only(response_path: Path) -> None:
+    with open_response(response_path) as response:
+        fallen = response.sel(record="strong", structure="column")
+        standing = response.sel(record="weak", structure="bridge")
+    after = fallen["time"] > float(fallen["overturning_time"])
+    assert bool(np.isnan(fallen["theta"][after]).all())
+    assert bool(np.isfinite(fallen["theta"][~after]).all())
+    assert bool(np.isfinite(standing["theta"]).all())
+
+
+def test_unknown_names_are_refused_with_those_there_are(response_path: Path) -> None:
+    with open_response(response_path) as response:
+        with pytest.raises(ParameterError, match=r"record 'x'. Must be one of: weak, strong"):
+            response.sel(record="x", structure="bridge")
+        with pytest.raises(ParameterError, match=r"structure 'x'. Must be one of: bridge, column"):
+            response.sel(record="weak", structure="x")
+
+
+def test_best_pulses_come_back(tmp_path: Path) -> None:
+    matches = [
+        [match_pulse(record.acceleration, 0.01, name) for name in WAVELETS]
+        for record in RECORDS_MADE
+    ]
+    path = save(pulses_dataset(RECORDS_MADE, matches), tmp_path / "pulses.nc", PULSES)
+    assert best_pulses(path) == {"weak": matches[0][0], "strong": matches[1][0]}
+
+
+def test_a_file_of_another_kind_is_refused(response_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"of kind 'response'. Must be the output of `rockframe ing"
+    ):
+        read_records(response_path)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none.nc: no such file. Must be a records file"):
+        read_records(tmp_path / "none.nc")
+
+
+def test_something_that_is_no_netcdf_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "records.nc"
+    path.write_text("not netCDF")
+    with pytest.raises(InputError, match="cannot be read as netCDF"):
+        read_records(path)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_a_flipped_byte_is_never_read_as_data(tmp_path: Path, share: float) -> None:
+    path = save(records_dataset(RECORDS_MADE), tmp_path / "records.nc", RECORDS)
+    content = bytearray(path.read_bytes())
+    content[int(share * len(content))] ^= 0xFF
+    path.write_bytes(content)
+    try:
+        back = read_records(path)
+    except InputError:
+        return
+    for record, original in zip(back, RECORDS_MADE, strict=True):
+        np.testing.assert_array_equal(record.acceleration, original.acceleration)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "result.txt"
+    path.write_text("old")
+
+    def interrupted() -> None:
+        with whole_file(path) as partial:
+            partial.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["result.txt"]
+    assert path.read_text() == "old"
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with (
+        pytest.raises(InputError, match="cannot be written"),
+        whole_file(tmp_path / "file" / "below.nc"),
+    ):
+        pass

@@ -1,0 +1,66 @@
+"""Signal processing: what a baseline and a band-pass must and must not do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rockframe.errors import ParameterError
+from rockframe.signals import BandPass, correct, integrate, peak
+
+TIME = np.arange(6000) * 0.01
+
+
+def burst(frequency: float) -> np.ndarray:
+    return np.sin(2 * np.pi * frequency * TIME) * np.exp(-(((TIME - 30.0) / 6.0) ** 2))
+
+
+def test_a_line_is_removed_entirely() -> None:
+    corrected, _ = correct(0.3 + 0.01 * TIME, 0.01, BandPass())
+    assert peak(corrected) < 1e-12
+
+
+def test_inside_the_band_nothing_changes() -> None:
+    signal = burst(2.0)
+    corrected, _ = correct(signal, 0.01, BandPass())
+    assert peak(corrected - signal) < 1e-4
+
+
+@pytest.mark.parametrize("frequency", [0.2, 45.0])
+def test_outside_the_band_little_is_left(frequency: float) -> None:
+    corrected, _ = correct(burst(frequency), 0.01, BandPass(1.0, 20.0))
+    assert peak(corrected) < 1e-3
+
+
+def test_phase_is_kept() -> None:
+    signal = burst(1.0)
+    corrected, _ = correct(signal, 0.01, BandPass())
+    assert int(np.correlate(corrected, signal, "same").argmax()) == signal.size // 2
+
+
+def test_velocity_returns_to_rest() -> None:
+    corrected, _ = correct(burst(0.5) + 0.05, 0.01, BandPass())
+    velocity = integrate(corrected, 0.01)
+    assert abs(velocity[-1]) < 1e-3 * peak(velocity)
+
+
+def test_processing_states_the_corners_used() -> None:
+    _, steps = correct(burst(1.0), 0.02, BandPass(0.2, 40.0))
+    assert "0.2 to 20 Hz" in steps[-1]
+
+
+def test_reversed_corners_are_refused() -> None:
+    with pytest.raises(
+        ParameterError, match=r"band-pass from 40.0 to 0.1 Hz. Must be two positive"
+    ):
+        BandPass(40.0, 0.1)
+
+
+def test_a_record_too_coarse_for_the_band_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid time step 8 s .* Must be below 4 s"):
+        BandPass(0.1, 40.0).corners(8.0)
+
+
+def test_integral_of_a_cosine_is_its_sine() -> None:
+    integral = integrate(np.cos(TIME), 0.01)
+    assert peak(integral - np.sin(TIME)) < 1e-5
