@@ -13,6 +13,7 @@ import pytest
 
 import rockframe
 from rockframe.cli.main import main
+from rockframe.ingest import FORMATS
 from rockframe.wavelets import Pulse
 
 STRUCTURE = """
@@ -85,7 +86,7 @@ def test_tables_are_printed(motion: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_formats_are_those_of_the_registry(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("formats", "--json") == 0
     names = [entry["name"] for entry in json.loads(capsys.readouterr().out)]
-    assert names == [entry.name for entry in rockframe.ingest.FORMATS]
+    assert names == [entry.name for entry in FORMATS]
 
 
 @pytest.fixture(scope="module")
@@ -181,7 +182,8 @@ def test_one_bad_file_among_good_ones_is_listed_and_status_1(
     assert run("ingest", motion, bad, *words) == 1
     assert "rejected: bad.csv:2" in capsys.readouterr().err
     assert len(rockframe.read_records(output)) == 1
-    listed = list(csv.DictReader(output.with_suffix(".csv").open(newline="")))
+    with output.with_suffix(".csv").open(newline="") as stream:
+        listed = list(csv.DictReader(stream))
     assert [row["status"] for row in listed] == ["accepted", "rejected"]
 
 

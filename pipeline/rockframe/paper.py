@@ -143,8 +143,8 @@ def statements(rows: Sequence[TableRow]) -> list[str]:
     drifts = sorted(100.0 * row.u_max_m for row in own)
     lifted = max(own, key=lambda row: row.v_max_m)
     return [
-        f"theta/alpha: the paper says below 0.33 for all six records; ours is at most "
-        f"{turned.peak_rotation_ratio:.3f} ({turned.record}), over {len(own)} of them: "
+        f"theta/alpha: the paper says below 0.33; ours is at most "
+        f"{turned.peak_rotation_ratio:.3f} ({turned.record}): "
         f"{'agrees' if turned.peak_rotation_ratio < 0.33 else 'differs'}.",
         f"u_max: the paper says 20 to 50 cm; ours {drifts[0]:.1f} to {drifts[-1]:.1f} cm: "
         f"{'agrees' if drifts[0] >= 20.0 and drifts[-1] <= 50.0 else 'differs'}.",

@@ -95,10 +95,9 @@ def ingest_stage(
         except ParameterError as error:
             rejected.append(Rejection(file=record.source_file, reason=str(error)))
     if not records:
-        first = f" {rejected[0].file}: {rejected[0].reason}" if rejected else ""
-        many = f" (and {len(rejected) - 1} more)" if len(rejected) > 1 else ""
-        where = ", ".join(str(path) for path in paths)
-        raise InputError(where, f"holds no record that can be used.{first}{many}")
+        first, others = rejected[0], len(rejected) - 1
+        more = f" ({others} more files were rejected too.)" if others else ""
+        raise InputError(first.file, first.reason + more, first.line)
     result = Ingested(tuple(records), tuple(rejected))
     write(
         records_dataset(records),

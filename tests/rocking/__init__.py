@@ -1,0 +1,1 @@
+"""Tests of the rocking response; a package so that they can share the independent solver."""

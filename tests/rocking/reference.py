@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 Float = NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 3e-14
-REST_VELOCITY = 1e-11  # of p_hat
+REST_VELOCITY = 1e-10  # of p_hat; the kernel states the same cut-off
 LONGEST_STEP = 0.05  # of 1/p_hat
 
 
@@ -131,7 +131,9 @@ def _uplift(row: Float, limit: float, now: float, end: float) -> tuple[float, fl
     for level in (limit, -limit):
         shifted = row.copy()
         shifted[0] -= level
-        roots = polynomial.polyroots(np.trim_zeros(shifted, "b")) if shifted.any() else []
+        roots: Float = (
+            polynomial.polyroots(np.trim_zeros(shifted, "b")) if shifted.any() else np.empty(0)
+        )
         candidates += [float(r.real) for r in roots if abs(r.imag) < 1e-9 and now < r.real < end]
     candidates = sorted(candidates)
     for t, after in zip(candidates, [*candidates[1:], end], strict=True):
@@ -193,9 +195,14 @@ def _steps(
         max_step=LONGEST_STEP / column.p_hat,
         events=[impact, fall] if side else None,
     )
-    event = ""
-    if side and solution.t_events is not None:
-        event = ("impact" if solution.t_events[0].size else "") or (
-            "fall" if solution.t_events[1].size else ""
+    if solution.t_events is None or not any(times.size for times in solution.t_events):
+        return float(solution.t[-1]), float(solution.y[0, -1]), float(solution.y[1, -1]), ""
+    landed = bool(solution.t_events[0].size)
+    before, time = float(solution.t[-2]), float(solution.t[-1])
+    level = 0.0 if landed else side * 0.5 * math.pi
+    for _ in range(3):  # the dense output is less exact than the steps: Newton on the steps
+        _, reached, rate, _ = _steps(
+            column, equation, before, time, float(solution.y[0, -2]), float(solution.y[1, -2])
         )
-    return float(solution.t[-1]), float(solution.y[0, -1]), float(solution.y[1, -1]), event
+        time -= (reached - level) / rate
+    return time, level, rate, "impact" if landed else "fall"

@@ -27,7 +27,9 @@ def _parser() -> argparse.ArgumentParser:
     for module in _VERBS:
         name = module.__name__.rsplit(".", 1)[-1]
         summary = (module.__doc__ or "").split(": ", 1)[1].rstrip(".\n")
-        verb = verbs.add_parser(name, help=summary, description=f"{summary}.".capitalize())
+        verb = verbs.add_parser(
+            name, help=summary, description=f"{summary[:1].upper()}{summary[1:]}."
+        )
         module.add_arguments(verb)
         verb.add_argument("--json", action="store_true", help="print JSON instead of tables")
         verb.set_defaults(run=module.run)

@@ -56,4 +56,4 @@ def run(options: argparse.Namespace) -> int:
 def verdict_text(verdict: str, overturning_time: float) -> str:
     """Return the verdict as people read it."""
     words = verdict.replace("_", " ")
-    return f"{words} at {overturning_time:.1f} s" if verdict == "overturned" else words
+    return f"{words} {overturning_time:.1f} s" if verdict == "overturned" else words

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rockframe.results import TableRow
     from rockframe.stages import Ingested
 
+_SHORT = {"symmetric_ricker": "sym.", "antisymmetric_ricker": "antisym."}
 _LABELS = {"pga_g": "PGA [g]", "pgv_m_s": "PGV [m/s]", "a_p_g": "a_p [g]", "T_p_s": "T_p [s]"}
 
 
@@ -175,8 +176,9 @@ def _show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Seq
     show_table(
         "Records, pulses and response",
         [
-            *("Earthquake", "Record", "M_w>", "R_epi [km]>", "PGA [g]>", "PGV [m/s]>", "a_p [g]>"),
-            *("T_p [s]>", "wavelet", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"),
+            *("Earthquake", "Record", "M_w>", "R\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
+            *("T_p\n[s]>", "Ricker", "Structure", "θ/α\n>", "u_max\n[cm]>", "v_max\n[cm]>"),
+            "Verdict",
         ],
         list(_cells(rows)),
     )
@@ -201,7 +203,7 @@ def _cells(rows: Sequence[TableRow]) -> list[list[str]]:
     for row in rows:
         record: list[str] = [""] * 9
         if row.record_id != last:
-            if last:
+            if last and row.structure != rows[-1].structure:
                 cells.append([])
             record = [
                 row.event,
@@ -212,7 +214,7 @@ def _cells(rows: Sequence[TableRow]) -> list[list[str]]:
                 number(row.pgv_m_s, 2),
                 number(row.a_p_g, 2),
                 number(row.T_p_s, 2),
-                row.wavelet.replace("_ricker", ""),
+                _SHORT[row.wavelet],
             ]
             last = row.record_id
         stands = row.verdict != "overturned"

@@ -1,7 +1,7 @@
 """CSMIP/CDMG volume 1 (V1): uncorrected acceleration in g, several channels in a file.
 
-Each channel has 13 lines of text, 7 of integers (16I5), 7 of reals, the line that states number,
-rate, units and columns of the samples, the samples in those columns, and a line `/& ... End of Data`.
+Each channel has 13 lines of text, 7 of integers (16I5), 7 of reals, one that states number, rate,
+units and columns of the samples, the samples in those columns, and a line `/& ... End of Data`.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ _ENDS_SAMPLES: Final = re.compile(rb"/&|\s*Uncorrected", re.I)
 _CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
 _DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
 _POINTS: Final = re.compile(
-    r"No\. of Points\s*=\s*(?P<count>\d+).*?\bat\s+(?P<rate>[\d.]+)\s*Samples/sec", re.I
+    r"No\. of Points\s*=\s*(?P<count>\d{1,9})\b.*?\bat\s+(?P<rate>[\d.]+)\s*Samples/sec", re.I
 )
 _SAMPLES: Final = re.compile(
-    r"\s*(?P<count>\d+)\s+Accelerogram points at\s+(?P<rate>[\d.]+)\s+pts/sec in units of\s+"
+    r"\s*(?P<count>\d{1,9})\s+Accelerogram points at\s+(?P<rate>[\d.]+)\s+pts/sec in units of\s+"
     r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>[1-9]\d?)f(?P<width>[1-9]\d?)\.\d+\)",
     re.I,
 )
-_CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d+)\s*Chns", re.I)
+_CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d{1,4})\s*Chns", re.I)
 _NETWORK: Final = re.compile(r"\s*\w+\.(?P<network>\w{1,2})\.(?P<station>\w{1,5})\.[\w-]*\.\w+\s")
 _STATION: Final = re.compile(r"\s*Station (?:No\.|Id\.)\s*(?P<station>\w+)", re.I)
 _START: Final = re.compile(
-    r"Start time:\s*(\d+)/\s*(\d+)/(\d\d),\s*(\d+):\s*(\d+):\s*(\d+)(\.\d+)?\s*UTC", re.I
+    r"Start time:\s*(\d\d?)/\s*(\d\d?)/(\d\d),\s*(\d\d?):\s*(\d\d?):\s*(\d\d?)(\.\d+)?\s*UTC", re.I
 )
 
 

@@ -96,8 +96,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
     Examples
     --------
-    >>> lines = b"PEER\nTITLE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n .1 .2 -.3"
-    >>> [record] = read(Path("RSN1.AT2"), lines, ReadOptions())
+    >>> header = b"PEER\nTITLE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n"
+    >>> [record] = read(Path("RSN1.AT2"), header + b" .1 .2 -.3", ReadOptions())
     >>> record.record_id, record.time_step, record.acceleration
     ('RSN1', 0.01, array([ 0.981,  1.962, -2.943]))
     """
@@ -210,7 +210,7 @@ def _count_and_step(path: Path, line: str, number: int) -> tuple[int, float]:
     sizes = _sizes(line)
     assert sizes  # noqa: S101 - the header ends with the line that matches
     count, step, unit = sizes["count"], sizes["step"], sizes["unit"].upper()
-    if not (count.isascii() and count.isdigit() and int(count) >= 2):
+    if not (re.fullmatch(r"\d{1,12}", count, re.ASCII) and int(count) >= 2):
         raise InputError(path, f"NPTS {count!r}. Must be a whole number of 2 or more.", line=number)
     if unit not in {"", "S", "SEC", "SECS", "SECOND", "SECONDS"}:
         raise InputError(path, f"DT in units of {unit!r}. Must be seconds.", line=number)

@@ -154,7 +154,11 @@ def read_bytes(
     ]
 
 
-def read_file(path: str | Path, options: ReadOptions = NO_OPTIONS) -> list[Record]:
+def read_file(
+    path: str | Path,
+    options: ReadOptions = NO_OPTIONS,
+    file_format: Format | None = None,
+) -> list[Record]:
     r"""Read the records of a file: one, or one a channel.
 
     Parameters
@@ -163,6 +167,8 @@ def read_file(path: str | Path, options: ReadOptions = NO_OPTIONS) -> list[Recor
         A regular file of at most 256 MB.
     options : ReadOptions
         Units and time step, if the file does not state them.
+    file_format : Format, optional
+        The reader to use; by default that of the one format that recognises the file.
 
     Raises
     ------
@@ -181,7 +187,7 @@ def read_file(path: str | Path, options: ReadOptions = NO_OPTIONS) -> list[Recor
     """
     path = Path(path)
     try:
-        return read_bytes(path, _load(path), options)
+        return read_bytes(path, _load(path), options, file_format)
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
@@ -199,6 +205,6 @@ def _load(path: Path) -> bytes:
 
 
 def _beginning(head: bytes) -> str:
-    first = head.lstrip().split(b"\n", 1)[0].strip()
-    shown = first[:50].decode("ascii", errors="backslashreplace")
-    return repr(shown) if shown.isprintable() else repr(first[:16])
+    first = head.lstrip().split(b"\n", 1)[0].strip()[:50]
+    text = first.decode("latin-1")
+    return repr(text) if text.isascii() and text.isprintable() else repr(head[:16])

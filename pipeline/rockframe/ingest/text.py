@@ -7,6 +7,7 @@ Comment lines (``#``, ``%``) may come first, then one line of column names, whic
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -15,44 +16,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.ingest.headings import (
+    column_names,
+    fields_of,
+    is_known,
+    is_row,
+    read_headings,
+)
 from rockframe.ingest.identify import record_ids
-from rockframe.ingest.lines import bad_number, blocks, head_lines, is_number, text_of
+from rockframe.ingest.lines import bad_number, head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_units
 from rockframe.ingest.timing import time_step_of
 from rockframe.record import Record
-from rockframe.units import ACCELERATION_UNITS, acceleration_factor
+from rockframe.units import acceleration_factor
 
-_TIME_NAMES: Final = frozenset(["t", "time"])
-_TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
-_ACCELERATION_NAMES: Final = frozenset(["a", "acc", "accel", "acceleration"])
-_OTHER_NAMES: Final = {
-    "v": "velocity",
-    "vel": "velocity",
-    "velocity": "velocity",
-    "d": "displacement",
-    "disp": "displacement",
-    "displacement": "displacement",
-}
-_KNOWN_NAMES: Final = _TIME_NAMES | _ACCELERATION_NAMES | _OTHER_NAMES.keys()
-#: Spellings of units in column names, once blanks, underscores and carets are gone.
-_SPELLINGS: Final = {
-    "g": "g",
-    "gal": "gal",
-    **{f"cm{per}": "cm/s2" for per in ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")},
-    **{f"m{per}": "m/s2" for per in ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")},
-}
-_STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d+)", re.I)
+Float = NDArray[np.float64]
+
+#: Rows parsed at a time, so that memory stays flat.
+_ROWS: Final = 1 << 16
+_STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """What stands before the numbers, and how they are separated."""
+    """What stands before the rows of numbers, and how these are separated."""
 
     comments: list[str]
     names: list[str]
+    names_line: int
+    rows: list[bytes]
     first_line: int
-    comma: bool
-    columns: int
+    separator: bytes | None
+
+    @property
+    def columns(self) -> int:
+        return len(self.rows[0].split(self.separator))
 
 
 def sniff(head: bytes) -> bool:
@@ -70,15 +68,17 @@ def sniff(head: bytes) -> bool:
     """
     lines = head_lines(head)
     start = _first_content(lines)
-    if start == len(lines):
-        return False
-    names = _column_names(lines[start])
-    if names and any(_words(name)[0] in _KNOWN_NAMES for name in names[:8]):
-        return any(map(_is_row, lines[start + 1 : start + 3]))
-    # The last line of the head may be cut, and one damaged line is for the reader to report.
+    # The last line of the head may be cut; one damaged line is for the reader to report.
     rows = [line for line in lines[start:-1] or lines[start:] if line.strip()]
-    first = rows[1:2] if names else rows[:1]
-    return all(map(_is_row, first)) and 2 * sum(map(_is_row, rows)) > len(rows)
+    if not rows:
+        return False
+    names = column_names(rows[0])
+    if not names:
+        numeric = [is_row(row) for row in rows]
+        return numeric[0] and len(fields_of(rows[0])) <= 2 and 2 * sum(numeric) > len(rows)
+    return (len(names) <= 2 or any(map(is_known, names))) and any(
+        is_row(row) and len(fields_of(row)) == len(names) for row in rows[1:4]
+    )
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
@@ -105,66 +105,113 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     >>> record.time_step, record.acceleration
     (0.01, array([ 0.981, -1.962]))
     """
-    lines, body, layout = _split(path, data)
-    time, acceleration, units = _roles(path, layout)
-    factor = acceleration_factor(settle_units(path, units, options, _names_line(layout)))
-    quantities = ["acceleration"] * layout.columns
-    if time is not None:
-        quantities[time] = "time"
-    table = _parse(path, body, layout, quantities)
-    if len(table) < 2:
-        raise InputError(path, f"{len(table)} rows of numbers. Must be 2 or more.")
-    _check_count(path, layout, len(table))
-    if time is None:
-        step = options.time_step
-        if step is None:
-            raise InputError(
-                path,
-                "time step unstated. Must be in a column of times before the acceleration "
-                "or given with --time-step.",
-            )
-    else:
-        tokens = [_tokens(line, layout.comma)[time] for line in lines]
-        step = time_step_of(path, tokens, layout.first_line, options.time_step)
+    layout = _split(path, data)
+    names_line = layout.names_line or layout.first_line
+    quantities, stated = read_headings(path, layout.names, layout.columns, names_line)
+    factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
+    table = _parse(path, layout, quantities)
+    _require_count(path, layout, len(table))
     return [
         Record(
             record_id=record_ids(path, [""])[0],
-            acceleration=table[:, acceleration] * factor,
-            time_step=step,
+            acceleration=table[:, quantities.index("acceleration")] * factor,
+            time_step=_time_step(path, layout, quantities, table, options),
         )
     ]
 
 
-def _split(path: Path, data: bytes) -> tuple[list[bytes], bytes, _Layout]:
-    """Separate comments and column names from the rows of numbers."""
-    text = text_of(path, data).rstrip()
-    lines = text.split(b"\n")
-    start = _first_content([line.decode("latin-1") for line in lines[:1000]])
-    comments = [line.decode("latin-1") for line in lines[:start]]
-    names = _column_names(lines[start].decode("latin-1")) if start < len(lines) else []
-    if names:
-        start += 1
-        while start < len(lines) and not lines[start].strip():
-            start += 1
+def _split(path: Path, data: bytes) -> _Layout:
+    lines = text_of(path, data).rstrip().split(b"\n")
+    start = _first_content(map(_decoded, lines))
+    comments = [_decoded(line) for line in lines[:start]]
+    names = column_names(_decoded(lines[start])) if start < len(lines) else []
+    names_line = start + 1 if names else 0
+    start += bool(names)
+    start += _first_content(map(_decoded, lines[start:]))
     if start >= len(lines):
         raise InputError(path, "no rows of numbers. Must be 2 or more.")
-    comma = b"," in lines[start]
-    columns = len(_tokens(lines[start], comma))
-    layout = _Layout(comments, names, start + 1, comma, columns)
-    return lines[start:], b"\n".join(lines[start:]), layout
+    separator = b"," if b"," in lines[start] else None
+    return _Layout(comments, names, names_line, lines[start:], start + 1, separator)
 
 
-def _first_content(lines: list[str]) -> int:
-    for number, line in enumerate(lines):
+def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
+    """All numbers, shape (rows, columns)."""
+    rows, columns = layout.rows, layout.columns
+    try:
+        parts = [
+            _parse_rows(rows[start : start + _ROWS], layout.separator, columns)
+            for start in range(0, len(rows), _ROWS)
+        ]
+    except ValueError:
+        raise _first_bad_row(path, layout, quantities) from None
+    table = np.concatenate(parts)
+    if not np.isfinite(table).all():
+        raise _first_bad_row(path, layout, quantities)
+    return table
+
+
+def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
+    tokens = [row.split(separator) for row in rows]
+    if set(map(len, tokens)) != {columns} or any(b"_" in row for row in rows):
+        raise ValueError("ragged rows, or underscores in numbers")
+    return np.array(tokens, dtype=np.float64)
+
+
+def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:
+    for line, row in enumerate(layout.rows, layout.first_line):
+        tokens = row.split(layout.separator)
+        if len(tokens) != layout.columns:
+            shown = row.decode("latin-1").strip()[:40]
+            return InputError(
+                path, f"{len(tokens)} columns in {shown!r}. Must be {layout.columns}.", line=line
+            )
+        for token, quantity in zip(tokens, quantities, strict=True):
+            if not is_number(token):
+                return bad_number(path, token, line, quantity)
+    raise AssertionError("every row is sound, yet they could not be read together")
+
+
+def _require_count(path: Path, layout: _Layout, rows: int) -> None:
+    if rows < 2:
+        raise InputError(path, f"{rows} row of numbers. Must be 2 or more.", line=layout.first_line)
+    for line, comment in enumerate(layout.comments, 1):
+        stated = _STATED_COUNT.search(comment)
+        if stated and int(stated[1]) != rows:
+            raise InputError(
+                path,
+                f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal.",
+                line=line,
+            )
+
+
+def _time_step(
+    path: Path, layout: _Layout, quantities: list[str], table: Float, options: ReadOptions
+) -> float:
+    if "time" in quantities:
+        time = quantities.index("time")
+
+        def printed() -> list[bytes]:
+            return [row.split(layout.separator)[time] for row in layout.rows]
+
+        return time_step_of(path, table[:, time], printed, layout.first_line, options.time_step)
+    if options.time_step is None:
+        raise InputError(
+            path,
+            "time step unstated. Must be in a column of times before the acceleration "
+            "or given with --time-step.",
+        )
+    return options.time_step
+
+
+def _decoded(line: bytes) -> str:
+    return line.decode("latin-1")
+
+
+def _first_content(lines: Iterable[str]) -> int:
+    """Number of comment lines and blank lines before anything else."""
+    count = 0
+    for line in lines:
         if line.strip() and not line.lstrip().startswith(("#", "%")):
-            return number
-    return len(lines)
-
-
-def _column_names(line: str) -> list[str]:
-    """The names in a header line; none if it is a row of numbers or prose."""
-    if _is_row(line) or not re.match(r"\s*\"?[A-Za-z]", line):
-        return []
-    # In `time [s]  acc (g)` the brackets belong to the word before them.
-    names = line.split(",") if "," in line else re.sub(r"\s+(?=[\[(])", "", line).split()
-    return [name.strip().strip('"') for name in names]
+            break
+        count += 1
+    return count

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -13,16 +14,24 @@ from rockframe.errors import InputError
 
 Float = NDArray[np.float64]
 
-#: A time is good to single precision at best, however many digits are printed.
-_SINGLE: Final = 2.0**-24
+#: Times may come from a step and a product in single precision, however many digits are printed.
+_SINGLE: Final = 2.0**-23
 #: Rounding of the last operations on doubles.
 _DOUBLE: Final = 2.0**-50
+#: Relative difference up to which two steps are the same number.
+_SAME_STEP: Final = 1e-9
+#: No recorder takes more samples a second than the reciprocal of this [s].
+_SHORTEST_STEP: Final = 1e-9
 #: No time step needs more decimals than a double holds.
 _MOST_DECIMALS: Final = 20
 
 
 def time_step_of(
-    path: Path, tokens: list[bytes], first_line: int, given: float | None = None
+    path: Path,
+    times: Float,
+    printed: Callable[[], list[bytes]],
+    first_line: int,
+    given: float | None = None,
 ) -> float:
     """Return the time step of evenly spaced times as they are printed [s].
 
@@ -35,8 +44,10 @@ def time_step_of(
     ----------
     path : Path
         The file, for the error.
-    tokens : list of bytes
-        The printed times [s], finite numbers, two or more; one a line.
+    times : array, shape (samples,)
+        The times [s], finite, two or more; one a line.
+    printed : callable
+        Returns the times as they are printed; called only if they are not even as numbers.
     first_line : int
         Line number of the first.
     given : float, optional
@@ -49,31 +60,30 @@ def time_step_of(
 
     Examples
     --------
-    >>> time_step_of(Path("motion.csv"), [b"0.000", b"0.005", b"0.010"], 2)
-    0.005
-    >>> times = [f"{i / 240:.4f}".encode() for i in range(4000)]
-    >>> time_step_of(Path("motion.csv"), times, 2) == 1 / 240
+    >>> printed = [f"{i / 240:.4f}".encode() for i in range(4000)]
+    >>> times = np.array(printed, dtype=float)
+    >>> time_step_of(Path("motion.csv"), times, lambda: printed, 2) == 1 / 240
     True
     """
-    times = np.array(tokens, dtype=np.float64)
     _require_increase(path, times, first_line)
-    places = np.zeros(times.size)
-    for share, precision in ((0.0, _DOUBLE), (0.5, _SINGLE), (1.0, _SINGLE)):
-        if share == 0.5:
-            places = np.array([_decimals(token) for token in tokens], dtype=np.float64)
-            _require_resolution(path, times, 10.0**-places, first_line)
-        largest = np.maximum(np.abs(times), abs(times[0]))
-        slack = np.maximum(share * 10.0**-places, precision * largest)
-        low, high = _fitting_steps(times, slack)
+    largest = np.maximum(np.abs(times), abs(times[0]))
+    low, high = _fitting_steps(times, _DOUBLE * largest)
+    if low[-1] <= high[-1]:
+        return _settle(path, (float(low[-1]), float(high[-1])), _MOST_DECIMALS, given)
+    places = np.array([_decimals(token) for token in printed()], dtype=np.float64)
+    units = 10.0**-places
+    _require_resolution(path, times, units, first_line)
+    for share in (0.5, 1.0):
+        low, high = _fitting_steps(times, np.maximum(share * units, _SINGLE * largest))
         if low[-1] <= high[-1]:
-            return _settle(path, (low[-1], high[-1]), int(places.max()), given)
+            return _settle(path, (float(low[-1]), float(high[-1])), int(places.max()), given)
     where = int(np.flatnonzero(low > high)[0]) + 1
     step = 0.5 * (low[where - 2] + high[where - 2])
     raise _uneven(path, times, where, float(times[0] + where * step), first_line)
 
 
 def _require_increase(path: Path, times: Float, first_line: int) -> None:
-    still = np.flatnonzero(np.diff(times) <= 0.0)
+    still = np.flatnonzero(times[1:] <= times[:-1])
     if still.size:
         where = int(still[0]) + 1
         raise InputError(
@@ -81,6 +91,8 @@ def _require_increase(path: Path, times: Float, first_line: int) -> None:
             f"time {times[where]:.12g} s after {times[where - 1]:.12g} s. Must increase.",
             line=first_line + where,
         )
+    if not math.isfinite(float(times[-1]) - float(times[0])):
+        raise InputError(path, f"times up to {times[-1]:g} s. Must be seconds.", line=first_line)
 
 
 def _require_resolution(path: Path, times: Float, units: Float, first_line: int) -> None:
@@ -106,8 +118,7 @@ def _settle(path: Path, fitting: tuple[float, float], places: int, given: float 
     low, high = fitting
     if given is None:
         return _simplest(low, high, places)
-    # The user's number may be as short as the step's own decimal.
-    if low * (1.0 - 1e-9) <= given <= high * (1.0 + 1e-9):
+    if low * (1.0 - _SAME_STEP) <= given <= high * (1.0 + _SAME_STEP):
         return given
     raise InputError(
         path,
@@ -119,7 +130,7 @@ def _settle(path: Path, fitting: tuple[float, float], places: int, given: float 
 def _simplest(low: float, high: float, places: int) -> float:
     middle = 0.5 * (low + high)
     decimals, step = _shortest_decimal(low, high)
-    if places and decimals > places + 1:
+    if decimals > places + 1 and middle > _SHORTEST_STEP:
         rate = round(1.0 / middle)
         others = (rate - 1, rate + 1)
         if _fits(rate, low, high) and not any(_fits(other, low, high) for other in others):
@@ -152,9 +163,7 @@ def _uneven(path: Path, times: Float, where: int, expected: float, first_line: i
 
 def _decimals(token: bytes) -> int:
     """Places after the decimal point; negative if the last digit printed is above the units."""
-    if b"e" in token or b"E" in token:
-        exponent = Decimal(token.decode("ascii").strip()).as_tuple().exponent
-        return -exponent if isinstance(exponent, int) else 0
-    token = token.strip()
-    point = token.find(b".")
-    return len(token) - point - 1 if point >= 0 else 0
+    digits, _, exponent = token.strip().lower().partition(b"e")
+    point = digits.find(b".")
+    places = len(digits) - point - 1 if point >= 0 else 0
+    return places - int(exponent[:6]) if exponent else places

@@ -183,8 +183,19 @@ def open_response(path: str | Path) -> ResponseFile:
 
     Examples
     --------
-    >>> with open_response("response.nc") as response:  # doctest: +SKIP
-    ...     history = response.sel(record="Ridgecrest2019-CLC-360", structure="bridge-bent")
+    >>> import tempfile
+    >>> from rockframe.results import write
+    >>> from rockframe.rocking import respond
+    >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
+    >>> frame = RockingFrame(height=9.6, width=1.6, name="bent")
+    >>> dataset = response_dataset([record], [frame], [[respond(frame, record)]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "response.nc")
+    ...     write(dataset, path, RESPONSE, input_sha256={}, parameters={})
+    ...     with open_response(path) as response:
+    ...         history = response.sel(record="shake", structure="bent")
+    >>> history["theta"].dims, bool(history["theta"][-1] < 0.0)
+    (('time',), True)
     """
     return ResponseFile(path)
 

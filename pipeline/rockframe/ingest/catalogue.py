@@ -1,0 +1,191 @@
+"""Facts about records that stand beside the files, in a `catalogue.csv`."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, TextIO
+
+from rockframe.errors import InputError
+from rockframe.record import Record
+
+#: Name of the catalogue in a folder of records.
+CATALOGUE: Final = "catalogue.csv"
+#: Its columns; all must be there, in any order.
+COLUMNS: Final = (
+    "file",
+    "event",
+    "station",
+    "network",
+    "magnitude",
+    "epicentral_distance_km",
+    "source",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CatalogueEntry:
+    """What a catalogue states of one file; unknown is NaN or an empty string.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    event, station, network : str
+        Names.
+    magnitude : float
+        Magnitude of the event [1].
+    epicentral_distance : float
+        Distance to the epicentre [km].
+    source : str
+        Where the facts come from.
+
+    Examples
+    --------
+    >>> CatalogueEntry(file="PUL164.AT2", magnitude=6.6).magnitude
+    6.6
+    """
+
+    file: str
+    event: str = ""
+    station: str = ""
+    network: str = ""
+    magnitude: float = math.nan
+    epicentral_distance: float = math.nan
+    source: str = ""
+
+
+def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
+    r"""Read a catalogue: CSV with the columns of `COLUMNS`, one row a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The catalogue, in UTF-8.
+
+    Returns
+    -------
+    dict
+        From the name of a file to what is stated of it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a column is unknown or missing, a file is named twice, or a
+        number is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "catalogue.csv")
+    ...     _ = path.write_text(",".join(COLUMNS) + "\nPUL164.AT2,San Fernando,,,6.6,,NGA\n")
+    ...     read_catalogue(path)["PUL164.AT2"].event
+    'San Fernando'
+    """
+    path = Path(path)
+    entries: dict[str, CatalogueEntry] = {}
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            for line, row in _rows(path, stream):
+                entry = _entry(path, row, line)
+                if entry.file in entries:
+                    raise InputError(
+                        path, f"file {entry.file!r} named twice. Must be named once.", line=line
+                    )
+                entries[entry.file] = entry
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from error
+    return entries
+
+
+def with_facts(record: Record, entry: CatalogueEntry) -> Record:
+    """Return a record with what a catalogue states of its file.
+
+    A stated name takes the place of the header's; what the catalogue leaves empty stays.
+
+    Parameters
+    ----------
+    record : Record
+        As read from the file.
+    entry : CatalogueEntry
+        What is stated of it.
+
+    Examples
+    --------
+    >>> record = Record(record_id="shake", acceleration=[0.0, 1.0], time_step=0.01, station="PUL")
+    >>> known = with_facts(record, CatalogueEntry(file="shake.csv", magnitude=6.6))
+    >>> known.station, known.magnitude
+    ('PUL', 6.6)
+    """
+    magnitude, distance = entry.magnitude, entry.epicentral_distance
+    return replace(
+        record,
+        event=entry.event or record.event,
+        station=entry.station or record.station,
+        network=entry.network or record.network,
+        magnitude=record.magnitude if math.isnan(magnitude) else magnitude,
+        epicentral_distance=record.epicentral_distance if math.isnan(distance) else distance,
+    )
+
+
+def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
+    reader = csv.reader(stream, strict=True)
+    header = [name.strip() for name in next(reader, [])]
+    for name in header:
+        if name not in COLUMNS or header.count(name) > 1:
+            raise InputError(
+                path,
+                f"column {name!r} unknown or repeated. Must be each of: {', '.join(COLUMNS)}.",
+                line=1,
+            )
+    for name in COLUMNS:
+        if name not in header:
+            raise InputError(
+                path, f"column {name!r} missing. Must be each of: {', '.join(COLUMNS)}.", line=1
+            )
+    for row in reader:
+        if not row:
+            continue
+        if len(row) != len(header):
+            raise InputError(
+                path, f"{len(row)} columns. Must be {len(header)}.", line=reader.line_num
+            )
+        yield reader.line_num, dict(zip(header, map(str.strip, row), strict=True))
+
+
+def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
+    file = row["file"]
+    if not file or Path(file).name != file:
+        raise InputError(path, f"file {file!r}. Must be the name of a file.", line=line)
+    return CatalogueEntry(
+        file=file,
+        event=row["event"],
+        station=row["station"],
+        network=row["network"],
+        magnitude=_number(path, row, "magnitude", line),
+        epicentral_distance=_number(path, row, "epicentral_distance_km", line, lowest=0.0),
+        source=row["source"],
+    )
+
+
+def _number(
+    path: Path, row: dict[str, str], column: str, line: int, lowest: float = -math.inf
+) -> float:
+    token = row[column]
+    if not token:
+        return math.nan
+    try:
+        value = float(token)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= lowest):
+        must = "a finite number" if lowest == -math.inf else "a finite number, zero or positive,"
+        raise InputError(path, f"{column} {token!r}. Must be {must} or empty.", line=line)
+    return value

@@ -1,0 +1,151 @@
+"""Names of the columns of a number table: what a column holds, and in which units."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.units import ACCELERATION_UNITS
+
+#: First words of column names, and what the column holds.
+_QUANTITIES: Final = {
+    **dict.fromkeys(["t", "time"], "time"),
+    **dict.fromkeys(["a", "acc", "accel", "acceleration"], "acceleration"),
+    **dict.fromkeys(["v", "vel", "velocity"], "velocity"),
+    **dict.fromkeys(["d", "disp", "displacement"], "displacement"),
+}
+_TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
+_PER_SECOND_SQUARED: Final = ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")
+#: Spellings of units in column names, once blanks, underscores and carets are gone.
+_SPELLINGS: Final = {
+    "g": "g",
+    "gal": "gal",
+    **{f"cm{per}": "cm/s2" for per in _PER_SECOND_SQUARED},
+    **{f"m{per}": "m/s2" for per in _PER_SECOND_SQUARED},
+}
+_MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."
+
+
+def fields_of(line: str) -> list[str]:
+    """Return the fields of a line: between commas if it has any, else between blanks.
+
+    Examples
+    --------
+    >>> fields_of("0.01, 0.2"), fields_of(" 0.01 0.2")
+    (['0.01', ' 0.2'], ['0.01', '0.2'])
+    """
+    return line.split(",") if "," in line else line.split()
+
+
+def is_row(line: str) -> bool:
+    """Whether all fields of a line are numbers, NaN and infinity among them.
+
+    Examples
+    --------
+    >>> is_row("0.01,nan"), is_row("San Fernando, 164")
+    (True, False)
+    """
+    try:
+        return bool([float(field) for field in fields_of(line)])
+    except ValueError:
+        return False
+
+
+def column_names(line: str) -> list[str]:
+    """Return the fields of a line that begins with a letter and is no row of numbers.
+
+    Examples
+    --------
+    >>> column_names("time [s]  acc (g)"), column_names("0.00  0.1")
+    (['time[s]', 'acc(g)'], [])
+    """
+    if is_row(line) or not re.match(r"\s*\"?[A-Za-z]", line):
+        return []
+    # Brackets belong to the word before them.
+    joined = re.sub(r"\s+(?=[\[(])", "", line)
+    return [name.strip().strip('"') for name in fields_of(joined)]
+
+
+def is_known(name: str) -> bool:
+    """Whether a column's name says that it is a time, acceleration, velocity or displacement.
+
+    Examples
+    --------
+    >>> is_known("acc_g"), is_known("station")
+    (True, False)
+    """
+    return _split_name(name)[0] in _QUANTITIES
+
+
+def read_headings(
+    path: Path, names: list[str], columns: int, line: int
+) -> tuple[list[str], str | None]:
+    """Return what the columns of a table hold, and the units of acceleration if stated.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    names : list of str
+        Names of the columns; without names they are time and acceleration, or acceleration.
+    columns : int
+        Number of columns.
+    line : int
+        Line number of the names, or of the first row if there are none.
+
+    Returns
+    -------
+    quantities : list of str
+        ``time`` or ``acceleration`` for each column.
+    units : str or None
+        Units of acceleration.
+
+    Raises
+    ------
+    InputError
+        If a column is a velocity or displacement, the columns are other than time and
+        acceleration, or their units are unknown.
+
+    Examples
+    --------
+    >>> read_headings(Path("motion.csv"), ["time_s", "acc_cm_s2"], 2, 1)
+    (['time', 'acceleration'], 'cm/s2')
+    """
+    if not names:
+        if columns > 2:
+            raise InputError(path, f"{columns} columns without names. {_MUST}", line=line)
+        return ["time", "acceleration"][-columns:], None
+    shown = ",".join(names)
+    if len(names) != columns:
+        message = f"{columns} columns under {len(names)} names ({shown}). Must be equal."
+        raise InputError(path, message, line=line)
+    words = [_split_name(name) for name in names]
+    found = [_QUANTITIES.get(word, word) for word, _ in words]
+    for name, quantity in zip(names, found, strict=True):
+        if quantity in {"velocity", "displacement"} and "acceleration" not in found:
+            raise InputError(
+                path, f"column {name!r} is a {quantity}. Must be an acceleration.", line=line
+            )
+    if sorted(found) not in (["acceleration"], ["acceleration", "time"]):
+        raise InputError(path, f"columns {shown!r}. {_MUST}", line=line)
+    units = dict(zip(found, (units for _, units in words), strict=True))
+    return found, _units(path, units, line)
+
+
+def _units(path: Path, units: dict[str, str], line: int) -> str | None:
+    if units.get("time", "") not in _TIME_UNITS:
+        raise InputError(path, f"time in units of {units['time']!r}. Must be seconds.", line=line)
+    stated = units["acceleration"]
+    if stated and stated not in _SPELLINGS:
+        known = ", ".join(ACCELERATION_UNITS)
+        message = f"acceleration units {stated!r}. Must be one of: {known}."
+        raise InputError(path, message, line=line)
+    return _SPELLINGS.get(stated)
+
+
+def _split_name(name: str) -> tuple[str, str]:
+    """First word of a column's name, and the rest without blanks: `acc_cm_s2` -> `acc`, `cms2`."""
+    word, _, units = re.sub(r"[\s_\[\]()]+", " ", name.lower()).strip().partition(" ")
+    return word, re.sub(r"[\s^]|\*\*", "", units)

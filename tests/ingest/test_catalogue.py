@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.errors import InputError
+from rockframe.ingest import CatalogueEntry, read_catalogue, with_facts
+from rockframe.ingest.catalogue import COLUMNS
+from rockframe.record import Record
+
+HEADER = ",".join(COLUMNS)
+
+
+def read(folder: Path, text: str) -> dict[str, CatalogueEntry]:
+    path = folder / "catalogue.csv"
+    path.write_bytes(text.encode())
+    return read_catalogue(path)
+
+
+def test_bundled(bundled_records: Path) -> None:
+    entries = read_catalogue(bundled_records / "catalogue.csv")
+    assert entries["Ridgecrest2019-CLC.V1"].epicentral_distance == 5.1
+    assert {entry.magnitude for entry in entries.values()} == {7.1}
+
+
+def test_empty_is_unknown(tmp_path: Path) -> None:
+    entry = read(tmp_path, f"{HEADER}\r\nA.V1,,,,,,\r\n\r\n")["A.V1"]
+    assert entry.event == ""
+    assert math.isnan(entry.magnitude)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r":1: column 'file' missing"),
+        (HEADER.replace("network,", "") + "\n", r":1: column 'network' missing"),
+        (HEADER + ",notes\n", r":1: column 'notes' unknown or repeated"),
+        (HEADER + ",file\n", r":1: column 'file' unknown or repeated"),
+        (f"{HEADER}\nA.V1,,,,7.1\n", r":2: 5 columns\. Must be 7"),
+        (f"{HEADER}\nA.V1,,,,,,\nA.V1,,,,,,\n", r":3: file 'A\.V1' named twice"),
+        (f"{HEADER}\n,,,,,,\n", r":2: file ''\. Must be the name of a file"),
+        (f"{HEADER}\n../A.V1,,,,,,\n", r":2: file '\.\./A\.V1'\. Must be the name of a file"),
+        (f"{HEADER}\nA.V1,,,,big,,\n", r":2: magnitude 'big'\. Must be a finite number or empty"),
+        (f"{HEADER}\nA.V1,,,,nan,,\n", r":2: magnitude 'nan'\. Must be a finite number or empty"),
+        (f"{HEADER}\nA.V1,,,,,-3,\n", r":2: epicentral_distance_km '-3'\. Must be .* or positive"),
+        (f'{HEADER}\n"A.V1,,,,,,\n', r"not a table \(.*\)\. Must be CSV in UTF-8"),
+    ],
+)
+def test_damaged(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, text)
+
+
+def test_missing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be opened"):
+        read_catalogue(tmp_path / "lost.csv")
+
+
+def test_facts_fill_and_override() -> None:
+    record = Record(
+        record_id="a", acceleration=np.zeros(2), time_step=0.01, station="89146", event="given"
+    )
+    known = with_facts(record, CatalogueEntry(file="a", station="CLC", magnitude=7.1))
+    assert (known.station, known.event, known.magnitude) == ("CLC", "given", 7.1)
+    assert math.isnan(known.epicentral_distance)

@@ -1,0 +1,159 @@
+"""Every real file at hand reads as the shared table says, or is refused."""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rockframe.errors import InputError
+from rockframe.ingest import FORMATS, read_file
+from rockframe.record import Orientation, Record
+
+#: Files of the shared folder `formats` that some format here claims.
+CLAIMED = {
+    "A-BPL160.AT2": "peer_at2",
+    "CE89146.V1": "csmip_v1",
+    "CHV1-20140203E.txt": "acceleration_text",
+    "IMPVALL_E04-140_example1.AT2": "peer_at2",
+    "NIS090.AT2": "peer_at2",
+    "RSN1_HELENA.A_A-HMC180.AT2": "peer_at2",
+    "RSN77_SFERN_PUL164.AT2": "peer_at2",
+    "RSN88_SFERN_FSD172.VT2": "peer_at2",
+    "elCentro.AT2": "peer_at2",
+    "tabasFN.txt": "acceleration_text",
+}
+
+
+def signed_peak(record: Record) -> float:
+    """Sample of largest absolute value [g]."""
+    return float(record.acceleration[np.abs(record.acceleration).argmax()]) / 9.81
+
+
+def facts(records: list[Record]) -> list[tuple[int, float, float]]:
+    return [(r.acceleration.size, r.time_step, signed_peak(r)) for r in records]
+
+
+def close(rows: list[tuple[int, float, float]]) -> list[Any]:
+    """The table prints six decimals of a peak."""
+    return [(samples, step, pytest.approx(peak, abs=1e-6)) for samples, step, peak in rows]
+
+
+@pytest.fixture(scope="module")
+def table(shared_records: Path) -> dict[str, list[tuple[int, float, float]]]:
+    found = defaultdict(list)
+    with (shared_records / "EXPECTED.tsv").open(encoding="utf-8") as stream:
+        for row in csv.DictReader(stream, delimiter="\t"):
+            if row["samples"]:
+                fact = int(row["samples"]), float(row["time_step_s"]), float(row["pga"])
+                found[row["file"]].append(fact)
+    return found
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "A-BPL160",
+        "IMPVALL_E04-140_example1",
+        "NIS090",
+        "RSN1_HELENA.A_A-HMC180",
+        "RSN77_SFERN_PUL164",
+        "elCentro",
+    ],
+)
+def test_peer_at2(
+    name: str, shared_records: Path, table: dict[str, list[tuple[int, float, float]]]
+) -> None:
+    path = shared_records / "formats" / "peer_at2" / f"{name}.AT2"
+    assert facts(read_file(path)) == close(table[path.name])
+
+
+def test_csmip_v1(shared_records: Path, table: dict[str, list[tuple[int, float, float]]]) -> None:
+    path = shared_records / "formats" / "csmip" / "CE89146.V1"
+    assert facts(read_file(path)) == close(table[path.name])
+
+
+@pytest.mark.parametrize(
+    ("name", "samples", "step", "peak"),
+    [
+        ("erzincan1992_EW", 4156, 0.005, -0.496185),
+        ("kobe1995_Takarazuka-000", 3930, 0.01, -0.693442),
+        ("northridge1994_Jensen-022", 5713, 0.005, 0.570622),
+        ("parkfield1966_CO2-065", 4166, 0.01, 0.475852),
+        ("sanfernando1971_PacoimaDam-164", 4098, 0.01, 1.22591),
+        ("sansalvador1986_GIC-180", 1805, 0.005, 0.420834),
+    ],
+)
+def test_table1(peer_records: Path, name: str, samples: int, step: float, peak: float) -> None:
+    [record] = read_file(peer_records / f"{name}.csv")
+    assert (record.record_id, record.acceleration.size) == (name, samples)
+    assert record.time_step == step
+    assert signed_peak(record) == pytest.approx(peak, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("station", "peaks"),
+    [
+        ("CCC", (-0.566659, -0.471006, -0.361179)),
+        ("CLC", (0.34425, 0.510799, 0.347089)),
+        ("TOW2", (0.437307, 0.386348, 0.359919)),
+    ],
+)
+def test_bundled(bundled_records: Path, station: str, peaks: tuple[float, ...]) -> None:
+    records = read_file(bundled_records / f"Ridgecrest2019-{station}.V1")
+    assert facts(records) == close([(10000, 0.01, peak) for peak in peaks])
+    assert [r.record_id.rsplit("-", 1)[1] for r in records] == ["090", "360", "UP"]
+    assert [r.azimuth for r in records[:2]] == [90.0, 360.0]
+    assert records[2].orientation is Orientation.VERTICAL
+    assert {(r.network, r.station, r.uncorrected) for r in records} == {("CI", station, True)}
+
+
+@pytest.mark.parametrize(
+    ("name", "samples"),
+    [
+        ("CICCC.RAW", [35430, 35402, 35406]),
+        ("CICLC.v1", [31932, 32080, 32190]),
+        ("CITOW2.RAW", [35562, 35540, 35710]),
+    ],
+)
+def test_untrimmed(shared_records: Path, name: str, samples: list[int]) -> None:
+    records = read_file(shared_records / "ridgecrest2019" / name)
+    assert [record.acceleration.size for record in records] == samples
+
+
+def test_trimmed_is_part_of_untrimmed(shared_records: Path, bundled_records: Path) -> None:
+    whole = read_file(shared_records / "ridgecrest2019" / "CICLC.v1")[1].acceleration
+    part = read_file(bundled_records / "Ridgecrest2019-CLC.V1")[1].acceleration
+    assert np.array_equal(whole[2650 * 8 :][:10000], part)
+
+
+def test_each_file_is_claimed_rightly(shared_records: Path) -> None:
+    claims = {
+        path.name: [known.name for known in FORMATS if known.sniff(path.read_bytes()[:4096])]
+        for path in (shared_records / "formats").glob("*/*")
+    }
+    assert {name: names for name, names in claims.items() if names} == {
+        name: [known] for name, known in CLAIMED.items()
+    }
+
+
+def test_velocity_is_refused(shared_records: Path) -> None:
+    path = shared_records / "formats" / "peer_at2" / "RSN88_SFERN_FSD172.VT2"
+    with pytest.raises(InputError, match=r"VT2:3: is a velocity time series\. Must be an accel"):
+        read_file(path)
+
+
+@pytest.mark.parametrize("name", ["CHV1-20140203E.txt", "tabasFN.txt"])
+def test_unstated_units_are_refused(shared_records: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"acceleration units unstated.*--units"):
+        read_file(shared_records / "formats" / "text" / name)
+
+
+@pytest.mark.parametrize("name", ["CE89146.V2", "CE89146.V3", "chan001.v2"])
+def test_csmip_siblings_are_unknown(shared_records: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"unknown format, begins '(Corrected|Response and)"):
+        read_file(shared_records / "formats" / "csmip" / name)

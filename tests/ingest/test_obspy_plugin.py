@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from rockframe.errors import InputError
+from rockframe.ingest import FORMATS, obspy_plugin
+
+# obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+DETECTORS = (obspy_plugin.is_peer_at2, obspy_plugin.is_csmip_v1, obspy_plugin.is_text)
+
+
+def obspy_read(*arguments: object, **options: object) -> Any:
+    from obspy import read
+
+    return read(*arguments, **options)
+
+
+def test_entry_points_are_the_formats() -> None:
+    ours = {
+        point.name
+        for point in entry_points(group="obspy.plugin.waveform")
+        if point.value == "rockframe.ingest.obspy_plugin"
+    }
+    assert ours == {known.obspy_name for known in FORMATS}
+
+
+def test_read_by_name(tmp_path: Path, at2: Callable[..., bytes]) -> None:
+    (tmp_path / "a.AT2").write_bytes(at2())
+    [trace] = obspy_read(str(tmp_path / "a.AT2"), format="PEERAT2")
+    assert trace.data.dtype == np.float64
+    assert trace.data.tolist() == [0.1 * 9.81, -0.2 * 9.81, 0.3 * 9.81]
+    assert (trace.stats.delta, trace.stats.npts, trace.stats.channel) == (0.005, 3, "164")
+    # A name of a place is no station code.
+    assert trace.stats.station == ""
+    assert trace.stats.peerat2.station == "Pacoima Dam (upper left abut)"
+    assert trace.stats.peerat2.units == "m s-2"
+    assert trace.stats.peerat2.azimuth == 164.0
+    assert trace.stats.peerat2.source_file == "a.AT2"
+
+
+def test_channels(v1: Callable[..., bytes], channel: Callable[..., list[str]]) -> None:
+    stream = obspy_read(BytesIO(v1(channel(), channel("Up"))), format="CSMIPV1")
+    assert [trace.id for trace in stream] == ["CI.CCC..090", "CI.CCC..UP"]
+    assert str(stream[0].stats.starttime) == "2019-07-06T03:19:40.040000Z"
+    assert stream[1].stats.csmipv1.orientation == "vertical"
+
+
+def test_text_options() -> None:
+    stream = obspy_read(BytesIO(b"1.0\n2.0\n"), format="ACCTEXT", units="gal", time_step=0.02)
+    assert stream[0].data.tolist() == [0.01, 0.02]
+    assert stream[0].stats.delta == 0.02
+    assert math.isnan(stream[0].stats.acctext.azimuth)
+
+
+def test_data_can_be_processed_in_place(v1: Callable[..., bytes]) -> None:
+    trace = obspy_read(BytesIO(v1()), format="CSMIPV1")[0]
+    trace.detrend("demean").data[0] += 1.0
+
+
+def test_headonly(at2: Callable[..., bytes]) -> None:
+    trace = obspy_read(BytesIO(at2()), format="PEERAT2", headonly=True)[0]
+    assert (trace.stats.npts, len(trace.data)) == (3, 0)
+
+
+def test_our_errors_come_through() -> None:
+    with pytest.raises(InputError, match="acceleration units unstated"):
+        obspy_read(BytesIO(b"1.0\n2.0\n"), format="ACCTEXT")
+
+
+@pytest.mark.parametrize("name", ["peerat2", "csmipv1", "acctext"])
+def test_detection(
+    tmp_path: Path, at2: Callable[..., bytes], bundled_records: Path, name: str
+) -> None:
+    data = {
+        "peerat2": at2(),
+        "csmipv1": (bundled_records / "Ridgecrest2019-CCC.V1").read_bytes(),
+        "acctext": b"t,acc_g\n0.0,0.1\n0.5,0.2\n",
+    }[name]
+    path = tmp_path / "record"
+    path.write_bytes(data)
+    for source in (path, BytesIO(data)):
+        stream = obspy_read(source)
+        assert stream[0].stats["_format"] == name.upper()
+
+
+def test_detection_restores_the_position(at2: Callable[..., bytes]) -> None:
+    stream = BytesIO(b"skipped " + at2())
+    stream.seek(8)
+    assert obspy_plugin.is_peer_at2(stream)
+    assert stream.tell() == 8
+
+
+@pytest.mark.parametrize(
+    "source", ["lost.AT2", ".", "", "a\0b", None, 3, BytesIO(), StringIO("0.1\n0.2\n"), b"0.1\n"]
+)
+def test_detection_never_raises(source: object) -> None:
+    assert not any(detect(cast("Any", source)) for detect in DETECTORS)
+
+
+def test_other_formats_stay_theirs(shared_records: Path) -> None:
+    found = {}
+    for name in ("knet/AOM0170806140843.EW", "miniseed/CI.CLC..HNE.mseed"):
+        path = shared_records / "formats" / name
+        found[name] = obspy_read(BytesIO(path.read_bytes()))[0].stats["_format"]
+    assert list(found.values()) == ["KNET", "MSEED"]

@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.errors import InputError
+from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest.peer_at2 import Title, read_title
+from rockframe.record import Orientation, Record
+
+PATH = Path("RSN77.AT2")
+
+SIZES = [
+    "NPTS={n:7d}, DT=   .0100 SEC,                                             ",
+    "NPTS= {n}, DT= .01000 SEC",
+    "{n}    0.0100    NPTS, DT",
+    "NPTS=   {n}, DT=   .0100 SEC,   0 POLE @    40.00000 HZ,  -5 POLE @      .05000 HZ, ACAUSAL",
+    "NPTS= {n}, DT= 1.0000E-02",
+    "npts={n} dt=.01 sec",
+]
+UNITS = [
+    "ACCELERATION TIME SERIES IN UNITS OF G",
+    "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=40.0 Hz",
+    "ACCELERATION TIME HISTORY IN UNITS OF G,  PGA=   .48431 G, PGV=   39.6246 CM/SEC",
+    "The units are (g)",
+]
+
+
+def one(data: bytes, options: ReadOptions | None = None) -> Record:
+    [record] = read_bytes(PATH, data, options or ReadOptions())
+    return record
+
+
+@given(
+    values=st.lists(st.floats(-3, 3).map("{: .7E}".format), min_size=2, max_size=40),
+    sizes=st.sampled_from(SIZES),
+    units=st.sampled_from(UNITS),
+    columns=st.sampled_from([1, 5, 8]),
+    end=st.sampled_from(["\n", "\r\n", "\r\r\n", "\r"]),
+)
+def test_round_trip(
+    at2: Callable[..., bytes], values: list[str], sizes: str, units: str, columns: int, end: str
+) -> None:
+    data = at2(values, sizes.format(n=len(values)), units=units, columns=columns, end=end)
+    record = one(data)
+    assert record.time_step == 0.01
+    assert np.array_equal(record.acceleration, [float(value) * 9.81 for value in values])
+
+
+def test_trailing_blanks_and_no_last_line_end(at2: Callable[..., bytes]) -> None:
+    assert one(at2() + b"                    ").acceleration.size == 3
+
+
+def test_exponent_time_step(at2: Callable[..., bytes]) -> None:
+    assert one(at2(sizes="NPTS= 3, DT= 5.0000E-03")).time_step == 0.005
+
+
+def test_title_facts(at2: Callable[..., bytes]) -> None:
+    record = one(at2())
+    assert (record.event, record.component) == ("San Fernando, 2/9/1971", "164")
+    assert record.station == "Pacoima Dam (upper left abut)"
+    assert (record.orientation, record.azimuth) == (Orientation.HORIZONTAL, 164.0)
+    assert not record.uncorrected
+
+
+def test_vertical(at2: Callable[..., bytes]) -> None:
+    record = one(at2(title="San Fernando, 2/9/1971, Pacoima Dam, DWN"))
+    assert record.orientation is Orientation.VERTICAL
+    assert math.isnan(record.azimuth)
+
+
+@pytest.mark.parametrize(
+    ("line", "title"),
+    [
+        ("Chi-Chi, Taiwan, 9/20/1999, TCU052, E", Title(
+            "Chi-Chi, Taiwan, 9/20/1999", "TCU052", "E")),
+        ("IMPERIAL VALLEY 10/15/79 2316, El Centro Array #4, 140  ", Title(
+            "IMPERIAL VALLEY 10/15/79 2316", "El Centro Array #4", "140")),
+        ("CHALFANT VALLEY 07/21/86 14:42, BISHOP, 160 (CDMG STATION 54424)", Title(
+            "CHALFANT VALLEY 07/21/86 14:42", "BISHOP", "160")),
+        ("KOBE 01/16/95 2046, 090", Title("KOBE 01/16/95 2046")),
+        ("A record, of some station, 090", Title()),
+    ],
+)  # fmt: skip
+def test_title(line: str, title: Title) -> None:
+    assert read_title(line) == title
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"sizes": "NPTS= 4, DT= .005 SEC"}, r":4: NPTS 4 in the header, 3 samples in the file"),
+        ({"sizes": "NPTS= 2, DT= .005 SEC"}, r":4: NPTS 2 in the header, 3 samples in the file"),
+        ({"sizes": "NPTS= 3, DT= 0.0 SEC"}, r":4: time step '0.0' s\. Must be a positive number"),
+        ({"sizes": "NPTS= 3, DT= -.005 SEC"}, r":4: time step '-.005' s\. Must be a positive"),
+        ({"sizes": "NPTS= 3, DT= nan SEC"}, r":4: time step 'nan' s\. Must be a positive number"),
+        ({"sizes": "NPTS= 3, DT= 5.0 MSEC"}, r":4: DT in units of 'MSEC'\. Must be seconds"),
+        ({"sizes": "NPTS= 3.0, DT= .005 SEC"}, r":4: NPTS '3.0'\. Must be a whole number"),
+        ({"sizes": "NPTS= 1, DT= .005 SEC"}, r":4: NPTS '1'\. Must be a whole number of 2"),
+        ({"values": [".1", "NaN", ".3"]}, r":5: acceleration 'NaN'\. Must be a finite number"),
+        ({"values": [".1", "inf", ".3"]}, r":5: acceleration 'inf'\. Must be a finite number"),
+        ({"values": [".1"] * 6 + ["1.2.3"]}, r":6: acceleration '1.2.3'\. Must be a finite"),
+        ({"values": [".1", "1_0", ".3"]}, r":5: acceleration '1_0'\. Must be a finite number"),
+        ({"units": "ACCELERATION"}, "acceleration units unstated. Must be stated in the header"),
+        ({"units": "ACCELERATION TIME SERIES IN UNITS OF CM/S2"}, r":3: .*'CM/S2'\. Must be g"),
+        ({"units": "VELOCITY TIME SERIES IN UNITS OF CM/S"}, r":3: is a velocity time series"),
+        ({"units": "DISPLACEMENT TIME SERIES IN UNITS OF CM"}, r":3: is a displacement time"),
+        ({"sizes": "LOST"}, "no NPTS and DT in the first 12 lines. Must be stated as"),
+    ],
+)
+def test_damaged(at2: Callable[..., bytes], change: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        one(at2(**change))
+
+
+def test_lost_line_of_samples(at2: Callable[..., bytes]) -> None:
+    data = at2([".1"] * 20, "NPTS= 20, DT= .01 SEC").split(b"\n")
+    with pytest.raises(InputError, match="NPTS 20 in the header, 15 samples in the file"):
+        one(b"\n".join(data[:5] + data[6:]))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (ReadOptions(units="gal"), r":3: acceleration units 'gal' given, but the file states 'g'"),
+        (ReadOptions(time_step=0.01), r":4: time step 0.01 s given, but the file states 0.005 s"),
+    ],
+)
+def test_options_must_agree(at2: Callable[..., bytes], options: ReadOptions, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        one(at2(), options)
+
+
+def test_nul_bytes(at2: Callable[..., bytes]) -> None:
+    padded = at2([".1"] * 2000, "NPTS= 2000, DT= .01 SEC") + b"\n\0\0\0"
+    with pytest.raises(InputError, match=r":405: NUL byte in a text file"):
+        one(padded)
+
+
+def test_byte_order_marks(at2: Callable[..., bytes]) -> None:
+    assert one(b"\xef\xbb\xbf" + at2()).acceleration.size == 3
+    with pytest.raises(InputError, match=r"text in UTF-16\. Must be ASCII or UTF-8"):
+        one(at2().decode().encode("utf-16"))

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rockframe.errors import InputError
+from rockframe.ingest import FORMATS, read_bytes, read_file, registry, sniff_format
+from rockframe.ingest.identify import direction, record_ids
+from rockframe.record import RECORD_ID, Orientation
+
+
+def test_provenance(tmp_path: Path, at2: Callable[..., bytes]) -> None:
+    path = tmp_path / "RSN77 PUL[164].AT2"
+    path.write_bytes(at2())
+    [record] = read_file(path)
+    assert record.record_id == "RSN77_PUL_164_"
+    assert (record.source_file, record.source_format) == (path.name, "peer_at2")
+    assert record.source_sha256 == hashlib.sha256(at2()).hexdigest()
+
+
+def test_missing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"lost\.AT2: no such file\. Must exist"):
+        read_file(tmp_path / "lost.AT2")
+
+
+def test_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"not a regular file\. Must be one"):
+        read_file(tmp_path)
+
+
+def test_empty(tmp_path: Path) -> None:
+    (tmp_path / "none.AT2").touch()
+    with pytest.raises(InputError, match=r"none\.AT2: empty file\. Must hold a record"):
+        read_file(tmp_path / "none.AT2")
+
+
+def test_too_large(tmp_path: Path) -> None:
+    with (tmp_path / "huge.AT2").open("wb") as stream:
+        stream.truncate(registry.LARGEST + 1)
+    with pytest.raises(InputError, match=r"256000001 bytes\. Must be at most 256000000"):
+        read_file(tmp_path / "huge.AT2")
+
+
+def test_unknown_format() -> None:
+    with pytest.raises(
+        InputError, match=r"unknown format, begins '# Records'\. Must be one of: peer_at2, csmip_v1"
+    ):
+        read_bytes("README.md", b"# Records\nSix of them.\n")
+
+
+def test_a_pickle_is_not_opened() -> None:
+    with pytest.raises(InputError, match="unknown format, begins b'"):
+        read_bytes("evil.AT2", pickle.dumps({"NPTS": 3}))
+
+
+def test_several_claims(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "FORMATS", (FORMATS[2], FORMATS[2]))
+    with pytest.raises(InputError, match="ambiguous format: acceleration_text, acceleration_text"):
+        sniff_format(b"0.1\n0.2\n")
+
+
+def test_names_are_unique() -> None:
+    assert len({known.name for known in FORMATS}) == len(FORMATS)
+    assert len({known.obspy_name for known in FORMATS}) == len(FORMATS)
+
+
+@pytest.mark.parametrize("stem", ["x" * 200, "...", "äöü", "-a", "a b", "_"])
+@pytest.mark.parametrize("components", [[""], ["090", "UP"], ["", ""], ["N" * 20, "n" * 20]])
+def test_identifiers_are_sound_and_differ(stem: str, components: list[str]) -> None:
+    ids = record_ids(Path(stem + ".V1"), components)
+    assert all(RECORD_ID.fullmatch(record_id) for record_id in ids)
+    assert len({record_id.casefold() for record_id in ids}) == len(components)
+
+
+@pytest.mark.parametrize(
+    ("component", "azimuth"),
+    [("0", 0), ("090", 90), ("360", 360), ("EW", 90), ("N-S", 0), ("W", 270), ("S74E", 106),
+     ("N21W", 339), ("S16W", 196), ("N90E", 90)],
+)  # fmt: skip
+def test_horizontal(component: str, azimuth: float) -> None:
+    assert direction(component) == (Orientation.HORIZONTAL, azimuth)
+
+
+@pytest.mark.parametrize("component", ["UP", "Up", "DWN", "DN", "V", "VERT", "Z", "-UP", "U-D"])
+def test_vertical(component: str) -> None:
+    assert direction(component)[0] is Orientation.VERTICAL
+
+
+@pytest.mark.parametrize("component", ["", "361", "L", "H1", "FN", "N95E", "500"])
+def test_unstated(component: str) -> None:
+    assert direction(component)[0] is Orientation.UNSTATED

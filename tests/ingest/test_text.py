@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest.text import sniff
+from rockframe.record import Record
+
+PATH = Path("shake.csv")
+BOTH = ReadOptions(units="g", time_step=0.01)
+
+
+def one(text: str, options: ReadOptions | None = None) -> Record:
+    [record] = read_bytes(PATH, text.encode(), options or ReadOptions())
+    return record
+
+
+@given(
+    samples=st.lists(st.floats(-30, 30), min_size=2, max_size=40),
+    step=st.sampled_from([0.0025, 0.005, 0.01, 0.02]),
+    separator=st.sampled_from([",", ", ", "  ", "\t"]),
+    end=st.sampled_from(["\n", "\r\n", "\r\r\n"]),
+)
+def test_round_trip(samples: list[float], step: float, separator: str, end: str) -> None:
+    rows = [f"{i * step:.4f}{separator}{sample!r}" for i, sample in enumerate(samples)]
+    record = one(end.join([f"time_s{separator}acc_m_s2", *rows]))
+    assert record.time_step == step
+    assert np.array_equal(record.acceleration, samples)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [
+        ("acc_g", 9.81),
+        ("acceleration_g", 9.81),
+        ("acc (g)", 9.81),
+        ("acc_gal", 0.01),
+        ("acc_cm_s2", 0.01),
+        ("Acceleration [cm/s^2]", 0.01),
+        ("acc_m_s2", 1.0),
+        ("acceleration_m_s2", 1.0),
+        ("acceleration [m/s2]", 1.0),
+        ("acceleration (m s-2)", 1.0),
+    ],
+)
+def test_units_in_the_name(name: str, factor: float) -> None:
+    record = one(f"t,{name}\n0.00,2.0\n0.01,3.0\n")
+    assert record.acceleration.tolist() == [2.0 * factor, 3.0 * factor]
+
+
+@pytest.mark.parametrize("time", ["time_s", "t", "time [s]", "Time (sec)"])
+def test_names_of_time(time: str) -> None:
+    assert one(f"{time} acc_g\n0.00 2.0\n0.02 3.0\n").time_step == 0.02
+
+
+def test_acceleration_alone() -> None:
+    record = one("% one column\n\nacc_g\n1.0\n2.0\n", ReadOptions(time_step=0.02))
+    assert (record.time_step, record.acceleration.size) == (0.02, 2)
+
+
+def test_unnamed_columns() -> None:
+    assert one("0.0 1.0\n0.5 2.0\n", ReadOptions(units="m/s2")).time_step == 0.5
+    assert one("1.0\n2.0\n", BOTH).time_step == 0.01
+
+
+def test_stated_count() -> None:
+    assert one("# dt 0.01 s; npts 2\nt,acc_g\n0,1\n1,2\n").acceleration.size == 2
+    with pytest.raises(InputError, match=r":1: npts 3 in the comment, 2 rows in the file"):
+        one("# units g; npts 3\nt,acc_g\n0,1\n1,2\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("0.0,1\n0.1,2\n", ReadOptions(), "acceleration units unstated.*--units"),
+        ("time_s,acc\n0.0,1\n0.1,2\n", ReadOptions(), ":1: acceleration units unstated.*--units"),
+        ("acc_g\n1\n2\n", ReadOptions(), "time step unstated.*--time-step"),
+        ("t,acc_g\n0.0,1\n0.1,2\n", ReadOptions(units="gal"), r":1: .*'gal' given, but .* 'g'"),
+        ("t,acc_g\n0.0,1\n0.1,2\n", BOTH, r"time step 0.01 s given, but the times state 0.1 s"),
+        ("time_s,vel_cm_s\n0.0,1\n0.1,2\n", BOTH, r":1: column 'vel_cm_s' is a velocity"),
+        ("time_s,displacement\n0.0,1\n0.1,2\n", BOTH, r":1: column 'displacement' is a displac"),
+        ("time_ms,acc_g\n0.0,1\n0.1,2\n", BOTH, r":1: time in units of 'ms'\. Must be seconds"),
+        ("time_s,acc_ft_s2\n0.0,1\n0.1,2\n", BOTH, r":1: acceleration units 'fts2'\. Must be one"),
+        ("x,y\n0.0,1\n0.1,2\n", BOTH, r":1: columns 'x,y'\. Must be time and acceleration"),
+        ("t,acc_g,vel\n0,1,2\n1,2,3\n", BOTH, r":1: columns 't,acc_g,vel'\. Must be time and acc"),
+        ("t,acc_g\n0.0,1\n0.1,nan\n", ReadOptions(), r":3: acceleration 'nan'\. Must be a finite"),
+        ("t,acc_g\n0.0,1\n0.1,inf\n", ReadOptions(), r":3: acceleration 'inf'\. Must be a finite"),
+        ("t,acc_g\n0.0,1\nabc,2\n", ReadOptions(), r":3: time 'abc'\. Must be a finite number"),
+        ("t,acc_g\n0.0,1\n0.1,1_0\n", ReadOptions(), r":3: acceleration '1_0'\. Must be a finite"),
+        ("t,acc_g\n0.0,1\n0.1\n0.2,1", ReadOptions(), r":3: 1 columns in '0.1'\. Must be 2"),
+        ("t,acc_g\n0.0,1\n\n0.2,1", ReadOptions(), r":3: 1 columns in ''\. Must be 2"),
+        ("t,acc_g\n0.0,1\n", ReadOptions(), r":2: 1 row of numbers\. Must be 2 or more"),
+        ("t,acc_g\n0.0,1\n0.1,2\n0.1,3\n", ReadOptions(), r":4: time 0.1 s after 0.1 s\. Must inc"),
+        ("t,acc_g\n0,1\n.1,2\n.2,3\n.4,4\n.5,5\n", ReadOptions(), r":5: time 0.4 s after 0.2 s\. Mu"),
+    ],
+)  # fmt: skip
+def test_refused(text: str, options: ReadOptions, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        one(text, options)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"# Records\n\nThe six records of the paper.\n",
+        b"36f3e1828cc6753d74713b141a453ea3  CICCC.RAW\nca29380a432a15142814  CICLC.v1\n",
+        b"file,event,station,network,magnitude,epicentral_distance_km,source\nA.V1,,,,7.1,,x\n",
+        b'{"a": 1,\n "b": 2}\n',
+        b"[1.0,\n 2.0]\n",
+        b"[[structure]]\nheight_m = 9.6\nwidth_m = 1.6\n",
+        b"1971\nA year to remember.\nAnd some more words.\n",
+        b"TIMESERIES BW_RJOB__EHZ_D, 6 samples, 200 sps, 2009, SLIST, INTEGER, Counts\n1 2 3 4\n",
+        b"TIMESERIES XX_TEST__BHZ_R, 2 samples, 40 sps, 2008, TSPAIR, FLOAT, Counts\n2008-01 185\n",
+        b"1.0 2.0 3.0 4.0 5.0\n1.0 2.0 3.0 4.0 5.0\n",
+        b"\x80\x04\x95\x10\x00\x00",
+        b"0.1\x000.2\n",
+        b"",
+        b"\n\n",
+    ],
+)
+def test_sniff_says_no(head: bytes) -> None:
+    assert not sniff(head)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"0.1\n0.2\n",
+        b"\xef\xbb\xbftime_s,acc_g\r\n0.0,0.1\r\n",
+        b"0.0 0.1\n0.1 oops\n0.2 0.3\n0.3 0.4\n",
+        b"t,acc_g\n0.0,oops\n0.1,0.2\n0.2,0.3\n",
+        b"0.00 nan\n0.01 0.1\n",
+    ],
+)
+def test_sniff_says_yes(head: bytes) -> None:
+    assert sniff(head)
+
+
+def test_options_are_checked() -> None:
+    with pytest.raises(ParameterError, match="Invalid acceleration units 'gallon'"):
+        ReadOptions(units="gallon")
+    with pytest.raises(ParameterError, match=r"Invalid time step 0\.0 s"):
+        ReadOptions(time_step=0.0)

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.errors import InputError
+from rockframe.ingest.timing import time_step_of
+
+PATH = Path("shake.csv")
+
+
+def step_of(printed: list[str], given_step: float | None = None) -> float:
+    tokens = [token.encode() for token in printed]
+    return time_step_of(PATH, np.array(tokens, dtype=np.float64), lambda: tokens, 2, given_step)
+
+
+@given(
+    places=st.integers(0, 5),
+    digits=st.integers(1, 9999),
+    start=st.integers(0, 100000),
+    count=st.integers(2, 300),
+)
+def test_a_printed_step_is_found_exactly(places: int, digits: int, start: int, count: int) -> None:
+    printed = [f"{(start + i * digits) / 10**places:.{places}f}" for i in range(count)]
+    assert step_of(printed) == digits / 10**places
+
+
+@pytest.mark.parametrize("rate", [60, 150, 240, 300, 256])
+@pytest.mark.parametrize("start", [0, 1])
+def test_rounded_times_of_a_whole_rate(rate: int, start: int) -> None:
+    printed = [f"{(i + start) / rate:.4f}" for i in range(4000)]
+    assert step_of(printed) == pytest.approx(1 / rate, rel=1e-12)
+
+
+def test_rounded_times_of_a_decimal_step() -> None:
+    assert step_of([f"{0.0042 * i:.3f}" for i in range(100)]) == 0.0042
+
+
+def test_times_cut_off() -> None:
+    printed = [f"{int(i / 240 * 1e4) / 1e4:.4f}" for i in range(4000)]
+    assert step_of(printed) == 1 / 240
+
+
+def test_shortest_representation() -> None:
+    assert step_of([repr(i * 0.005) for i in range(3000)]) == 0.005
+    assert step_of([f"{i * 0.005:g}" for i in range(3000)]) == 0.005
+    assert step_of([f"{i * 0.005:.18e}" for i in range(3000)]) == 0.005
+
+
+def test_single_precision() -> None:
+    times = np.arange(4000, dtype=np.float32) * np.float32(0.02)
+    assert step_of([f"{time:.9g}" for time in times]) == 0.02
+
+
+@pytest.mark.parametrize("lost", [3, 50, 97])
+@pytest.mark.parametrize(("rate", "places"), [(100, 2), (100, 4), (240, 4), (200, 3), (128, 7)])
+def test_a_lost_sample_is_found(lost: int, rate: int, places: int) -> None:
+    printed = [f"{i / rate:.{places}f}" for i in range(100)]
+    del printed[lost]
+    with pytest.raises(InputError, match=rf"^shake\.csv:{lost + 2}: time .* Must be"):
+        step_of(printed)
+
+
+def test_times_printed_too_coarsely() -> None:
+    with pytest.raises(InputError, match="even steps, printed finely enough"):
+        step_of([f"{i / 80:.2f}" for i in range(100)])
+
+
+def test_given_step_must_fit() -> None:
+    printed = [f"{i / 240:.4f}" for i in range(1000)]
+    assert step_of(printed, 0.00416667) == 0.00416667
+    with pytest.raises(
+        InputError, match=r"time step 0\.0042 s given, but the times state 0\.00416"
+    ):
+        step_of(printed, 0.0042)

@@ -1,0 +1,64 @@
+"""The kernel itself, for a slenderness, size and restitution that go with no frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.rocking import kernel
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the kernel filled in."""
+
+    verdict: int
+    theta: Float
+    omega: Float
+    impact_times: Float
+    impact_velocities: Float
+    impacts: int
+    peak: float
+    uplift_time: float
+    overturning_time: float
+
+
+def integrate(
+    coefficients: ArrayLike,
+    time_step: float,
+    *,
+    alpha: float,
+    p_hat: float = 1.0,
+    restitution: float,
+    start: tuple[float, float] = (0.0, 0.0),
+) -> Outcome:
+    """Run the kernel over a ground acceleration [g], shape (intervals, degree + 1)."""
+    ground = np.array(coefficients, dtype=np.float64)
+    theta, omega = np.empty((2, ground.shape[0] + 1))
+    impacts = np.empty((4096, 2))
+    summary = np.empty(kernel.SUMMARY_SIZE)
+    verdict = kernel.integrate(
+        ground, time_step, 0.0, alpha, p_hat, restitution, *start, theta, omega, impacts, summary
+    )
+    count = int(summary[kernel.IMPACTS])
+    return Outcome(
+        verdict=verdict,
+        theta=theta,
+        omega=omega,
+        impact_times=impacts[:count, 0],
+        impact_velocities=impacts[:count, 1],
+        impacts=count,
+        peak=float(summary[kernel.PEAK]),
+        uplift_time=float(summary[kernel.UPLIFT_TIME]),
+        overturning_time=float(summary[kernel.OVERTURNING_TIME]),
+    )
+
+
+def straight_lines(samples: ArrayLike, time_step: float) -> Float:
+    """Coefficients of the straight lines through samples."""
+    values = np.asarray(samples, dtype=np.float64)
+    return np.column_stack([values[:-1], np.diff(values) / time_step])

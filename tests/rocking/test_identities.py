@@ -1,0 +1,445 @@
+"""What the rocking response must satisfy whatever the numbers are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from scipy.integrate import quad
+
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking import kernel
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.units import GRAVITY
+from rockframe.wavelets import WAVELETS, Pulse
+
+from .direct import integrate, straight_lines
+
+Float = NDArray[np.float64]
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+STOCKY = RockingFrame(height=2.0, width=1.2, mass_ratio=0.5)
+SLENDER = RockingFrame(height=12.0, width=0.6)
+SMALL = RockingFrame(height=0.6, width=0.2)
+
+any_frame = pytest.mark.parametrize("frame", [BENT, STOCKY, SLENDER, SMALL])
+
+
+def noise(seed: int, samples: int, strength: float) -> Float:
+    """White noise in m s-2."""
+    return strength * GRAVITY * np.random.default_rng(seed).uniform(-1.0, 1.0, samples)
+
+
+def still(duration: float, time_step: float = 0.01) -> GroundAcceleration:
+    return GroundAcceleration.from_samples(np.zeros(math.ceil(duration / time_step) + 1), time_step)
+
+
+def release(
+    frame: RockingFrame, ratio: float, duration: float, time_step: float = 0.01
+) -> Response:
+    """Let the frame go from rest at a share of its slenderness."""
+    return respond(frame, still(duration, time_step), initial_rotation=ratio * frame.slenderness)
+
+
+def energy(frame: RockingFrame, response: Response) -> Float:
+    """Energy over moment of inertia, zero at rest upright [s-2]."""
+    p2 = frame.effective_frequency_parameter**2
+    alpha = frame.slenderness
+    height = np.cos(alpha - np.abs(response.theta)) - math.cos(alpha)
+    return 0.5 * response.omega**2 + p2 * height
+
+
+# Symmetry and scaling
+
+
+@any_frame
+@pytest.mark.parametrize("seed", [1, 2])
+def test_polarity_symmetry(frame: RockingFrame, seed: int) -> None:
+    samples = noise(seed, 600, 3.0 * frame.width / frame.height)
+    one = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
+    other = respond(frame, GroundAcceleration.from_samples(-samples, 0.01))
+    assert one.impacts == other.impacts
+    assert one.verdict == other.verdict
+    assert np.array_equal(one.theta, -other.theta, equal_nan=True)
+
+
+@pytest.mark.parametrize("wavelet", list(WAVELETS))
+@pytest.mark.parametrize("scale", [0.1, 0.5, 3.0])
+def test_the_same_pulse_in_time_over_frequency_gives_the_same_rotation(
+    wavelet: str, scale: float
+) -> None:
+    model = RockingFrame(height=scale * BENT.height, width=scale * BENT.width, mass_ratio=4.0)
+    full = respond(BENT, Pulse(wavelet=wavelet, a_p=5.0, T_p=1.5))
+    reduced = respond(model, Pulse(wavelet=wavelet, a_p=5.0, T_p=1.5 * math.sqrt(scale)))
+    assert_allclose(reduced.theta, full.theta, rtol=0, atol=1e-12)
+    assert_allclose(reduced.time, full.time * math.sqrt(scale), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.3, 4.0, 100.0])
+def test_the_frame_is_a_larger_block_with_the_restitution_of_the_frame(gamma: float) -> None:
+    frame = RockingFrame(height=7.5, width=1.8, mass_ratio=gamma)
+    scale = frame.effective_size / frame.size
+    block = RockingFrame(height=scale * frame.height, width=scale * frame.width)
+    ground = GroundAcceleration.from_samples(noise(5, 1000, 0.8), 0.01)
+    expected = integrate(
+        ground.coefficients / GRAVITY,
+        0.01,
+        alpha=block.slenderness,
+        p_hat=block.frequency_parameter,
+        restitution=frame.restitution,
+    )
+    assert_allclose(respond(frame, ground).theta, expected.theta, rtol=0, atol=1e-9)
+
+
+def test_more_mass_on_top_is_not_the_same_as_a_larger_block() -> None:
+    scale = BENT.effective_size / BENT.size
+    block = RockingFrame(height=scale * BENT.height, width=scale * BENT.width)
+    assert BENT.restitution < block.restitution
+    assert respond(BENT, still(5.0), initial_rotation=0.05).impact_velocities[1] != pytest.approx(
+        respond(block, still(5.0), initial_rotation=0.05).impact_velocities[1], rel=1e-3
+    )
+
+
+# Energy
+
+
+@any_frame
+def test_energy_is_kept_between_impacts_and_lost_by_r_at_them(frame: RockingFrame) -> None:
+    response = release(frame, 0.6, 8.0 / frame.effective_frequency_parameter)
+    total = energy(frame, response)
+    passed = np.searchsorted(response.impact_times, response.time)
+    kept = total[0] * frame.restitution ** (2.0 * passed)
+    assert response.impacts >= 2
+    assert_allclose(total, kept, rtol=1e-12, atol=1e-15 * total[0])
+
+
+@pytest.mark.parametrize("pull", [0.05, -0.1, 0.08])
+def test_constant_ground_acceleration_is_a_tilted_gravity(pull: float) -> None:
+    ground = GroundAcceleration.from_samples(np.full(60, pull * GRAVITY), 0.01)
+    response = respond(BENT, ground, initial_rotation=0.5 * BENT.slenderness)
+    psi = BENT.slenderness - response.theta
+    p2 = BENT.effective_frequency_parameter**2
+    total = 0.5 * response.omega**2 + p2 * (np.cos(psi) - pull * np.sin(psi))
+    assert response.impacts == 0
+    assert_allclose(total, total[0], rtol=1e-14)
+
+
+def test_each_impact_of_free_rocking_is_slower_by_the_restitution() -> None:
+    velocities = release(BENT, 0.8, 30.0).impact_velocities
+    assert_allclose(velocities[1:] / velocities[:-1], -BENT.restitution, rtol=1e-12)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    strength=st.floats(1.5, 6.0),
+    time_step=st.sampled_from([0.001, 0.01, 0.1]),
+    frame=st.sampled_from([BENT, STOCKY, SLENDER, SMALL]),
+)
+@settings(max_examples=150, deadline=None)
+def test_whatever_the_motion(
+    seed: int, strength: float, time_step: float, frame: RockingFrame
+) -> None:
+    samples = noise(seed, 300, strength * frame.width / frame.height)
+    response = respond(frame, GroundAcceleration.from_samples(samples, time_step))
+    standing = np.isfinite(response.theta)
+    assert np.all(np.abs(response.theta[standing]) <= 0.5 * math.pi)
+    assert response.peak_rotation <= 0.5 * math.pi
+    assert np.array_equal(standing, np.isfinite(response.omega))
+    fallen = response.overturning_time
+    assert np.array_equal(standing, ~(response.time > fallen))
+    assert (response.verdict is Verdict.OVERTURNED) == (response.peak_rotation == 0.5 * math.pi)
+    assert np.all(np.abs(response.theta[standing]) <= response.peak_rotation)
+    assert np.all(np.diff(response.impact_times) >= 0.0)
+
+
+@given(seed=st.integers(0, 10_000), frame=st.sampled_from([BENT, STOCKY, SLENDER, SMALL]))
+@settings(max_examples=60, deadline=None)
+def test_the_sense_of_rotation_is_kept_at_impacts(seed: int, frame: RockingFrame) -> None:
+    samples = noise(seed, 300, 2.0 * frame.width / frame.height)
+    response = respond(frame, GroundAcceleration.from_samples(samples, 0.02))
+    before = response.impact_velocities
+    at_rest = np.abs(before) * frame.restitution < (
+        kernel.REST_VELOCITY_RATIO * frame.effective_frequency_parameter
+    )
+    turned = before[1:] * before[:-1] < 0.0
+    assert np.all(turned | at_rest[:-1])  # only a frame that came to rest may start either way
+
+
+# Free rocking
+
+
+def quarter_period(frame: RockingFrame, theta_0: float) -> float:
+    """Exact time from rest at theta_0 to the impact: the integral of 1 / omega."""
+    alpha, p_hat = frame.slenderness, frame.effective_frequency_parameter
+
+    def integrand(x: float) -> float:  # theta = theta_0 (1 - x^2) takes the singularity out
+        half = 0.5 * theta_0 * x * x
+        drop = 2.0 * math.sin(alpha - theta_0 + half) * math.sin(half)
+        return 2.0 * theta_0 * x / math.sqrt(2.0 * drop)
+
+    return float(quad(integrand, 0.0, 1.0, epsabs=0.0, epsrel=1e-13, limit=200)[0]) / p_hat
+
+
+@any_frame
+@pytest.mark.parametrize("ratio", [0.01, 0.3, 0.7, 0.95, 0.9999])
+def test_quarter_period_is_the_exact_integral(frame: RockingFrame, ratio: float) -> None:
+    response = release(frame, ratio, 12.0 / frame.effective_frequency_parameter)
+    exact = quarter_period(frame, ratio * frame.slenderness)
+    assert_allclose(response.impact_times[0], exact, rtol=1e-11)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9, 0.99])
+def test_housner_s_quarter_period_of_slender_columns(ratio: float) -> None:
+    slim = RockingFrame(height=10.0, width=0.01)
+    response = release(slim, ratio, 8.0)
+    period = 4.0 * response.impact_times[0] * slim.frequency_parameter
+    assert_allclose(period, 4.0 * math.acosh(1.0 / (1.0 - ratio)), rtol=1e-5)
+
+
+def test_time_runs_backwards_between_impacts() -> None:
+    samples = noise(3, 60, 0.1)
+    there = respond(
+        BENT,
+        GroundAcceleration.from_samples(samples, 0.02),
+        initial_rotation=0.6 * BENT.slenderness,
+        initial_velocity=-0.03,
+    )
+    back = respond(
+        BENT,
+        GroundAcceleration.from_samples(samples[::-1], 0.02),
+        initial_rotation=float(there.theta[-1]),
+        initial_velocity=-float(there.omega[-1]),
+    )
+    assert there.impacts == back.impacts == 0
+    assert_allclose(back.theta[::-1], there.theta, rtol=1e-11)
+    assert_allclose(-back.omega[::-1], there.omega, rtol=1e-11)
+
+
+# Uplift and rest
+
+
+@pytest.mark.parametrize("frame", [BENT, STOCKY, SLENDER])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_uplift_below_g_tan_alpha(frame: RockingFrame, sign: float) -> None:
+    samples = np.full(500, sign * (1.0 - 1e-12) * frame.uplift_acceleration)
+    response = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
+    assert response.verdict is Verdict.NO_UPLIFT
+    assert not response.theta.any()
+    assert response.peak_rotation == 0.0
+    assert response.impacts == 0
+    assert math.isnan(response.uplift_time)
+
+
+@pytest.mark.parametrize("frame", [BENT, STOCKY, SLENDER])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_uplift_just_above_g_tan_alpha_against_the_ground(frame: RockingFrame, sign: float) -> None:
+    samples = np.full(500, sign * (1.0 + 1e-6) * frame.uplift_acceleration)
+    response = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
+    assert response.uplift_time == 0.0
+    assert np.all(sign * response.theta[1:] < 0.0)
+
+
+@given(peak=st.floats(1.01, 20.0))
+def test_a_ramp_uplifts_when_it_passes_g_tan_alpha(peak: float) -> None:
+    ground = GroundAcceleration.from_samples([0.0, peak * BENT.uplift_acceleration], 0.7)
+    assert_allclose(respond(BENT, ground).uplift_time, 0.7 / peak, rtol=1e-14)
+
+
+def test_after_uplift_the_rotation_grows_with_the_cube_of_time() -> None:
+    ramp = np.linspace(0.0, 2.0, 2001) * BENT.uplift_acceleration
+    response = respond(BENT, GroundAcceleration.from_samples(ramp, 0.001))
+    tau = response.time[1050] - response.uplift_time
+    rate = BENT.uplift_acceleration / GRAVITY  # of the ground acceleration [g/s]
+    cube = BENT.effective_frequency_parameter**2 * math.cos(BENT.slenderness) * rate * tau**3 / 6.0
+    assert_allclose(response.theta[1050], -cube, rtol=1e-3)
+
+
+@pytest.mark.parametrize("frame", [STOCKY, BENT])
+def test_chatter_ends_in_rest_after_the_impacts_that_the_restitution_allows(
+    frame: RockingFrame,
+) -> None:
+    response = release(frame, 0.5, 60.0)
+    slowest = kernel.REST_VELOCITY_RATIO * frame.effective_frequency_parameter
+    first = abs(response.impact_velocities[0])
+    assert response.impacts == math.ceil(math.log(slowest / first) / math.log(frame.restitution))
+    assert response.theta[-1] == 0.0
+    assert response.omega[-1] == 0.0
+    assert response.verdict is Verdict.SAFE
+
+
+def test_a_frame_at_rest_uplifts_again_as_if_nothing_had_been() -> None:
+    samples = np.zeros(9001)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=3.0, T_p=0.8, time=3.0)
+    samples[:601] = pulse.acceleration(0.01 * np.arange(601))
+    later = np.zeros_like(samples)
+    later[6000:6601] = 1.3 * samples[:601]
+    both = respond(BENT, GroundAcceleration.from_samples(samples + later, 0.01))
+    alone = respond(BENT, GroundAcceleration.from_samples(later, 0.01))
+    assert both.theta[5999] == 0.0
+    assert both.impacts > 100 + alone.impacts / 2
+    assert np.array_equal(both.theta[6000:], alone.theta[6000:])
+
+
+# The ground motion
+
+
+@pytest.mark.parametrize("frame", [BENT, STOCKY, SLENDER])
+def test_a_line_cut_in_two_is_the_same_line(frame: RockingFrame) -> None:
+    samples = noise(7, 200, 2.0 * frame.width / frame.height)
+    finer = np.interp(np.arange(0.0, 199.25, 0.5), np.arange(200.0), samples)
+    coarse = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
+    fine = respond(frame, GroundAcceleration.from_samples(finer, 0.005))
+    known = np.isfinite(coarse.theta)
+    assert_allclose(
+        fine.theta[::2][known], coarse.theta[known], rtol=0, atol=1e-8 * coarse.peak_rotation
+    )
+
+
+def test_a_record_is_its_samples_joined_by_lines() -> None:
+    samples = noise(8, 400, 0.4)
+    record = Record(record_id="noise", acceleration=samples, time_step=0.01)
+    ground = GroundAcceleration.from_samples(samples, 0.01)
+    assert np.array_equal(respond(BENT, record).theta, respond(BENT, ground).theta)
+
+
+def test_a_delay_delays() -> None:
+    samples = noise(9, 400, 0.4)
+    now = respond(BENT, GroundAcceleration.from_samples(samples, 0.01))
+    late = respond(BENT, GroundAcceleration.from_samples(samples, 0.01, start_time=50.0))
+    assert np.array_equal(late.theta, now.theta)
+    assert_allclose(late.impact_times, now.impact_times + 50.0, rtol=1e-13)
+    assert_allclose(late.peak_time, now.peak_time + 50.0, rtol=1e-13)
+
+
+def test_sampling_a_pulse_finer_leads_to_the_pulse() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.5)
+    exact = respond(BENT, pulse).peak_rotation
+    errors = []
+    for step in (0.04, 0.02, 0.01):
+        times = np.arange(-4.0, 4.0 + step, step)
+        ground = GroundAcceleration.from_samples(pulse.acceleration(times), step, -4.0)
+        errors.append(abs(respond(BENT, ground).peak_rotation / exact - 1.0))
+    assert_allclose([errors[0] / errors[1], errors[1] / errors[2]], 4.0, rtol=0.03)
+
+
+# Verdict
+
+
+@pytest.mark.parametrize("strength", np.linspace(0.2, 1.2, 21))
+def test_the_verdict_at_the_end_is_that_of_a_long_still_tail(strength: float) -> None:
+    pulse = Pulse(wavelet="antisymmetric_ricker", a_p=strength * GRAVITY, T_p=2.0)
+    cut = GroundAcceleration.from_samples(pulse.acceleration(np.arange(-3.0, 1.0, 0.01)), 0.01)
+    short = respond(BENT, cut)
+    long = respond(BENT, cut, free_rocking=60.0)
+    assert short.verdict is long.verdict
+    assert_allclose(short.peak_rotation, long.peak_rotation, rtol=1e-12)
+    assert_allclose(short.overturning_time, long.overturning_time, rtol=1e-10)
+    assert np.array_equal(short.theta, long.theta[: short.theta.size], equal_nan=True)
+
+
+def test_a_frame_that_passes_alpha_and_comes_back_is_safe() -> None:
+    block = RockingFrame(height=4.0, width=4.0 * math.tan(math.radians(14.0)))
+    pulse = Pulse(
+        wavelet="symmetric_ricker",
+        a_p=2.259 * block.uplift_acceleration,
+        T_p=math.pi / block.frequency_parameter,
+    )
+    response = respond(block, pulse)
+    assert response.verdict is Verdict.SAFE
+    assert 1.0 < response.peak_rotation_ratio < 2.81
+    assert math.isnan(response.overturning_time)
+
+
+@pytest.mark.parametrize("excess", [1e-9, 1e-3])
+def test_free_rocking_overturns_beyond_alpha(excess: float) -> None:
+    tipped = release(BENT, 1.0 + excess, 0.5)
+    assert tipped.verdict is Verdict.OVERTURNED
+    assert tipped.peak_rotation == 0.5 * math.pi
+    assert release(BENT, 1.0 - excess, 0.5).verdict is Verdict.SAFE
+
+
+@pytest.mark.parametrize("margin", [1e-9, 1e-3])
+def test_a_push_overturns_when_its_energy_passes_the_barrier(margin: float) -> None:
+    barrier = 2.0 * BENT.effective_frequency_parameter * math.sin(0.5 * BENT.slenderness)
+    falls = respond(BENT, still(0.5), initial_velocity=(1.0 + margin) * barrier)
+    stands = respond(BENT, still(0.5), initial_velocity=(1.0 - margin) * barrier)
+    assert falls.verdict is Verdict.OVERTURNED
+    assert stands.verdict is Verdict.SAFE
+    assert stands.peak_rotation < BENT.slenderness
+
+
+def test_time_of_a_free_fall_is_the_exact_integral() -> None:
+    start = 1.2 * BENT.slenderness
+    p_hat, alpha = BENT.effective_frequency_parameter, BENT.slenderness
+
+    def integrand(x: float) -> float:  # theta = start + x^2
+        half = 0.5 * x * x
+        return 2.0 * x / math.sqrt(4.0 * math.sin(start - alpha + half) * math.sin(half))
+
+    exact = float(quad(integrand, 0.0, math.sqrt(0.5 * math.pi - start), epsrel=1e-13)[0]) / p_hat
+    assert_allclose(release(BENT, 1.2, 0.5).overturning_time, exact, rtol=1e-12)
+    assert_allclose(release(BENT, 1.2, 9.0).overturning_time, exact, rtol=1e-12)
+
+
+def test_after_overturning_nothing_is_known() -> None:
+    response = release(BENT, 1.2, 9.0)
+    after = response.time > response.overturning_time
+    assert after.any()
+    assert np.isnan(response.theta[after]).all()
+    assert np.isnan(response.u[after]).all()
+    assert np.isfinite(response.theta[~after]).all()
+
+
+def test_peak_after_the_end_has_no_time() -> None:
+    upward = respond(BENT, still(0.1), initial_rotation=0.05, initial_velocity=0.05)
+    assert math.isnan(upward.peak_time)
+    assert upward.peak_rotation > float(np.abs(upward.theta).max())
+
+
+def test_peaks_of_u_and_v() -> None:
+    response = respond(BENT, Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.5))
+    assert_allclose(response.peak_u, np.abs(response.u).max(), rtol=1e-4)
+    assert_allclose(response.peak_v, response.v.max(), rtol=1e-4)
+    fallen = respond(BENT, Pulse(wavelet="symmetric_ricker", a_p=10.0, T_p=1.5))
+    assert_allclose(fallen.peak_v, 2.0 * BENT.size - BENT.height, rtol=1e-12)
+
+
+def test_the_kernel_takes_a_ground_that_is_constant_in_each_interval() -> None:
+    steps = np.array([[0.3], [-0.2], [0.1]])
+    slopes = np.column_stack([steps, np.zeros(3)])
+    constant = integrate(steps, 0.3, alpha=0.2, restitution=0.9)
+    sloped = integrate(slopes, 0.3, alpha=0.2, restitution=0.9)
+    assert constant.theta[-1] != 0.0
+    assert np.array_equal(constant.theta, sloped.theta)
+
+
+def test_more_impacts_than_are_kept_are_counted() -> None:
+    response = release(BENT, 0.5, 60.0)
+    assert response.impact_times.size == 256
+    assert response.impacts > 256
+    lines = straight_lines(np.zeros(6001), 0.01)
+    alpha, p_hat = BENT.slenderness, BENT.effective_frequency_parameter
+    every = integrate(
+        lines,
+        0.01,
+        alpha=alpha,
+        p_hat=p_hat,
+        restitution=BENT.restitution,
+        start=(0.5 * alpha, 0.0),
+    )
+    assert every.impact_times.size == response.impacts
+    assert np.array_equal(every.impact_times[:256], response.impact_times)
+
+
+def test_reversed_pulse_is_the_mirror() -> None:
+    pulse = Pulse(wavelet="antisymmetric_ricker", a_p=5.0, T_p=1.5)
+    mirrored = respond(BENT, replace(pulse, phase=math.pi))
+    assert np.array_equal(mirrored.theta, -respond(BENT, pulse).theta)

@@ -1,0 +1,109 @@
+"""Bad input of the response: one line that says what is wrong and what it must be."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import respond
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+STILL = GroundAcceleration.from_samples(np.zeros(11), 0.01)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"initial_rotation": math.nan}, "Invalid initial_rotation nan rad. Must be within +-pi/2"),
+        ({"initial_rotation": 1.6}, "Invalid initial_rotation 1.6 rad. Must be within +-pi/2"),
+        ({"initial_rotation": -0.5 * math.pi}, "Must be within +-pi/2"),
+        ({"initial_velocity": math.inf}, "Invalid initial_velocity inf. Must be finite"),
+        ({"free_rocking": -1.0}, "Invalid duration -1.0 s. Must be zero or positive"),
+        ({"free_rocking": math.nan}, "Invalid duration nan s. Must be zero or positive"),
+    ],
+)
+def test_states_of_no_standing_frame(changes: dict[str, float], words: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        respond(BENT, STILL, **changes)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("samples", "words"),
+    [
+        ([], "Invalid acceleration of shape (0,). Must be one row of two samples or more"),
+        ([1.0], "Invalid acceleration of shape (1,)"),
+        ([[1.0, 2.0], [3.0, 4.0]], "Invalid acceleration of shape (2, 2)"),
+        ([0.0, 1.0, math.nan, math.inf], "Invalid acceleration nan at sample 2. Must be finite"),
+        ([-math.inf, 1.0], "Invalid acceleration -inf at sample 0. Must be finite"),
+    ],
+)
+def test_samples_that_are_no_motion(samples: Any, words: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        GroundAcceleration.from_samples(samples, 0.01)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize("time_step", [0.0, -0.01, math.nan, math.inf])
+def test_time_steps_must_be_positive(time_step: float) -> None:
+    words = f"Invalid time step {time_step!r} s"
+    with pytest.raises(ParameterError) as error:
+        GroundAcceleration.from_samples([0.0, 1.0], time_step)
+    assert words in str(error.value)
+    with pytest.raises(ParameterError) as error:
+        Record(record_id="shake", acceleration=np.zeros(2), time_step=time_step)
+    assert f"{words} of record 'shake'. Must be positive and finite." in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "intervals"), [(0.0, 0.0, 1), (1.0, 0.0, 1), (0.0, 1.0, 0), (0.0, math.nan, 1)]
+)
+def test_spans_must_be_positive(start: float, end: float, intervals: int) -> None:
+    with pytest.raises(ParameterError) as error:
+        GroundAcceleration.from_function(np.sin, start, end, intervals=intervals, degree=3)
+    assert f"Invalid span from {start!r} to {end!r} s in {intervals} intervals" in str(error.value)
+    assert "Must be a positive span and at least one interval" in str(error.value)
+
+
+@pytest.mark.parametrize("identifier", ["", " ", "-shake", "a/b", "..", "a b", "x" * 65, "é"])
+def test_record_identifiers_are_safe_in_file_names(identifier: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        Record(record_id=identifier, acceleration=np.zeros(2), time_step=0.01)
+    assert f"Invalid record identifier {identifier!r}" in str(error.value)
+    assert "Must be 1 to 64 letters" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("samples", "words"),
+    [
+        (np.zeros(1), "Invalid acceleration of shape (1,) in record 'shake'"),
+        (np.zeros((2, 2)), "Invalid acceleration of shape (2, 2) in record 'shake'"),
+        (np.array([0.0, math.nan]), "Invalid acceleration nan at sample 1 of record 'shake'"),
+    ],
+)
+def test_samples_of_a_record(samples: Any, words: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        Record(record_id="shake", acceleration=samples, time_step=0.01)
+    assert words in str(error.value)
+
+
+def test_a_record_keeps_its_own_samples() -> None:
+    samples = np.array([0.0, 1.0, 0.0])
+    record = Record(record_id="shake", acceleration=samples, time_step=0.01)
+    samples[1] = 99.0
+    assert record.acceleration[1] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        record.acceleration[1] = 2.0
+
+
+def test_messages_are_one_line() -> None:
+    with pytest.raises(ParameterError) as error:
+        respond(BENT, STILL, initial_rotation=2.0)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,242 @@
+"""Ricker pulses: what eqs (44), (45) must satisfy, then numbers computed elsewhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+
+from rockframe.errors import ParameterError
+from rockframe.wavelets import BETA, WAVELETS, MotherWavelet, Pulse
+
+Expected = Callable[[str], Any]
+
+both = pytest.mark.parametrize("name", list(WAVELETS))
+
+
+def pulse(name: str, **given_values: float) -> Pulse:
+    return Pulse(wavelet=name, **{"a_p": 3.0, "T_p": 1.25, "time": 0.4, **given_values})
+
+
+def integral(function: Callable[[float], float], start: float, end: float) -> float:
+    return float(quad(function, start, end, epsabs=1e-13, epsrel=1e-13, limit=400)[0])
+
+
+def moment(mother: MotherWavelet, frequency: float) -> float:
+    """Magnitude of the Fourier spectrum of a pulse of unit amplitude and period."""
+    tau = np.linspace(-5.0, 5.0, 4001)  # spectrally accurate: the pulse is zero at both ends
+    wave = mother.acceleration(tau) * np.exp(-1j * frequency * tau)
+    return float(abs(wave.sum()) * (tau[1] - tau[0]))
+
+
+# Identities
+
+
+def test_beta_normalises_the_antisymmetric_pulse() -> None:
+    x = math.sqrt(3.0 - math.sqrt(6.0))  # where d/dx (x^2 - 3) x exp(-x^2/2) vanishes
+    assert_allclose(BETA, (3.0 - x**2) * x * math.exp(-0.5 * x**2), rtol=1e-15)
+    assert round(BETA, 4) == 1.3801
+
+
+@both
+def test_amplitude_is_the_largest_acceleration(name: str) -> None:
+    tau = np.linspace(-3.0, 3.0, 600_001)
+    assert_allclose(np.abs(WAVELETS[name].acceleration(tau)).max(), 1.0, rtol=1e-9)
+
+
+@both
+@pytest.mark.parametrize("t", [-0.9, -0.3, 0.0, 0.4, 0.75, 1.6])
+def test_velocity_is_the_integral_of_acceleration(name: str, t: float) -> None:
+    wave = pulse(name)
+    area = integral(lambda x: float(wave.acceleration(x)), wave.time - 6.0, t)
+    assert_allclose(wave.velocity(t), area, rtol=0, atol=1e-12)
+
+
+@both
+@pytest.mark.parametrize("t", [-0.9, -0.3, 0.0, 0.4, 0.75, 1.6])
+def test_displacement_is_the_integral_of_velocity(name: str, t: float) -> None:
+    wave = pulse(name)
+    area = integral(lambda x: float(wave.velocity(x)), wave.time - 6.0, t)
+    assert_allclose(wave.displacement(t), area, rtol=0, atol=1e-12)
+
+
+@both
+@pytest.mark.parametrize("end", [-3.0, 3.0])
+def test_the_ground_is_at_rest_at_both_ends(name: str, end: float) -> None:
+    wave = pulse(name)
+    t = wave.time + end * wave.T_p
+    assert abs(float(wave.acceleration(t))) < 1e-15
+    assert abs(float(wave.velocity(t))) < 1e-15
+    assert abs(float(wave.displacement(t))) < 1e-15
+
+
+@both
+def test_the_net_area_is_zero(name: str) -> None:
+    mother = WAVELETS[name]
+    assert moment(mother, 0.0) < 1e-14
+
+
+@both
+def test_beyond_its_reach_a_pulse_is_below_round_off(name: str) -> None:
+    mother = WAVELETS[name]
+    tau = np.linspace(mother.reach, 10.0, 1001)
+    assert np.abs(mother.acceleration(tau)).max() < 1e-16
+    assert np.abs(mother.acceleration(-tau)).max() < 1e-16
+
+
+@both
+def test_spectrum_peaks_at_the_period(name: str) -> None:
+    frequencies = 2.0 * math.pi * np.linspace(0.5, 2.0, 1501)
+    spectrum = [moment(WAVELETS[name], f) for f in frequencies]
+    assert_allclose(frequencies[int(np.argmax(spectrum))], 2.0 * math.pi, rtol=1e-12)
+
+
+@both
+def test_energy_is_the_integral_of_the_square(name: str) -> None:
+    mother = WAVELETS[name]
+    square = integral(lambda x: float(mother.acceleration(np.asarray(x))) ** 2, -5.0, 5.0)
+    assert_allclose(mother.energy, square, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "parity"), [("symmetric_ricker", 1), ("antisymmetric_ricker", -1)]
+)
+def test_parity(name: str, parity: int) -> None:
+    mother = WAVELETS[name]
+    tau = np.linspace(0.0, 3.0, 301)
+    assert_allclose(mother.acceleration(-tau), parity * mother.acceleration(tau), rtol=1e-15)
+    assert_allclose(mother.velocity(-tau), -parity * mother.velocity(tau), rtol=1e-15)
+    assert_allclose(mother.displacement(-tau), parity * mother.displacement(tau), rtol=1e-15)
+
+
+@both
+def test_phase_pi_reverses_the_pulse(name: str) -> None:
+    t = np.linspace(-3.0, 3.0, 61)
+    wave, reverse = pulse(name), pulse(name, phase=math.pi)
+    assert np.array_equal(reverse.acceleration(t), -wave.acceleration(t))
+    assert np.array_equal(reverse.velocity(t), -wave.velocity(t))
+    assert np.array_equal(reverse.displacement(t), -wave.displacement(t))
+
+
+@both
+@given(
+    a_p=st.floats(0.01, 30.0),
+    T_p=st.floats(0.05, 10.0),
+    tau=st.floats(-3.0, 3.0),
+)
+def test_scaling(name: str, a_p: float, T_p: float, tau: float) -> None:  # noqa: N803
+    wave, mother = Pulse(wavelet=name, a_p=a_p, T_p=T_p), WAVELETS[name]
+    x = np.asarray(tau)
+    t = tau * T_p
+    atol = 1e-12 * a_p * max(1.0, T_p**2)
+    assert_allclose(wave.acceleration(t), a_p * mother.acceleration(x), rtol=1e-9, atol=atol)
+    assert_allclose(wave.velocity(t), a_p * T_p * mother.velocity(x), rtol=1e-9, atol=atol)
+    assert_allclose(
+        wave.displacement(t), a_p * T_p**2 * mother.displacement(x), rtol=1e-9, atol=atol
+    )
+    assert wave.length_scale == a_p * T_p**2
+
+
+@both
+def test_a_pulse_is_centred_at_its_time(name: str) -> None:
+    tau = np.linspace(-2.0, 2.0, 41)
+    moved = pulse(name, time=100.0).acceleration(100.0 + tau)
+    assert_allclose(moved, pulse(name, time=0.0).acceleration(tau), rtol=0, atol=1e-12)
+
+
+# Computed elsewhere
+
+
+@pytest.fixture
+def known(expected: Expected) -> dict[str, Any]:
+    values: dict[str, Any] = expected("pulses")
+    return values
+
+
+def test_antisymmetric_normalisation(known: dict[str, Any]) -> None:
+    assert_allclose(BETA, float(known["antisymmetric"]["beta"]), rtol=1e-15)
+
+
+def test_extremes_of_the_symmetric_pulse(known: dict[str, Any]) -> None:
+    mother, values = WAVELETS["symmetric_ricker"], known["symmetric"]
+    trough = np.asarray(float(values["t_min_over_Tp"]))
+    assert mother.acceleration(np.zeros(1))[0] == 1.0
+    assert_allclose(mother.acceleration(trough), float(values["min_over_ap"]), rtol=1e-14)
+    zero = mother.acceleration(np.asarray(float(values["zero_over_Tp"])))
+    assert_allclose(zero, 0.0, atol=1e-15)
+
+
+def test_extremes_of_the_antisymmetric_pulse(known: dict[str, Any]) -> None:
+    mother, values = WAVELETS["antisymmetric_ricker"], known["antisymmetric"]
+    first = np.asarray(float(values["t_peak_over_Tp"]))
+    second = np.asarray(float(values["t_second_peak_over_Tp"]))
+    # printed polarity: positive before the centre, negative after it
+    assert_allclose(mother.acceleration(-first), 1.0, rtol=1e-15)
+    assert_allclose(mother.acceleration(first), -1.0, rtol=1e-15)
+    assert_allclose(mother.acceleration(second), float(values["second_peak_over_ap"]), rtol=1e-14)
+    zero = mother.acceleration(np.asarray(float(values["zero_over_Tp"])))
+    assert_allclose(zero, 0.0, atol=1e-15)
+
+
+@both
+def test_peak_velocity_displacement_and_energy(name: str, known: dict[str, Any]) -> None:
+    mother, values = WAVELETS[name], known[name.removesuffix("_ricker")]
+    tau = np.linspace(-1.0, 1.0, 200_001)
+    velocity = np.abs(mother.velocity(tau)).max()
+    displacement = np.abs(mother.displacement(tau)).max()
+    assert_allclose(velocity, float(values["PGV_over_apTp"]), rtol=1e-9)
+    assert_allclose(displacement, float(values["PGD_over_apTp2"]), rtol=1e-9)
+    assert_allclose(mother.energy, float(values["int_psi2_over_ap2Tp"]), rtol=1e-15)
+
+
+@both
+def test_spectral_peak(name: str, known: dict[str, Any]) -> None:
+    value = float(known[name.removesuffix("_ricker")]["abs_FT_at_2pi_over_Tp_over_apTp"])
+    assert_allclose(moment(WAVELETS[name], 2.0 * math.pi), value, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mother", "other", "key"),
+    [
+        ("symmetric_ricker", "antisymmetric_ricker", "sym_mother_on_antisym_pulse"),
+        ("antisymmetric_ricker", "symmetric_ricker", "antisym_mother_on_sym_pulse"),
+    ],
+)
+def test_one_mother_on_the_other(mother: str, other: str, key: str, expected: Expected) -> None:
+    values = expected("f_wavelet")[key]
+    best = Pulse(wavelet=mother, a_p=1.0, T_p=values["s_over_Tp"], time=values["xi_over_Tp"])
+    record = Pulse(wavelet=other, a_p=1.0, T_p=1.0)
+    t = np.linspace(-6.0, 6.0, 4001)
+    product = float((best.acceleration(t) * record.acceleration(t)).sum() * (t[1] - t[0]))
+    index = abs(product) / math.sqrt(best.T_p * best.mother.energy * record.mother.energy)
+    assert_allclose(index, values["matching_index"], rtol=1e-10)
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"wavelet": "ricker"}, "Invalid wavelet 'ricker'. Must be one of: symmetric_ricker"),
+        ({"a_p": -1.0}, "Invalid a_p -1.0. Must be zero or positive"),
+        ({"a_p": math.nan}, "Invalid a_p nan"),
+        ({"T_p": 0.0}, "Invalid T_p 0.0. Must be positive"),
+        ({"T_p": -1.0}, "Invalid T_p -1.0. Must be positive"),
+        ({"T_p": math.inf}, "Invalid T_p inf"),
+        ({"phase": 1.0}, "Invalid phase 1.0. Must be 0 or pi"),
+        ({"phase": math.nan}, "Invalid phase nan"),
+    ],
+)
+def test_invalid_pulses(changes: dict[str, Any], words: str) -> None:
+    arguments: dict[str, Any] = {"wavelet": "symmetric_ricker", "a_p": 1.0, "T_p": 1.0}
+    with pytest.raises(ParameterError) as error:
+        Pulse(**{**arguments, **changes})
+    assert words in str(error.value)
