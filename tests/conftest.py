@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+SHARED = REPOSITORY.parent / "shared"  # beside the repository; absent in a plain clone
 EXPECTED = Path(__file__).resolve().parent / "expected"
 
 
@@ -31,18 +32,9 @@ def bundled_records() -> Path:
 
 
 @pytest.fixture(scope="session")
-def shared() -> Path:
-    """The shared material beside the repository; absent in a plain clone."""
-    folder = REPOSITORY.parent / "shared"
-    if not folder.is_dir():
-        pytest.skip("no folder 'shared' beside the repository")
-    return folder
-
-
-@pytest.fixture(scope="session")
 def peer_records() -> Path:
     """The paper's own records, which may not be redistributed."""
-    beside = REPOSITORY.parent / "shared" / "records" / "table1"
+    beside = SHARED / "records" / "table1"
     folder = Path(os.environ.get("ROCKFRAME_PEER_RECORDS", beside))
     if not folder.is_dir():
         pytest.skip("no PEER records: set ROCKFRAME_PEER_RECORDS to the folder that holds them")

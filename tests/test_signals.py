@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.signals import BandPass, correct, integrate, peak
 
-TIME = np.arange(6000) * 0.01
+TIME: NDArray[np.float64] = 0.01 * np.arange(6000, dtype=np.float64)
 
 
-def burst(frequency: float) -> np.ndarray:
-    return np.sin(2 * np.pi * frequency * TIME) * np.exp(-(((TIME - 30.0) / 6.0) ** 2))
+def burst(frequency: float) -> NDArray[np.float64]:
+    envelope = np.exp(-(((TIME - 30.0) / 6.0) ** 2))
+    return np.asarray(np.sin(2 * np.pi * frequency * TIME) * envelope, dtype=np.float64)
 
 
 def test_a_line_is_removed_entirely() -> None:

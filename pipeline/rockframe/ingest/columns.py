@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.lines import is_number
+from rockframe.ingest.lines import are_finite, is_number
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def read_columns(
             samples = np.frombuffer(text, dtype=f"S{columns.width}").astype(np.float64)
         except ValueError:
             raise _first_bad_column(path, rows, columns, line) from None
-        if np.isfinite(samples).all():
+        if are_finite(samples):
             return samples
     raise _first_bad_column(path, rows, columns, line)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -14,6 +13,8 @@ from rockframe.errors import InputError
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
+#: No acceleration or time is as large in any unit; products of smaller ones stay finite.
+_LARGEST: Final = 1e30
 #: Numbers are parsed in pieces of this many bytes, so that memory stays flat.
 _BLOCK: Final = 1 << 22
 
@@ -94,7 +95,7 @@ def head_lines(head: bytes) -> list[str]:
 
 
 def is_number(token: bytes) -> bool:
-    """Whether a token is a finite decimal number.
+    """Whether a token is a finite decimal number, below 1e30 in size.
 
     Examples
     --------
@@ -104,9 +105,25 @@ def is_number(token: bytes) -> bool:
     if b"_" in token:
         return False
     try:
-        return math.isfinite(float(token))
+        return abs(float(token)) < _LARGEST
     except ValueError:
         return False
+
+
+def are_finite(values: NDArray[np.float64]) -> bool:
+    """Whether all numbers of an array are finite, and below 1e30 in size.
+
+    Parameters
+    ----------
+    values : array
+        Numbers in any unit, any shape.
+
+    Examples
+    --------
+    >>> are_finite(np.array([0.1, -0.2])), are_finite(np.array([0.1, np.nan]))
+    (True, False)
+    """
+    return bool((np.abs(values) < _LARGEST).all())
 
 
 def bad_number(path: Path, token: bytes, line: int, quantity: str = "acceleration") -> InputError:
@@ -115,10 +132,10 @@ def bad_number(path: Path, token: bytes, line: int, quantity: str = "acceleratio
     Examples
     --------
     >>> str(bad_number(Path("motion.csv"), b"nan", 12))
-    "motion.csv:12: acceleration 'nan'. Must be a finite number."
+    "motion.csv:12: acceleration 'nan'. Must be a finite number below 1e30."
     """
     shown = token.decode("latin-1").strip()[:40]
-    return InputError(path, f"{quantity} {shown!r}. Must be a finite number.", line=line)
+    return InputError(path, f"{quantity} {shown!r}. Must be a finite number below 1e30.", line=line)
 
 
 def blocks(body: bytes) -> Iterator[bytes]:
@@ -168,7 +185,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
         raise _first_bad_number(path, body, first_line) from None
     values = np.concatenate([np.empty(0), *pieces])
     # float() takes the underscores of Python's own literals; no archive writes them.
-    if b"_" in body or not np.isfinite(values).all():
+    if b"_" in body or not are_finite(values):
         raise _first_bad_number(path, body, first_line)
     return values
 

@@ -24,7 +24,7 @@ from rockframe.ingest.headings import (
     read_headings,
 )
 from rockframe.ingest.identify import record_ids
-from rockframe.ingest.lines import bad_number, head_lines, is_number, text_of
+from rockframe.ingest.lines import are_finite, bad_number, head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_units
 from rockframe.ingest.timing import time_step_of
 from rockframe.record import Record
@@ -145,7 +145,7 @@ def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
     except ValueError:
         raise _first_bad_row(path, layout, quantities) from None
     table = np.concatenate(parts)
-    if not np.isfinite(table).all():
+    if not are_finite(table):
         raise _first_bad_row(path, layout, quantities)
     return table
 
