@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -52,7 +52,7 @@ def ingest_stage(
     output: Path,
     *,
     options: ReadOptions | None = None,
-    catalogue: dict[str, CatalogueEntry] | None = None,
+    catalogue: Mapping[str, CatalogueEntry] | None = None,
     band: BandPass | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Ingested:
@@ -68,7 +68,7 @@ def ingest_stage(
         The netCDF file to write.
     options : ReadOptions, optional
         Units and time step of text files that do not state them.
-    catalogue : dict, optional
+    catalogue : mapping, optional
         Facts about the files, by file name; otherwise each folder's own ``catalogue.csv``.
     band : BandPass, optional
         Corner frequencies for uncorrected records.

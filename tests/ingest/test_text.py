@@ -93,12 +93,12 @@ def test_stated_count() -> None:
         ("t,acc_g\n0.0,1\n0.1,inf\n", ReadOptions(), r":3: acceleration 'inf'\. Must be a finite"),
         ("t,acc_g\n0.0,1\nabc,2\n", ReadOptions(), r":3: time 'abc'\. Must be a finite number"),
         ("t,acc_g\n0.0,1\n0.1,1_0\n", ReadOptions(), r":3: acceleration '1_0'\. Must be a finite"),
-        ("t,acc_g\n0,1\n1,1e99\n", ReadOptions(), r":3: acceleration '1e99'\. Must be .* below 1e30"),
+        ("t,acc_g\n0,1\n1,1e99\n", ReadOptions(), r":3: acceleration '1e99'\. Must be .* below"),
         ("t,acc_g\n0.0,1\n0.1\n0.2,1", ReadOptions(), r":3: 1 columns in '0.1'\. Must be 2"),
         ("t,acc_g\n0.0,1\n\n0.2,1", ReadOptions(), r":3: 1 columns in ''\. Must be 2"),
         ("t,acc_g\n0.0,1\n", ReadOptions(), r":2: 1 row of numbers\. Must be 2 or more"),
         ("t,acc_g\n0.0,1\n0.1,2\n0.1,3\n", ReadOptions(), r":4: time 0.1 s after 0.1 s\. Must inc"),
-        ("t,acc_g\n0,1\n1,2\n2,3\n4,4\n5,5\n", ReadOptions(), r":5: time 4 s after 2 s\. Must be 3"),
+        ("t,acc_g\n0,1\n1,2\n2,3\n4,4\n5,5\n", ReadOptions(), r":5: time 4 s after 2 s\. Must be"),
     ],
 )  # fmt: skip
 def test_refused(text: str, options: ReadOptions, message: str) -> None:

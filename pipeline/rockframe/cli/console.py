@@ -37,7 +37,9 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     for name in columns:
         right = name.endswith(">")
         heading = Text(name.rstrip(">"))
-        table.add_column(heading, justify="right" if right else "left", no_wrap=right)
+        table.add_column(
+            heading, justify="right" if right else "left", no_wrap=right, overflow="fold"
+        )
     for row in rows:
         if row:
             table.add_row(*(Text(cell) for cell in row))
@@ -71,6 +73,18 @@ def show_rejections(rejections: Sequence[Rejection]) -> None:
     for rejection in rejections:
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"
         print(f"rockframe: rejected: {where}: {rejection.reason}", file=sys.stderr)
+
+
+@contextmanager
+def progress_names(what: str) -> Iterator[Callable[[str], None]]:
+    """Give a callable for the name of what is being done; shown if a terminal is there."""
+    if not sys.stderr.isatty():
+        yield lambda _name: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(what) as status:
+        yield lambda name: status.update(f"{what} {name}")
 
 
 @contextmanager

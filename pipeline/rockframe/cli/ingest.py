@@ -19,19 +19,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print what went through."""
     from rockframe.cli.arguments import band_pass, read_options
-    from rockframe.cli.console import number, show_json, show_rejections, show_table
+    from rockframe.cli.console import number, progress_names, show_json, show_rejections, show_table
     from rockframe.ingest import read_catalogue
     from rockframe.signals import integrate, peak
     from rockframe.stages import ingest_stage
     from rockframe.units import GRAVITY
 
-    result = ingest_stage(
-        options.paths,
-        options.output,
-        options=read_options(options),
-        catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
-        band=band_pass(options),
-    )
+    with progress_names("reading") as progress:
+        result = ingest_stage(
+            options.paths,
+            options.output,
+            options=read_options(options),
+            catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
+            band=band_pass(options),
+            progress=progress,
+        )
     summary: list[dict[str, Any]] = [
         {
             "record_id": record.record_id,

@@ -70,19 +70,21 @@ def run(options: argparse.Namespace) -> int:
 
 def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
     from rockframe.cli.arguments import band_pass, read_options
-    from rockframe.cli.console import progress_bar
+    from rockframe.cli.console import progress_bar, progress_names
     from rockframe.ingest import read_catalogue
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
     from rockframe.study import SHIPPED_STRUCTURES, bundled_records
 
     records = folder / "records.nc"
-    ingested = ingest_stage(
-        options.records or [bundled_records()],
-        records,
-        options=read_options(options),
-        catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
-        band=band_pass(options),
-    )
+    with progress_names("reading") as reading:
+        ingested = ingest_stage(
+            options.records or [bundled_records()],
+            records,
+            options=read_options(options),
+            catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
+            band=band_pass(options),
+            progress=reading,
+        )
     with progress_bar("matching pulses") as progress:
         pulse_stage(
             records,
