@@ -19,6 +19,9 @@ from rockframe.units import GRAVITY
 #: I_o / (m_c R^2) of a rectangular column about its base corner.
 RECTANGULAR: Final = 4.0 / 3.0
 
+#: A beam so heavy that the frame is at the limit of eq (28) to round-off.
+_HEAVIEST: Final = 1e15
+
 
 @dataclass(frozen=True, kw_only=True)
 class RockingFrame:
@@ -38,8 +41,8 @@ class RockingFrame:
     Raises
     ------
     ParameterError
-        If a dimension is not positive, the mass ratio is negative, or the column is so stocky that
-        the restitution of eq (43) is not positive: such a frame does not rock.
+        If a dimension is not positive, the mass ratio not between 0 and 1e15, or the column so
+        stocky that the restitution of eq (43) is not positive: such a frame does not rock.
 
     Notes
     -----
@@ -68,10 +71,10 @@ class RockingFrame:
                     f"Invalid {label} {value!r} of frame {self.name!r}. "
                     "Must be positive and finite."
                 )
-        if not (math.isfinite(self.mass_ratio) and self.mass_ratio >= 0.0):
+        if not 0.0 <= self.mass_ratio <= _HEAVIEST:
             raise ParameterError(
                 f"Invalid mass_ratio {self.mass_ratio!r} of frame {self.name!r}. "
-                "Must be zero or positive, and finite."
+                f"Must be between 0 and {_HEAVIEST:g}."
             )
         if self.restitution <= 0.0:
             raise ParameterError(

@@ -121,7 +121,8 @@ class Pulse:
     Raises
     ------
     ParameterError
-        If the wavelet is unknown, `a_p` is negative, `T_p` is not positive or the phase is neither.
+        If the wavelet is unknown, `a_p` is negative, `T_p` not positive, `time` not finite,
+        or the phase neither.
 
     Examples
     --------
@@ -147,6 +148,8 @@ class Pulse:
             raise ParameterError(f"Invalid a_p {self.a_p!r}. Must be zero or positive, and finite.")
         if not (math.isfinite(self.T_p) and self.T_p > 0.0):
             raise ParameterError(f"Invalid T_p {self.T_p!r}. Must be positive and finite.")
+        if not math.isfinite(self.time):
+            raise ParameterError(f"Invalid time {self.time!r} of a pulse. Must be finite.")
         if self.phase not in (0.0, math.pi):
             raise ParameterError(
                 f"Invalid phase {self.phase!r}. Must be 0 or pi for a Ricker pulse."

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import respond
+from rockframe.rocking.response import Verdict, respond
+from rockframe.wavelets import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 STILL = GroundAcceleration.from_samples(np.zeros(11), 0.01)
@@ -107,3 +110,37 @@ def test_messages_are_one_line() -> None:
     with pytest.raises(ParameterError) as error:
         respond(BENT, STILL, initial_rotation=2.0)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "words"),
+    [
+        (np.full((3, 2), np.nan), "Invalid ground acceleration in interval 0. Must be finite"),
+        (np.zeros((1, 7)), "Invalid coefficients of shape (1, 7). Must be one interval or more"),
+        (np.zeros((0, 2)), "Invalid coefficients of shape (0, 2)"),
+        (np.zeros((3, 0)), "Invalid coefficients of shape (3, 0)"),
+        (np.zeros(3), "Invalid coefficients of shape (3,)"),
+    ],
+)
+def test_a_ground_that_is_none_is_refused(coefficients: NDArray[np.float64], words: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        GroundAcceleration(coefficients, 0.1)
+
+
+def test_a_start_that_is_no_time_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid start time nan s. Must be finite"):
+        GroundAcceleration.from_samples([0.0, 1.0], 0.1, start_time=math.nan)
+
+
+def test_a_pulse_at_no_time_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid time nan of a pulse. Must be finite"):
+        Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0, time=math.nan)
+
+
+def test_balanced_on_the_barrier_counts_as_overturned_without_a_time() -> None:
+    frame = RockingFrame(height=9.6, width=1.6)
+    still = GroundAcceleration.from_samples([0.0, 0.0], 0.1)
+    response = respond(frame, still, initial_rotation=frame.slenderness)
+    assert response.verdict is Verdict.OVERTURNED
+    assert math.isnan(response.overturning_time)
+    assert response.peak_rotation == 0.5 * math.pi

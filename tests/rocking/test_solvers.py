@@ -96,7 +96,7 @@ def uncorrected_channel(path: Path, channel: int) -> Float:
 
 
 @pytest.mark.parametrize("channel", [0, 1])
-@pytest.mark.parametrize("station", ["CCC", "TOW2"])
+@pytest.mark.parametrize("station", ["CCC", "CLC", "TOW2"])
 @pytest.mark.parametrize("name", ["bent", "slender"])
 def test_real_record(bundled_records: Path, station: str, channel: int, name: str) -> None:
     samples = uncorrected_channel(bundled_records / f"Ridgecrest2019-{station}.V1", channel)

@@ -37,11 +37,36 @@ class GroundAcceleration:
         Length of an interval [s].
     start_time : float
         Time of the first node [s]. Before it and after the last node the ground is still.
+
+    Raises
+    ------
+    ParameterError
+        If the coefficients are not of this shape, of degree 0 to 5, and finite, the time step not
+        positive, or the start not finite.
     """
 
     coefficients: Float
     time_step: float
     start_time: float = 0.0
+
+    def __post_init__(self) -> None:
+        shape = self.coefficients.shape
+        if len(shape) != 2 or shape[0] < 1 or not 1 <= shape[1] <= MAX_GROUND_DEGREE + 1:
+            raise ParameterError(
+                f"Invalid coefficients of shape {shape}. Must be one interval or more, and "
+                f"1 to {MAX_GROUND_DEGREE + 1} coefficients in each."
+            )
+        if not (math.isfinite(self.time_step) and self.time_step > 0.0):
+            raise ParameterError(
+                f"Invalid time step {self.time_step!r} s. Must be positive and finite."
+            )
+        if not np.isfinite(self.coefficients).all():
+            where = int(np.argwhere(~np.isfinite(self.coefficients))[0, 0])
+            raise ParameterError(
+                f"Invalid ground acceleration in interval {where}. Must be finite."
+            )
+        if not math.isfinite(self.start_time):
+            raise ParameterError(f"Invalid start time {self.start_time!r} s. Must be finite.")
 
     @classmethod
     def from_samples(
@@ -77,8 +102,8 @@ class GroundAcceleration:
             raise ParameterError(
                 f"Invalid acceleration {samples[where]} at sample {where}. Must be finite."
             )
-        _check_step(time_step)
-        slopes = np.diff(samples) / time_step
+        with np.errstate(divide="ignore", invalid="ignore"):  # a bad step is named below
+            slopes = np.diff(samples) / time_step
         return cls(np.column_stack([samples[:-1], slopes]), time_step, start_time)
 
     @classmethod
@@ -178,8 +203,3 @@ class GroundAcceleration:
         return type(self)(
             np.concatenate([self.coefficients, still]), self.time_step, self.start_time
         )
-
-
-def _check_step(time_step: float) -> None:
-    if not (math.isfinite(time_step) and time_step > 0.0):
-        raise ParameterError(f"Invalid time step {time_step!r} s. Must be positive and finite.")
