@@ -52,7 +52,11 @@ def strong_record() -> tuple[NDArray[np.float64], float]:
 
 
 def by_solve_ivp(acceleration: NDArray[np.float64], time_step: float) -> float:
-    """The largest |theta| / alpha as a user of solve_ivp gets it: RK45, rtol 1e-6, events."""
+    """The largest |theta| / alpha as a careful user of solve_ivp gets it.
+
+    RK45, rtol 1e-6, steps no longer than the record's, an event for the impact, uplift at the
+    first sample beyond g tan(alpha), rest below 1e-4 rad/s.
+    """
     alpha, p2 = BENT.slenderness, BENT.effective_frequency_parameter**2
     times = time_step * np.arange(acceleration.size)
     ground = acceleration / GRAVITY
@@ -77,7 +81,9 @@ def by_solve_ivp(acceleration: NDArray[np.float64], time_step: float) -> float:
                 break
             now = float(times[later[0]])
             side = -math.copysign(1.0, ground[later[0]])
-        found = solve_ivp(rates, (now, times[-1]), state, rtol=1e-6, max_step=0.05, events=impact)
+        found = solve_ivp(
+            rates, (now, times[-1]), state, rtol=1e-6, max_step=time_step, events=impact
+        )
         peak = max(peak, float(np.abs(found.y[0]).max()))
         now, state = float(found.t[-1]), found.y[:, -1].copy()
         if found.status == 1:
@@ -94,12 +100,13 @@ def kernel() -> dict[str, float]:
     motion = GroundAcceleration.from_samples(acceleration, step)
     ours = respond(BENT, motion).peak_rotation_ratio
     own = best_of(lambda: respond(BENT, motion), repeats=7, calls=50)
-    rival = best_of(lambda: by_solve_ivp(acceleration, step), repeats=1)
+    peaks: list[float] = []
+    rival = best_of(lambda: peaks.append(by_solve_ivp(acceleration, step)), repeats=1)
     return {
         "response_40s_100hz_ms": 1e3 * own,
         "response_ns_per_sample": 1e9 * own / acceleration.size,
         "response_over_solve_ivp": rival / own,
-        "solve_ivp_peak_error": abs(by_solve_ivp(acceleration, step) / ours - 1.0),
+        "solve_ivp_peak_error": abs(peaks[0] / ours - 1.0),
     }
 
 
