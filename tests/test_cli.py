@@ -213,6 +213,13 @@ def test_a_record_that_is_not_the_papers_says_so(
     pga = next(entry for entry in result["paper"] if entry["quantity"] == "pga_g")
     assert pga["paper"] == 1.23
     assert pga["remark"] == "not the paper's record or processing"
+    with (tmp_path / "run" / "paper.csv").open(newline="") as stream:
+        assert [row["quantity"] for row in csv.DictReader(stream)] == [
+            "pga_g",
+            "pgv_m_s",
+            "a_p_g",
+            "T_p_s",
+        ]
 
 
 def test_unknown_structure_is_refused_with_those_there_are(

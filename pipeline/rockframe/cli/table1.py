@@ -48,8 +48,10 @@ def run(options: argparse.Namespace) -> int:
     files = [folder / name for name in ("records.nc", "pulses.nc", "response.nc")]
     rows = [with_paper_facts(row) for row in table_rows(*files)]
     comparisons, said = compare(rows), statements(rows)
-    _write_table(rows, folder / "table.csv")
-    outputs = [*files, folder / "records.csv", folder / "table.csv", *_figures(ingested, folder)]
+    tables = [_write_table(rows, folder / "table.csv")]
+    if comparisons:
+        tables.append(_write_table(comparisons, folder / "paper.csv"))
+    outputs = [*files, folder / "records.csv", *tables, *_figures(ingested, folder)]
     _finish(options, ingested, folder, outputs)
     if options.json:
         show_json(
@@ -134,7 +136,7 @@ def _figures(ingested: Ingested, folder: Path) -> list[Path]:
     return paths
 
 
-def _write_table(rows: Sequence[TableRow], path: Path) -> None:
+def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) -> Path:
     import csv
     import math
 
@@ -148,6 +150,7 @@ def _write_table(rows: Sequence[TableRow], path: Path) -> None:
                 "" if isinstance(value, float) and math.isnan(value) else value
                 for value in vars(row).values()
             )
+    return path
 
 
 def _finish(

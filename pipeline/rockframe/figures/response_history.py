@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.figures.style import styled
@@ -65,8 +66,11 @@ def draw_response_history(
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(*_window(time, histories))
         figure.align_ylabels(list(panels))
-        handles, labels = panels[1].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        handles, _ = panels[1].get_legend_handles_labels()
+        if any(np.isfinite(history["overturning_time"]) for history in histories):
+            falling = f"beyond {_DRAWN_TO:g} α, falling"
+            handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 
 
