@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
             for row in summary
         ]
         show_table(
-            f"{len(summary)} records in {options.output}",
+            f"{len(summary)} record{'s' if len(summary) > 1 else ''} in {options.output}",
             ["record", "format", "samples>", "step [s]>", "PGA [g]>", "PGV [m/s]>", "processing"],
             rows,
         )
