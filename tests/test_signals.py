@@ -59,8 +59,18 @@ def test_reversed_corners_are_refused() -> None:
 
 
 def test_a_record_too_coarse_for_the_band_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"Invalid time step 8 s .* Must be below 4 s"):
-        BandPass(0.1, 40.0).corners(8.0)
+    with pytest.raises(ParameterError, match=r"Invalid time step 8 s .* Must be at most 2 s"):
+        BandPass(0.1, 40.0).corners(8.0, 80.0)
+
+
+def test_a_record_too_short_for_the_band_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid duration 5 s .* Must be 10 s or more"):
+        BandPass(0.1, 40.0).corners(0.01, 5.0)
+
+
+def test_a_band_that_leaves_nothing_is_refused() -> None:
+    with pytest.raises(ParameterError, match="at least an octave apart"):
+        BandPass(39.99, 40.0)
 
 
 def test_integral_of_a_cosine_is_its_sine() -> None:

@@ -19,6 +19,9 @@ from rockframe.units import GRAVITY
 #: I_o / (m_c R^2) of a rectangular column about its base corner.
 RECTANGULAR: Final = 4.0 / 3.0
 
+#: Dimensions of what stands free and rocks [m].
+_SMALLEST: Final = 0.001
+_LARGEST: Final = 1000.0
 #: A beam so heavy that the frame is at the limit of eq (28) to round-off.
 _HEAVIEST: Final = 1e15
 
@@ -41,8 +44,9 @@ class RockingFrame:
     Raises
     ------
     ParameterError
-        If a dimension is not positive, the mass ratio not between 0 and 1e15, or the column so
-        stocky that the restitution of eq (43) is not positive: such a frame does not rock.
+        If a dimension is not between 1 mm and 1 km, the mass ratio not between 0 and 1e15, or the
+        column so stocky that the restitution of eq (43) is not positive: such a frame does not
+        rock.
 
     Notes
     -----
@@ -64,13 +68,18 @@ class RockingFrame:
     inertia_ratio: float = RECTANGULAR
 
     def __post_init__(self) -> None:
-        for label in ("height", "width", "inertia_ratio"):
+        for label in ("height", "width"):
             value = getattr(self, label)
-            if not (math.isfinite(value) and value > 0.0):
+            if not _SMALLEST <= value <= _LARGEST:
                 raise ParameterError(
                     f"Invalid {label} {value!r} of frame {self.name!r}. "
-                    "Must be positive and finite."
+                    f"Must be between {_SMALLEST:g} and {_LARGEST:g} m."
                 )
+        if not (math.isfinite(self.inertia_ratio) and self.inertia_ratio > 0.0):
+            raise ParameterError(
+                f"Invalid inertia_ratio {self.inertia_ratio!r} of frame {self.name!r}. "
+                "Must be positive and finite."
+            )
         if not 0.0 <= self.mass_ratio <= _HEAVIEST:
             raise ParameterError(
                 f"Invalid mass_ratio {self.mass_ratio!r} of frame {self.name!r}. "

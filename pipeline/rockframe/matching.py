@@ -46,6 +46,11 @@ _PERIOD_RATIO: Final = 1.025
 _CANDIDATES: Final = 4
 #: A refined period closer than this to an end of the range is at that end, not a maximum.
 _AT_BOUND: Final = 1e-6
+#: What PyWavelets calls a mother wavelet, and its variable over tau.
+_PYWAVELETS: Final = {
+    SYMMETRIC_RICKER.name: ("mexh", math.sqrt(2.0) * math.pi),
+    ANTISYMMETRIC_RICKER.name: ("gaus3", 2.0 * math.pi / math.sqrt(6.0)),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +99,8 @@ def match_pulse(
     Raises
     ------
     ParameterError
-        If the wavelet is unknown, the record is zero throughout, or no period is left to search.
+        If the wavelet is unknown, the record is zero throughout or not finite, or no period is left
+        to search.
 
     Examples
     --------
@@ -106,7 +112,10 @@ def match_pulse(
     """
     if wavelet not in WAVELETS:
         raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {', '.join(WAVELETS)}.")
+    acceleration = np.asarray(acceleration, dtype=np.float64)
     energy = float(np.dot(acceleration, acceleration)) * time_step
+    if not math.isfinite(energy):
+        raise ParameterError("Invalid acceleration: not all samples are finite.")
     if energy == 0.0:
         raise ParameterError("Invalid acceleration: all samples are zero, there is no pulse.")
     mother = WAVELETS[wavelet]
@@ -141,9 +150,8 @@ def scalogram(
 ) -> NDArray[np.float64]:
     """Return C(s, xi) at the samples and the given periods, computed with PyWavelets.
 
-    An independent and slower way to the same numbers, for pictures and as a check. PyWavelets
-    knows the two Ricker wavelets as ``mexh`` and ``gaus3``, in x = sqrt(2) pi tau and in
-    x = sqrt(2) pi tau / sqrt(3 / 2) with its opposite sign.
+    An independent way to the same numbers, for pictures and as a check. PyWavelets samples its
+    wavelets coarsely: it is right to half a sample in time and about half a percent in height.
 
     Parameters
     ----------
@@ -161,6 +169,11 @@ def scalogram(
     array, shape (periods, samples)
         Coefficients [m s-3/2].
 
+    Raises
+    ------
+    ParameterError
+        If the wavelet is unknown.
+
     Examples
     --------
     >>> t = np.arange(1000) * 0.01
@@ -169,13 +182,13 @@ def scalogram(
     >>> [int(i) for i in np.unravel_index(abs(picture).argmax(), picture.shape)]
     [1, 500]
     """
-    name, sign, rate = {
-        SYMMETRIC_RICKER.name: ("mexh", 1.0, math.sqrt(2.0) * math.pi),
-        ANTISYMMETRIC_RICKER.name: ("gaus3", 1.0, 2.0 * math.pi / math.sqrt(6.0)),
-    }[wavelet]
+    if wavelet not in _PYWAVELETS:
+        known = ", ".join(_PYWAVELETS)
+        raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {known}.")
+    name, rate = _PYWAVELETS[wavelet]
     scales = np.asarray(periods) / (rate * time_step)
     coefficients, _ = pywt.cwt(acceleration, scales, name, method="fft", precision=14)
-    return np.asarray(sign * coefficients * math.sqrt(time_step), dtype=np.float64)
+    return np.asarray(coefficients * math.sqrt(time_step), dtype=np.float64)
 
 
 def _period_range(

@@ -6,8 +6,9 @@ import hashlib
 import importlib.metadata
 import json
 import os
+import shutil
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -15,6 +16,8 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 
+#: The last file of a run.
+MANIFEST: Final = "manifest.json"
 #: Distributions whose versions can change a number in a result.
 _DISTRIBUTIONS: Final = (
     "rockframe",
@@ -126,6 +129,81 @@ def _settle(partial: Path, path: Path) -> None:
     partial.replace(path)
 
 
+def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Refuse to write over a file that is read.
+
+    Raises
+    ------
+    InputError
+        If an output is one of the inputs, by whatever path.
+
+    Examples
+    --------
+    >>> refuse_overwriting([Path("motion.csv")], [Path("./motion.csv")])
+    Traceback (most recent call last):
+    rockframe.errors.InputError: motion.csv: is an input of this command. Must be another file.
+    """
+    read = {path.resolve() for path in inputs}
+    for output in outputs:
+        if output.resolve() in read:
+            raise InputError(output, "is an input of this command. Must be another file.")
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """Give a temporary folder for the files of a run, and move them in only if the block succeeds.
+
+    An older run in the folder stays as it was until then; of it, the files that its manifest lists
+    are replaced or removed. ``manifest.json`` goes first and comes last: without it a run is not
+    complete.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files are to be; made if it is missing.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder))
+    except OSError as error:
+        raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
+    try:
+        yield partial
+        _move_in(partial, folder)
+    except OSError as error:
+        message = f"cannot be written: {error.strerror or error}."
+        raise InputError(folder, message) from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _move_in(partial: Path, folder: Path) -> None:
+    manifest = folder / MANIFEST
+    old = _listed(manifest)
+    manifest.unlink(missing_ok=True)
+    new = sorted(path.relative_to(partial) for path in partial.rglob("*") if path.is_file())
+    for name in sorted(old - set(new)):
+        (folder / name).unlink(missing_ok=True)
+    for name in sorted(new, key=lambda path: path.name == MANIFEST):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (partial / name).replace(folder / name)
+
+
+def _listed(manifest: Path) -> set[Path]:
+    """The outputs of an older run, those that are inside its folder."""
+    try:
+        names = json.loads(manifest.read_text(encoding="utf-8"))["outputs"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+    paths = (Path(name) for name in names)
+    return {path for path in paths if not path.is_absolute() and ".." not in path.parts}
+
+
 def write_manifest(
     folder: Path,
     *,
@@ -159,5 +237,5 @@ def write_manifest(
         "versions": versions(),
     }
     text = json.dumps(content, indent=2, sort_keys=True) + "\n"
-    with whole_file(folder / "manifest.json") as partial:
+    with whole_file(folder / MANIFEST) as partial:
         partial.write_text(text, encoding="utf-8")

@@ -51,6 +51,8 @@ class Record:
         Magnitude of the event [1].
     epicentral_distance : float
         Distance to the epicentre [km].
+    facts_source : str
+        Where event, magnitude and distance are from.
     source_file, source_format, source_sha256 : str
         Name of the file, its format, and its SHA-256.
     processing : tuple of str
@@ -80,6 +82,7 @@ class Record:
     start_time: str = ""
     magnitude: float = math.nan
     epicentral_distance: float = math.nan
+    facts_source: str = ""
     source_file: str = ""
     source_format: str = ""
     source_sha256: str = ""

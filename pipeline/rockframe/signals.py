@@ -37,11 +37,11 @@ class BandPass:
     Raises
     ------
     ParameterError
-        Unless 0 < low < high.
+        Unless 0 < low and at least an octave lies between the corners.
 
     Examples
     --------
-    >>> BandPass(0.1, 40.0).corners(0.02)
+    >>> BandPass(0.1, 40.0).corners(time_step=0.02, duration=60.0)
     (0.1, 20.0)
     """
 
@@ -49,25 +49,30 @@ class BandPass:
     high: float = 40.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.high) and 0.0 < self.low < self.high):
+        if not (math.isfinite(self.high) and 0.0 < 2.0 * self.low <= self.high):
             raise ParameterError(
-                f"Invalid band-pass from {self.low!r} to {self.high!r} Hz. "
-                "Must be two positive frequencies, the lower one first."
+                f"Invalid band-pass from {self.low!r} to {self.high!r} Hz. Must be two positive "
+                "frequencies, the lower one first, at least an octave apart."
             )
 
-    def corners(self, time_step: float) -> tuple[float, float]:
-        """Return the corners [Hz] that a record of this time step [s] allows.
+    def corners(self, time_step: float, duration: float) -> tuple[float, float]:
+        """Return the corners [Hz] that a record of this time step and duration [s] allows.
 
         Raises
         ------
         ParameterError
-            If the record is too coarse for the band.
+            If the record is too coarse or too short for the band.
         """
+        if self.low * duration < 1.0:
+            raise ParameterError(
+                f"Invalid duration {duration:g} s for a band-pass from {self.low:g} Hz. "
+                f"Must be {1.0 / self.low:g} s or more."
+            )
         high = min(self.high, _NYQUIST_SHARE * 0.5 / time_step)
-        if high <= self.low:
+        if high < 2.0 * self.low:
             raise ParameterError(
                 f"Invalid time step {time_step:g} s for a band-pass from {self.low:g} Hz. "
-                f"Must be below {_NYQUIST_SHARE * 0.5 / self.low:g} s."
+                f"Must be at most {_NYQUIST_SHARE * 0.25 / self.low:g} s."
             )
         return self.low, high
 
@@ -97,7 +102,7 @@ def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Floa
     Raises
     ------
     ParameterError
-        If the record is too coarse for the band.
+        If the record is too coarse or too short for the band.
 
     References
     ----------
@@ -106,12 +111,12 @@ def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Floa
     Examples
     --------
     >>> import numpy as np
-    >>> offset = np.full(1000, 0.3)
+    >>> offset = np.full(2000, 0.3)
     >>> corrected, steps = correct(offset, 0.01, BandPass())
     >>> bool(np.abs(corrected).max() < 1e-12), steps[0]
     (True, 'baseline: least-squares line removed')
     """
-    low, high = band.corners(time_step)
+    low, high = band.corners(time_step, time_step * (acceleration.size - 1))
     pad = math.ceil(_PAD_PERIODS / (low * time_step))
     level = scipy.signal.detrend(acceleration, type="linear")
     tapered = level * scipy.signal.windows.tukey(level.size, 2.0 * _TAPER)

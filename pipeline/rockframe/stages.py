@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.ingest import CatalogueEntry, ReadOptions, Rejection, collect
+from rockframe.ingest import CATALOGUE, ReadOptions, Rejection, collect, read_catalogue
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
-from rockframe.provenance import whole_file
+from rockframe.provenance import refuse_overwriting, sha256_of, whole_file
 from rockframe.record import Orientation, Record
 from rockframe.results import (
     PULSES,
@@ -27,10 +28,15 @@ from rockframe.results import (
     write,
 )
 from rockframe.rocking.response import Response, respond
-from rockframe.signals import BandPass, correct
+from rockframe.signals import BandPass, correct, peak
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
+from rockframe.units import GRAVITY
 from rockframe.wavelets import WAVELETS
 
+#: Columns of the list of inputs.
+_LIST_COLUMNS: Final = ("file", "record_id", "status", "line", "reason")
+#: No ground has moved with a fraction of this [m s-2]; gal read as g does.
+_IMPOSSIBLE: Final = 100.0 * GRAVITY
 #: Called with what is done and what there is to do in all.
 Progress = Callable[[int, int], None]
 
@@ -46,14 +52,20 @@ class Ingested:
     records: tuple[Record, ...]
     rejections: tuple[Rejection, ...]
 
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Names and SHA-256 of the files that gave the records."""
+        return {record.source_file: record.source_sha256 for record in self.records}
+
 
 def ingest_stage(
     paths: Sequence[Path],
     output: Path,
     *,
     options: ReadOptions | None = None,
-    catalogue: Mapping[str, CatalogueEntry] | None = None,
+    catalogue: Path | None = None,
     band: BandPass | None = None,
+    all_uncorrected: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
@@ -68,10 +80,12 @@ def ingest_stage(
         The netCDF file to write.
     options : ReadOptions, optional
         Units and time step of text files that do not state them.
-    catalogue : mapping, optional
-        Facts about the files, by file name; otherwise each folder's own ``catalogue.csv``.
+    catalogue : Path, optional
+        CSV of facts about the files; otherwise each folder's own ``catalogue.csv``.
     band : BandPass, optional
         Corner frequencies for uncorrected records.
+    all_uncorrected : bool
+        Take every record for uncorrected, whatever its format says.
     progress : callable, optional
         Called with the name of each file.
 
@@ -83,40 +97,74 @@ def ingest_stage(
     Raises
     ------
     InputError
-        If a path does not exist, or no record went through: then nothing is written.
+        If a path does not exist, an output would replace an input or a list that is not ours, or
+        no record went through: then nothing is written.
     """
-    band = band or BandPass()
-    read, rejections = collect(paths, options or ReadOptions(), catalogue, progress)
+    band, options = band or BandPass(), options or ReadOptions()
+    beside = output.with_suffix(".csv")
+    catalogues = [catalogue] if catalogue else [path / CATALOGUE for path in paths]
+    refuse_overwriting((output, beside), (*_files(paths), *catalogues))
+    _refuse_strange_list(beside)
+    entries = read_catalogue(catalogue) if catalogue else None
+    read, rejections = collect(paths, options, entries, progress)
     records: list[Record] = []
     rejected = list(rejections)
     for record in read:
         try:
-            records.append(_processed(record, band))
+            records.append(_processed(record, band, all_uncorrected))
         except ParameterError as error:
             rejected.append(Rejection(file=record.source_file, reason=str(error)))
     if not records:
         first, others = rejected[0], len(rejected) - 1
-        more = f" ({others} more files were rejected too.)" if others else ""
+        more = f" ({others} more rejected.)" if others else ""
         raise InputError(first.file, first.reason + more, first.line)
     result = Ingested(tuple(records), tuple(rejected))
     write(
         records_dataset(records),
         output,
         RECORDS,
-        input_sha256={record.source_file: record.source_sha256 for record in records},
-        parameters={"band_pass_hz": [band.low, band.high]},
+        input_sha256=result.inputs
+        | {path.name: sha256_of(path) for path in catalogues if path.is_file()},
+        parameters={
+            "all_uncorrected": all_uncorrected,
+            "band_pass_hz": [band.low, band.high],
+            "time_step_s": options.time_step,
+            "units": options.units,
+        },
     )
-    _write_list(result, output.with_suffix(".csv"))
+    _write_list(result, beside)
     return result
 
 
-def _processed(record: Record, band: BandPass) -> Record:
+def _files(paths: Sequence[Path]) -> list[Path]:
+    return [file for path in paths for file in (path.iterdir() if path.is_dir() else [path])]
+
+
+def _refuse_strange_list(path: Path) -> None:
+    """The list of inputs is named after the output: do not replace something else of that name."""
+    if not path.is_file():
+        return
+    with path.open("rb") as stream:
+        first = stream.readline().decode("latin-1").strip()
+    if first != ",".join(_LIST_COLUMNS):
+        raise InputError(
+            path, "is in the place of the list of inputs, and is not one. Must be moved away."
+        )
+
+
+def _processed(record: Record, band: BandPass, uncorrected: bool) -> Record:
+    largest = peak(record.acceleration)
+    if largest > _IMPOSSIBLE:
+        raise ParameterError(
+            f"peak acceleration {largest / GRAVITY:.4g} g of {record.record_id!r}. "
+            f"Must be below {_IMPOSSIBLE / GRAVITY:g} g: are the units right?"
+        )
     if np.ptp(record.acceleration) == 0.0:
         raise ParameterError(
             f"all {record.acceleration.size} samples of {record.record_id!r} are "
             f"{record.acceleration[0]:g} m/s2. Must be a record of motion."
         )
-    if not record.uncorrected:
+    if not (record.uncorrected or uncorrected):
         return record
     corrected, steps = correct(record.acceleration, record.time_step, band)
     return replace(record, acceleration=corrected, processing=(*record.processing, *steps))
@@ -125,7 +173,7 @@ def _processed(record: Record, band: BandPass) -> Record:
 def _write_list(result: Ingested, path: Path) -> None:
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["file", "record_id", "status", "line", "reason"])
+        writer.writerow(_LIST_COLUMNS)
         for record in result.records:
             writer.writerow([record.source_file, record.record_id, "accepted", "", ""])
         for rejection in result.rejections:
@@ -140,7 +188,7 @@ def pulse_stage(
     shortest_period: float = SHORTEST_PERIOD,
     longest_period: float = LONGEST_PERIOD,
     progress: Progress = _silent,
-) -> None:
+) -> tuple[Rejection, ...]:
     """Find the best pulse of each wavelet in each horizontal record: ``pulses.nc``.
 
     Parameters
@@ -152,39 +200,51 @@ def pulse_stage(
     progress : callable
         Called with the number of records done and in all.
 
+    Returns
+    -------
+    tuple of Rejection
+        Records in which no pulse of these periods can be searched; they are left out.
+
     Raises
     ------
     InputError
         If the records cannot be read or the output not written.
     ParameterError
-        If no record is horizontal, or none of the periods fits a record.
+        If no record is horizontal, or none can be searched.
     """
+    refuse_overwriting([output], [records_path])
     records = _horizontal(read_records(records_path), records_path)
-    matches: list[list[PulseMatch]] = []
+    matched: list[tuple[Record, list[PulseMatch]]] = []
+    rejections: list[Rejection] = []
     for i, record in enumerate(records):
         try:
-            matches.append(
-                [
-                    match_pulse(
-                        record.acceleration,
-                        record.time_step,
-                        name,
-                        shortest_period=shortest_period,
-                        longest_period=longest_period,
-                    )
-                    for name in WAVELETS
-                ]
-            )
+            matched.append((record, _matches(record, shortest_period, longest_period)))
         except ParameterError as error:
-            raise ParameterError(f"record {record.record_id!r}: {error}") from None
+            rejections.append(Rejection(file=record.record_id, reason=str(error)))
         progress(i + 1, len(records))
+    if not matched:
+        raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
     write(
-        pulses_dataset(records, matches),
+        pulses_dataset([record for record, _ in matched], [matches for _, matches in matched]),
         output,
         PULSES,
         input_sha256=input_hash(records_path),
         parameters={"periods_s": [shortest_period, longest_period]},
     )
+    return tuple(rejections)
+
+
+def _matches(record: Record, shortest_period: float, longest_period: float) -> list[PulseMatch]:
+    return [
+        match_pulse(
+            record.acceleration,
+            record.time_step,
+            name,
+            shortest_period=shortest_period,
+            longest_period=longest_period,
+        )
+        for name in WAVELETS
+    ]
 
 
 def respond_stage(
@@ -215,7 +275,8 @@ def respond_stage(
     ParameterError
         If there is no structure of that name, or no record is horizontal.
     """
-    frames = _chosen(read_structures(structures_path), structure)
+    refuse_overwriting([output], [records_path, structures_path])
+    frames = choose_structures(structures_path, structure)
     records = _horizontal(read_records(records_path), records_path)
     responses: list[list[Response]] = []
     for i, record in enumerate(records):
@@ -230,7 +291,22 @@ def respond_stage(
     )
 
 
-def _chosen(frames: list[RockingFrame], name: str | None) -> list[RockingFrame]:
+def choose_structures(path: Path, name: str | None) -> list[RockingFrame]:
+    """Return the structures of a file, or the one of that name.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    ParameterError
+        If there is no structure of that name.
+
+    Examples
+    --------
+    >>> [frame.name for frame in choose_structures(SHIPPED_STRUCTURES, "apollo-frame")]
+    ['apollo-frame']
+    """
+    frames = read_structures(path)
     if name is None:
         return frames
     chosen = [frame for frame in frames if frame.name == name]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -27,6 +28,14 @@ def bundled_records() -> Path:
     if installed.is_dir():
         return installed
     return Path(__file__).parents[2] / "records" / "ridgecrest2019"  # a source tree
+
+
+_Location = tuple[str | int, ...]
+_MUST_BE: Final = {
+    "float_type": "a number",
+    "string_type": "text in quotes",
+    "string_pattern_mismatch": "1 to 64 letters, digits, points, hyphens or underscores",
+}
 
 
 class _Strict(BaseModel):
@@ -80,12 +89,12 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     >>> [frame.name for frame in read_structures()][:2]
     ['bridge-bent', 'apollo-column']
     """
-    entries = _parse(path)
+    text = _read_text(path)
     frames: dict[str, RockingFrame] = {}
-    for i, entry in enumerate(entries):
-        where = f"structure[{i}]"
+    for i, entry in enumerate(_parse(path, text)):
+        line = _line_of(text, ("structure", i, "name"))
         if entry.name in frames:
-            raise InputError(path, f"{where}.name {entry.name!r}. Must not be stated twice.")
+            raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         try:
             frames[entry.name] = RockingFrame(
                 height=entry.height_m,
@@ -94,36 +103,60 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
                 name=entry.name,
             )
         except ParameterError as error:
-            raise InputError(path, f"{where}: {error}") from None
+            raise InputError(path, str(error), _line_of(text, ("structure", i))) from None
     return list(frames.values())
 
 
-def _parse(path: Path) -> tuple[StructureEntry, ...]:
+def _parse(path: Path, text: str) -> tuple[StructureEntry, ...]:
     try:
-        return _StructuresFile.model_validate(_read_toml(path)).structure
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(path, _explain(first["type"], first)) from None
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(path, f"is not TOML: {error}.") from None
+    try:
+        return _StructuresFile.model_validate(content).structure
+    except ValidationError as invalid:
+        # an unknown key explains the missing one beside it
+        errors = sorted(invalid.errors(), key=lambda error: error["type"] != "extra_forbidden")
+        message, where = _explain(errors[0]["type"], errors[0]["loc"], errors[0]["input"])
+        raise InputError(path, message, _line_of(text, where)) from None
 
 
-def _explain(kind: str, error: Any) -> str:
-    where = ""
-    for part in error["loc"]:
-        where += f"[{part}]" if isinstance(part, int) else f".{part}" if where else str(part)
+def _explain(kind: str, where: tuple[str | int, ...], value: object) -> tuple[str, _Location]:
+    """What is wrong and what it must be, and where; the model's own words are for programmers."""
+    key = where[-1]
+    inside = len(where) > 2
     if kind == "extra_forbidden":
-        known = ", ".join(StructureEntry.model_fields if "." in where else ["structure"])
-        return f"unknown key {where!r}. Must be one of: {known}."
-    if kind == "missing":
-        return f"missing key {where!r}. Must be stated."
-    message = error["msg"][0].lower() + error["msg"][1:]
-    return f"{where} {error['input']!r}: {message}."
+        known = ", ".join(StructureEntry.model_fields) if inside else "[[structure]]"
+        return f"unknown key {key!r}. Must be one of: {known}.", where
+    if kind == "missing" and inside:
+        return f"key {key!r} missing. Must be stated for each structure.", where[:-1]
+    if not inside:
+        return "no structures. Must hold one [[structure]] table or more.", where[:1]
+    must_be = _MUST_BE.get(kind, "valid")
+    return f"{key} {value!r}. Must be {must_be}.", where
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def _line_of(text: str, where: _Location) -> int | None:
+    """Line of a key, counted from 1; of its table if the key is not found; else None."""
+    table, wanted = None, where[1] if len(where) > 1 else None
+    count = -1
+    for number, line in enumerate(text.splitlines(), 1):
+        if re.match(r"\s*\[\[\s*structure\s*\]\]", line):
+            count += 1
+            if count == wanted:
+                table = number
+        key = where[-1]
+        if re.match(rf"\s*\[*\s*\"?{re.escape(str(key))}\"?\s*[=\]]", line) and (
+            wanted is None or (count == wanted and len(where) > 2)
+        ):
+            return number
+    return table
+
+
+def _read_text(path: Path) -> str:
     try:
-        with path.open("rb") as stream:
-            return tomllib.load(stream)
+        return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, f"is not TOML: {error}.") from None
+    except UnicodeDecodeError as error:
+        raise InputError(path, f"is not TOML: {error.reason} at byte {error.start}.") from None

@@ -11,6 +11,13 @@ if TYPE_CHECKING:
     from rockframe.signals import BandPass
 
 
+def path(text: str) -> Path:
+    """Return the path that a word of the command line states."""
+    if not text:
+        raise argparse.ArgumentTypeError("empty path. Must name a file or folder.")
+    return Path(text)
+
+
 def add_reading(parser: argparse.ArgumentParser) -> None:
     """Options of reading record files."""
     parser.add_argument(
@@ -33,8 +40,13 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="corner frequencies in Hz for uncorrected records (default: 0.1 40)",
     )
     parser.add_argument(
+        "--uncorrected",
+        action="store_true",
+        help="take every record for uncorrected; text and AT2 are else taken as they are",
+    )
+    parser.add_argument(
         "--catalogue",
-        type=Path,
+        type=path,
         metavar="FILE",
         help="CSV of event, station, magnitude and distance of each file "
         "(default: catalogue.csv of the folder)",
@@ -59,7 +71,7 @@ def add_structures(parser: argparse.ArgumentParser) -> None:
     """Options of choosing structures."""
     parser.add_argument(
         "--structures",
-        type=Path,
+        type=path,
         metavar="FILE",
         help="TOML file of [[structure]] tables with name, height_m, width_m, mass_ratio "
         "(default: the shipped ones)",

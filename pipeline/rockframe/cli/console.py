@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -26,7 +28,7 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False)
+    console = Console(width=table_width(), highlight=False)
     table = Table(
         title=Text(title, style="bold"),
         title_justify="left",
@@ -46,6 +48,14 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
         else:
             table.add_section()
     console.print(table)
+
+
+def table_width() -> int:
+    """Return the number of columns there are for a table."""
+    asked = os.environ.get("COLUMNS", "")
+    if not asked.isdigit() and not sys.stdout.isatty():
+        return _PLAIN_WIDTH
+    return shutil.get_terminal_size().columns
 
 
 def show_json(value: Any) -> None:

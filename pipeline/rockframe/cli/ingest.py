@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
-from rockframe.cli.arguments import add_reading
+from rockframe.cli.arguments import add_reading, path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, and what they do not say of themselves."""
-    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="record file or folder")
-    parser.add_argument("--output", type=Path, required=True, help="netCDF file to write")
+    parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
+    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_reading(parser)
 
 
@@ -20,7 +19,6 @@ def run(options: argparse.Namespace) -> int:
     """Run the stage and print what went through."""
     from rockframe.cli.arguments import band_pass, read_options
     from rockframe.cli.console import number, progress_names, show_json, show_rejections, show_table
-    from rockframe.ingest import read_catalogue
     from rockframe.signals import integrate, peak
     from rockframe.stages import ingest_stage
     from rockframe.units import GRAVITY
@@ -30,8 +28,9 @@ def run(options: argparse.Namespace) -> int:
             options.paths,
             options.output,
             options=read_options(options),
-            catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
+            catalogue=options.catalogue,
             band=band_pass(options),
+            all_uncorrected=options.uncorrected,
             progress=progress,
         )
     summary: list[dict[str, Any]] = [

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from importlib.metadata import version
+from types import FrameType
+from typing import NoReturn
 
 from rockframe.cli import formats, ingest, pulse, respond, table1
 from rockframe.errors import RockframeError
@@ -14,8 +19,15 @@ from rockframe.errors import RockframeError
 _VERBS = (table1, ingest, pulse, respond, formats)
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line; argparse would print the usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="rockframe",
         description="From strong-motion records to the rocking response of free-standing frames: "
         "pulses, histories, stability verdicts.",
@@ -36,6 +48,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _terminated(_signal: int, _frame: FrameType | None) -> NoReturn:
+    """Leave as after Ctrl-C: what is half-written is removed on the way out."""
+    raise KeyboardInterrupt
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -50,6 +67,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 130 interrupted.
     """
     options = _parser().parse_args(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that has no theta shows "?"
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _terminated)
     try:
         status: int = options.run(options)
         sys.stdout.flush()
@@ -57,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"rockframe: error: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("rockframe: interrupted; nothing half-written was left behind.", file=sys.stderr)
+        print("rockframe: interrupted; nothing was written.", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader of our output has gone: `rockframe ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

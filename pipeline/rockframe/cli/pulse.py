@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from rockframe.cli.arguments import add_periods
+from rockframe.cli.arguments import add_periods, path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Records in, pulses out."""
-    parser.add_argument("records", type=Path, help="output of `rockframe ingest`")
-    parser.add_argument("--output", type=Path, required=True, help="netCDF file to write")
+    parser.add_argument("records", type=path, help="output of `rockframe ingest`")
+    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_periods(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the pulses."""
-    from rockframe.cli.console import number, progress_bar, show_json, show_table
+    from rockframe.cli.console import number, progress_bar, show_json, show_rejections, show_table
     from rockframe.results import pulse_rows
     from rockframe.stages import pulse_stage
 
     with progress_bar("matching pulses") as progress:
-        pulse_stage(
+        rejections = pulse_stage(
             options.records,
             options.output,
             shortest_period=options.periods[0],
@@ -31,8 +30,10 @@ def run(options: argparse.Namespace) -> int:
         )
     rows = pulse_rows(options.output)
     if options.json:
-        show_json({"pulses": rows, "output": str(options.output)})
-        return 0
+        rejected = [vars(rejection) for rejection in rejections]
+        show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})
+        show_rejections(rejections)
+        return 1 if rejections else 0
     cells: list[list[str]] = []
     for row in rows:
         first = not cells or row["record_id"] != rows[len(cells) - 1]["record_id"]
@@ -52,4 +53,5 @@ def run(options: argparse.Namespace) -> int:
         ["record", "wavelet", "a_p [g]>", "T_p [s]>", "at [s]>", "L_p [m]>", "match>"],
         cells,
     )
-    return 0
+    show_rejections(rejections)
+    return 1 if rejections else 0

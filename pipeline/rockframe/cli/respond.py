@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+from collections.abc import Mapping
+from typing import Any
 
-from rockframe.cli.arguments import add_structures
+from rockframe.cli.arguments import add_structures, path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Records and structures in, histories and verdicts out."""
-    parser.add_argument("records", type=Path, help="output of `rockframe ingest`")
-    parser.add_argument("--output", type=Path, required=True, help="netCDF file to write")
+    parser.add_argument("records", type=path, help="output of `rockframe ingest`")
+    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_structures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.console import number, progress_bar, show_json, show_table
+    from rockframe.cli.console import progress_bar, show_json, show_table
     from rockframe.results import response_rows
     from rockframe.stages import respond_stage
     from rockframe.study import SHIPPED_STRUCTURES
@@ -36,24 +37,22 @@ def run(options: argparse.Namespace) -> int:
         return 0
     show_table(
         f"Responses in {options.output}",
-        ["record", "structure", "θ/α>", "u_max [m]>", "v_max [m]>", "impacts>", "verdict"],
-        [
-            [
-                str(row["record_id"]),
-                str(row["structure"]),
-                number(row["peak_rotation_ratio"], 3),
-                number(row["u_max_m"], 3),
-                number(row["v_max_m"], 3),
-                str(row["impacts"]),
-                verdict_text(row["verdict"], row["overturning_time_s"]),
-            ]
-            for row in rows
-        ],
+        ["record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"],
+        [[str(row["record_id"]), str(row["structure"]), *response_cells(row)] for row in rows],
     )
     return 0
 
 
-def verdict_text(verdict: str, overturning_time: float) -> str:
-    """Return the verdict as people read it."""
-    words = verdict.replace("_", " ")
-    return f"{words} {overturning_time:.1f} s" if verdict == "overturned" else words
+def response_cells(row: Mapping[str, Any]) -> list[str]:
+    """Return theta/alpha, u, v and the verdict as people read them; dashes for what overturned."""
+    from rockframe.cli.console import number
+
+    words = str(row["verdict"]).replace("_", " ")
+    if row["verdict"] == "overturned":
+        return ["–", "–", "–", f"{words} {row['overturning_time_s']:.1f} s"]
+    return [
+        number(row["peak_rotation_ratio"], 3),
+        number(100.0 * row["u_max_m"], 1),
+        number(100.0 * row["v_max_m"], 2),
+        words,
+    ]

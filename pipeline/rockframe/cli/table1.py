@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rockframe.cli.arguments import add_periods, add_reading, add_structures
+from rockframe.cli.arguments import add_periods, add_reading, add_structures, path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rockframe.ingest import Rejection
     from rockframe.paper import Comparison
     from rockframe.results import TableRow
     from rockframe.stages import Ingested
-
-_SHORT = {"symmetric_ricker": "sym.", "antisymmetric_ricker": "antisym."}
-_LABELS = {"pga_g": "PGA [g]", "pgv_m_s": "PGV [m/s]", "a_p_g": "a_p [g]", "T_p_s": "T_p [s]"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,12 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--records",
         nargs="+",
-        type=Path,
+        type=path,
         metavar="PATH",
         help="record files or folders (default: the bundled 2019 Ridgecrest records)",
     )
     parser.add_argument(
-        "--output", type=Path, default=Path("outputs/table1"), help="folder to write"
+        "--output", type=path, default=Path("outputs/table1"), help="folder to write"
     )
     add_structures(parser)
     add_reading(parser)
@@ -39,41 +37,57 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write files, table, figures, manifest; print."""
     from rockframe.cli.console import show_json, show_rejections
-    from rockframe.paper import compare, statements, with_paper_facts
-    from rockframe.results import table_rows
+    from rockframe.cli.table1_tables import show
+    from rockframe.paper import compare, statements
+    from rockframe.provenance import whole_folder
 
     folder: Path = options.output
-    (folder / "manifest.json").unlink(missing_ok=True)  # the run is not complete until its end
-    ingested = _stages(options, folder)
-    files = [folder / name for name in ("records.nc", "pulses.nc", "response.nc")]
-    rows = [with_paper_facts(row) for row in table_rows(*files)]
-    comparisons, said = compare(rows), statements(rows)
-    tables = [_write_table(rows, folder / "table.csv")]
-    if comparisons:
-        tables.append(_write_table(comparisons, folder / "paper.csv"))
-    outputs = [*files, folder / "records.csv", *tables, *_figures(ingested, folder)]
-    _finish(options, ingested, folder, outputs)
+    _require_sound(options)
+    with whole_folder(folder) as partial:
+        ingested, rejections = _stages(options, partial)
+        rows = _rows(partial)
+        comparisons, said = compare(rows), statements(rows)
+        _write_table(rows, partial / "table.csv")
+        if comparisons:
+            _write_table(comparisons, partial / "paper.csv")
+        _draw(ingested, rows, partial)
+        count = _finish(options, ingested, partial)
     if options.json:
         show_json(
             {
                 "rows": [vars(row) for row in rows],
                 "paper": [vars(comparison) for comparison in comparisons],
                 "statements": said,
-                "rejected": [vars(rejection) for rejection in ingested.rejections],
+                "rejected": [vars(rejection) for rejection in rejections],
                 "output": str(folder),
             }
         )
     else:
-        _show(rows, comparisons, said)
-        print(f"{len(outputs) + 1} files in {folder}")
-    show_rejections(ingested.rejections)
-    return 1 if ingested.rejections else 0
+        show(rows, comparisons, said)
+        print(f"{count} files in {folder}")
+    show_rejections(rejections)
+    return 1 if rejections else 0
 
 
-def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
+def _require_sound(options: argparse.Namespace) -> None:
+    """What can be known to be wrong is said before anything is computed."""
+    from rockframe.cli.arguments import band_pass, read_options
+    from rockframe.errors import InputError
+    from rockframe.stages import choose_structures
+    from rockframe.study import SHIPPED_STRUCTURES
+
+    read_options(options)
+    band_pass(options)
+    choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)
+    for source in options.records or []:
+        home = source if source.is_dir() else source.parent
+        if home.resolve() == options.output.resolve():
+            raise InputError(options.output, "holds the records. Must be another folder.")
+
+
+def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
     from rockframe.cli.arguments import band_pass, read_options
     from rockframe.cli.console import progress_bar, progress_names
-    from rockframe.ingest import read_catalogue
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
     from rockframe.study import SHIPPED_STRUCTURES, bundled_records
 
@@ -83,12 +97,13 @@ def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
             options.records or [bundled_records()],
             records,
             options=read_options(options),
-            catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
+            catalogue=options.catalogue,
             band=band_pass(options),
+            all_uncorrected=options.uncorrected,
             progress=reading,
         )
     with progress_bar("matching pulses") as progress:
-        pulse_stage(
+        without_pulse = pulse_stage(
             records,
             folder / "pulses.nc",
             shortest_period=options.periods[0],
@@ -103,40 +118,39 @@ def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
             structure=options.structure,
             progress=progress,
         )
-    return ingested
+    return ingested, (*ingested.rejections, *without_pulse)
 
 
-def _figures(ingested: Ingested, folder: Path) -> list[Path]:
+def _rows(folder: Path) -> list[TableRow]:
+    from rockframe.paper import with_paper_facts
+    from rockframe.results import table_rows
+
+    files = (folder / name for name in ("records.nc", "pulses.nc", "response.nc"))
+    return [with_paper_facts(row) for row in table_rows(*files)]
+
+
+def _draw(ingested: Ingested, rows: Sequence[TableRow], folder: Path) -> None:
     """One figure for each record that was answered."""
     from rockframe.cli.console import progress_bar
     from rockframe.figures import draw_response_history, save
-    from rockframe.paper import paper_record_of
     from rockframe.results import best_pulses, open_response
 
-    records = {record.record_id: record for record in ingested.records}
+    accelerations = {record.record_id: record.acceleration for record in ingested.records}
+    titles = {row.record_id: f"{row.event}, {row.record}".removeprefix(", ") for row in rows}
     pulses = best_pulses(folder / "pulses.nc")
-    paths = []
     with open_response(folder / "response.nc") as response, progress_bar("drawing") as progress:
         for i, name in enumerate(response.records):
-            record = records[name]
-            paper = paper_record_of(record.source_file)
-            parts = [record.event, "/".join(p for p in (record.station, record.component) if p)]
-            known = ", ".join(part for part in parts if part)
-            if not known:
-                known = f"{paper.event}, {paper.record}" if paper else name
             figure = draw_response_history(
-                record.acceleration,
-                pulses[name],
+                accelerations[name],
+                pulses.get(name),
                 [response.sel(record=name, structure=s) for s in response.structures],
-                known,
+                titles[name],
             )
-            paths.append(folder / "figures" / f"{name}.png")
-            save(figure, paths[-1])
+            save(figure, folder / "figures" / f"{name}.png")
             progress(i + 1, len(response.records))
-    return paths
 
 
-def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) -> Path:
+def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) -> None:
     import csv
     import math
 
@@ -150,21 +164,20 @@ def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) ->
                 "" if isinstance(value, float) and math.isnan(value) else value
                 for value in vars(row).values()
             )
-    return path
 
 
-def _finish(
-    options: argparse.Namespace, ingested: Ingested, folder: Path, outputs: Sequence[Path]
-) -> None:
+def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> int:
+    """Write the manifest; return the number of files of the run."""
     from rockframe.provenance import sha256_of, write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
     structures = options.structures or SHIPPED_STRUCTURES
-    inputs = {record.source_file: record.source_sha256 for record in ingested.records}
+    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
     write_manifest(
         folder,
-        inputs=inputs | {structures.name: sha256_of(structures)},
+        inputs={**ingested.inputs, structures.name: sha256_of(structures)},
         parameters={
+            "all_uncorrected": options.uncorrected,
             "band_pass_hz": list(options.band_pass),
             "periods_s": list(options.periods),
             "structure": options.structure,
@@ -173,71 +186,4 @@ def _finish(
         },
         outputs=outputs,
     )
-
-
-def _show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
-    from rockframe.cli.console import show_table
-
-    show_table(
-        "Records, pulses and response",
-        [
-            *("Earthquake", "Record", "M_w>", "R\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
-            *("T_p\n[s]>", "Ricker", "Structure", "θ/α\n>", "u_max\n[cm]>", "v_max\n[cm]>"),
-            "Verdict",
-        ],
-        list(_cells(rows)),
-    )
-    if comparisons:
-        show_table(
-            "The paper's records: its values and ours",
-            ["Record", "", "paper>", "ours>", "difference>", ""],
-            [_comparison_cells(comparison) for comparison in comparisons],
-        )
-    for statement in said:
-        print(f"- {statement}")
-    if said:
-        print()
-
-
-def _cells(rows: Sequence[TableRow]) -> list[list[str]]:
-    from rockframe.cli.console import number
-    from rockframe.cli.respond import verdict_text
-
-    cells: list[list[str]] = []
-    last = ""
-    for row in rows:
-        record: list[str] = [""] * 9
-        if row.record_id != last:
-            if last and row.structure != rows[-1].structure:
-                cells.append([])
-            record = [
-                row.event,
-                row.record,
-                number(row.magnitude, 1),
-                number(row.epicentral_distance_km, 1),
-                number(row.pga_g, 2),
-                number(row.pgv_m_s, 2),
-                number(row.a_p_g, 2),
-                number(row.T_p_s, 2),
-                _SHORT[row.wavelet],
-            ]
-            last = row.record_id
-        stands = row.verdict != "overturned"
-        peaks = (row.peak_rotation_ratio, 3), (100.0 * row.u_max_m, 1), (100.0 * row.v_max_m, 2)
-        response = [number(value, decimals) if stands else "–" for value, decimals in peaks]
-        verdict = verdict_text(row.verdict, row.overturning_time_s)
-        cells.append([*record, row.structure, *response, verdict])
-    return cells
-
-
-def _comparison_cells(comparison: Comparison) -> list[Any]:
-    from rockframe.cli.console import number
-
-    return [
-        comparison.record if comparison.quantity == "pga_g" else "",
-        _LABELS[comparison.quantity],
-        number(comparison.paper, 2),
-        number(comparison.ours, 3),
-        f"{100.0 * comparison.relative_difference:+.1f} %",
-        comparison.remark,
-    ]
+    return len(outputs) + 1

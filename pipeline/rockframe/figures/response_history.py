@@ -26,7 +26,7 @@ _VISIBLE: Final = 0.005
 
 def draw_response_history(
     acceleration: NDArray[np.float64],
-    match: PulseMatch,
+    match: PulseMatch | None,
     histories: Sequence[xr.Dataset],
     title: str,
 ) -> Figure:
@@ -36,8 +36,8 @@ def draw_response_history(
     ----------
     acceleration : array, shape (samples,)
         Ground acceleration [m s-2] at the histories' times.
-    match : PulseMatch
-        The matched pulse.
+    match : PulseMatch or None
+        The matched pulse, if there is one.
     histories : sequence of Dataset
         What ``open_response(...).sel`` gives, one for each structure.
     title : str
@@ -68,29 +68,38 @@ def draw_response_history(
         figure.align_ylabels(list(panels))
         handles, _ = panels[1].get_legend_handles_labels()
         if any(np.isfinite(history["overturning_time"]) for history in histories):
-            falling = f"beyond {_DRAWN_TO:g} α, falling"
+            falling = f"beyond {_DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 
 
 def _draw_ground(
-    panel: Axes, time: NDArray[np.float64], acceleration: NDArray[np.float64], match: PulseMatch
+    panel: Axes,
+    time: NDArray[np.float64],
+    acceleration: NDArray[np.float64],
+    match: PulseMatch | None,
 ) -> None:
-    pulse = match.pulse
     panel.plot(time, acceleration / GRAVITY, color="0.55", linewidth=0.7, label="ground")
+    largest = float(np.abs(acceleration).max())
+    if match is not None:
+        _draw_pulse(panel, match)
+        largest = max(largest, match.pulse.a_p)
+    panel.set_ylabel("ground  [g]")
+    panel.legend(loc="upper right", ncols=2)
+    panel.set_ylim(-1.1 * largest / GRAVITY, 1.45 * largest / GRAVITY)
+    metric = panel.secondary_yaxis("right", functions=(_times_gravity, _over_gravity))
+    metric.set_ylabel("[m s$^{-2}$]")
+
+
+def _draw_pulse(panel: Axes, match: PulseMatch) -> None:
+    pulse = match.pulse
     reach = pulse.mother.reach * pulse.T_p
     near = np.linspace(pulse.time - reach, pulse.time + reach, 400)
     name = pulse.wavelet.replace("_", " ").replace("ricker", "Ricker")
     label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s, "
-    label += f"match {match.match_index:.2f}"
+    label += "end of range" if match.at_period_bound else f"match {match.match_index:.2f}"
     panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
-    panel.set_ylabel("ground  [g]")
-    panel.legend(loc="upper right", ncols=2)
-    largest = float(np.abs(acceleration).max()) / GRAVITY
-    panel.set_ylim(-1.1 * largest, 1.45 * largest)
-    metric = panel.secondary_yaxis("right", functions=(_times_gravity, _over_gravity))
-    metric.set_ylabel("[m s$^{-2}$]")
 
 
 def _times_gravity(acceleration: ArrayLike) -> ArrayLike:

@@ -1,5 +1,6 @@
 """Files of strong-motion archives into records: each format recognised, checked, and read once."""
 
+from rockframe.ingest.catalogue import CATALOGUE as CATALOGUE
 from rockframe.ingest.catalogue import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.catalogue import read_catalogue as read_catalogue
 from rockframe.ingest.catalogue import with_facts as with_facts

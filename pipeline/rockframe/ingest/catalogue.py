@@ -132,6 +132,7 @@ def with_facts(record: Record, entry: CatalogueEntry) -> Record:
         network=entry.network or record.network,
         magnitude=record.magnitude if math.isnan(magnitude) else magnitude,
         epicentral_distance=record.epicentral_distance if math.isnan(distance) else distance,
+        facts_source=entry.source or record.facts_source,
     )
 
 

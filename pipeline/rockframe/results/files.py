@@ -62,9 +62,9 @@ def write(
         parameters=json.dumps(dict(parameters), sort_keys=True),
         gravity=GRAVITY,
     )
-    if "row_size" in dataset:
-        described = described.assign_attrs(featureType="timeSeries")
     encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
+    if path.suffix != ".nc":
+        raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
     with whole_file(path) as partial:
         described.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
@@ -78,8 +78,7 @@ def _encoding(variable: xr.Variable) -> dict[str, Any]:
         "_FillValue": np.nan if variable.dtype.kind == "f" else None,
     }
     if variable.dtype.kind == "O":  # characters, not netCDF strings: those have no checksum
-        longest = max((len(text.encode()) for text in variable.values.flat), default=1)
-        encoding |= {"dtype": "S1", "char_dim_name": f"characters_{max(longest, 1)}"}
+        encoding["dtype"] = "S1"
     elif "obs" in variable.dims:
         sizes = [min(n, _CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
         encoding["chunksizes"] = tuple(sizes)
@@ -96,7 +95,8 @@ def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
         If the file is missing, damaged, or not the output of the stage that writes this kind.
     """
     if not path.is_file():
-        raise InputError(path, f"no such file. Must be a {kind} file.")
+        what = "a folder" if path.is_dir() else "no such file"
+        raise InputError(path, f"{what}. Must be a {kind} file.")
     must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
     try:
         dataset = xr.open_dataset(path, engine="netcdf4")
@@ -107,9 +107,24 @@ def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
         if found != kind:
             raise InputError(path, f"is a netCDF file of kind {found!r}. {must_be}")
         try:
+            _require_whole_rows(path, dataset)
             yield dataset
         except (OSError, RuntimeError) as error:
             raise InputError(path, f"is damaged ({error}). {must_be}") from error
+
+
+def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:
+    """Refuse a subset of the records with the samples of all: rows would be cut at wrong places."""
+    ids = [str(name) for name in dataset["record_id"].values]
+    if len(set(ids)) < len(ids):
+        twice = next(name for name in ids if ids.count(name) > 1)
+        raise InputError(path, f"record_id {twice!r} occurs twice. Must be unique.")
+    if "row_size" in dataset:
+        stated, present = int(dataset["row_size"].sum()), dataset.sizes["obs"]
+        if stated != present:
+            raise InputError(
+                path, f"{stated} samples in row_size, {present} along obs. Must be equal."
+            )
 
 
 def input_hash(path: Path) -> dict[str, str]:

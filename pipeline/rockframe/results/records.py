@@ -21,6 +21,7 @@ _TEXTS: Final = {
     "network": "code of the network",
     "component": "name of the component in the archive",
     "start_time": "time of the first sample, UTC",
+    "facts_source": "where event, magnitude and distance are from, as the catalogue says",
     "source_file": "name of the file that held the record",
     "source_format": "format of that file",
     "source_sha256": "SHA-256 of that file",
@@ -77,7 +78,7 @@ def records_dataset(records: Sequence[Record]) -> xr.Dataset:
     return xr.Dataset(variables, attrs={"title": "Strong-motion records"})
 
 
-def read_records(path: Path) -> list[Record]:
+def read_records(path: str | Path) -> list[Record]:
     """Read what `records_dataset` described.
 
     Raises
@@ -85,7 +86,7 @@ def read_records(path: Path) -> list[Record]:
     InputError
         If the file is missing, damaged, or not the output of the ingest stage.
     """
-    with opened(path, RECORDS) as dataset:
+    with opened(Path(path), RECORDS) as dataset:
         loaded = dataset.load()
     ends = np.cumsum(loaded["row_size"].values)
     texts = {name: loaded[name].values for name in _TEXTS}

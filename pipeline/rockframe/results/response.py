@@ -107,8 +107,8 @@ def response_dataset(
     }
     names = texts("structure", [frame.name for frame in frames], "name of the structure")
     return xr.Dataset(
-        variables,
-        coords={"structure": names},
+        {name: variable for name, variable in variables.items() if name != "time"},
+        coords={"structure": names, "time": variables["time"]},
         attrs={"title": "Rocking response of free-standing frames to records"},
     )
 
@@ -165,7 +165,7 @@ class ResponseFile:
         end = int(self._ends[i])
         rows = slice(end - int(self.dataset["row_size"].values[i]), end)
         chosen = self.dataset.isel(record=i, structure=k, obs=rows).drop_vars("row_size")
-        return chosen.load().swap_dims(obs="time").set_coords(["time", "record_id"])
+        return chosen.load().swap_dims(obs="time").set_coords("record_id")
 
 
 def open_response(path: str | Path) -> ResponseFile:

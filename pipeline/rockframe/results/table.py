@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +12,12 @@ from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
 
 #: What a row takes from the best pulse.
-_OF_PULSE: Final = ("a_p_g", "T_p_s", "wavelet", "match_index", "L_p_m")
+_OF_PULSE: Final = ("a_p_g", "T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound")
+_NO_PULSE: Final = {
+    "wavelet": "",
+    "at_period_bound": False,
+    **dict.fromkeys(("a_p_g", "T_p_s", "match_index", "L_p_m"), math.nan),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +35,7 @@ class TableRow:
     wavelet: str
     match_index: float
     L_p_m: float
+    at_period_bound: bool
     structure: str
     peak_rotation_ratio: float
     u_max_m: float
@@ -63,7 +70,7 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> li
     for answer in response_rows(response_path):
         name = answer["record_id"]
         record = records.isel(record=row_of[name])
-        pulse = best[name]
+        pulse = best.get(name, _NO_PULSE)
         station, component = str(record["station"].item()), str(record["component"].item())
         rows.append(
             TableRow(
@@ -74,6 +81,7 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> li
                 pga_g=float(record["pga"]) / GRAVITY,
                 pgv_m_s=float(record["pgv"]),
                 source_file=str(record["source_file"].item()),
+                facts_source=str(record["facts_source"].item()),
                 **{key: pulse[key] for key in _OF_PULSE},
                 **answer,
             )

@@ -20,6 +20,8 @@ from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
 
+#: Steps become as fine as the ground is strong; beyond this [m s-2] they would never end.
+_STRONGEST: Final = 1e5
 #: Degree and number of intervals a period at which a Ricker pulse is exact to round-off.
 _PULSE_DEGREE: Final = 5
 _PULSE_INTERVALS: Final = 200

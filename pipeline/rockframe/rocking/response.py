@@ -24,7 +24,10 @@ _LOGGED_IMPACTS = 256
 
 
 class Verdict(IntEnum):
-    """What became of the frame; the values of the flag variable `verdict`."""
+    """What became of the frame; the values of the flag variable `verdict`.
+
+    ``UNDECIDED`` is reserved for verdicts that change with small perturbations; none is given yet.
+    """
 
     NO_UPLIFT = kernel.NO_UPLIFT
     SAFE = kernel.SAFE
