@@ -1,4 +1,4 @@
-# Needs python3 (3.11 or newer, with venv), make and a C compiler. Each target makes what it needs.
+# Needs python3 (3.11 or newer, with venv) and make. Each target makes what it needs.
 
 PYTHON ?= python3
 VENV := .venv

@@ -14,6 +14,7 @@ import pytest
 import rockframe
 from rockframe.cli.main import main
 from rockframe.ingest import FORMATS
+from rockframe.paper import paper_record_of
 from rockframe.wavelets import Pulse
 
 STRUCTURE = """
@@ -230,3 +231,190 @@ def test_unknown_structure_is_refused_with_those_there_are(
     assert run("respond", records, "--structure", "tower", "--output", output) == 2
     assert "Must be one of: bridge-bent, apollo-column" in capsys.readouterr().err
     assert not output.exists()
+
+
+def typed(*words: str | Path) -> tuple[str, ...]:
+    return tuple(str(word) for word in words)
+
+
+@pytest.mark.parametrize("output", ["motion.nc", "motion.csv"])
+def test_ingest_never_replaces_its_input(
+    motion: Path, capsys: pytest.CaptureFixture[str], output: str
+) -> None:
+    """`motion.nc` would put its list of inputs into `motion.csv`."""
+    before = motion.read_bytes()
+    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name(output))
+    assert run("ingest", motion, *words) == 2
+    assert "is an input of this command. Must be another file." in capsys.readouterr().err
+    assert motion.read_bytes() == before
+    assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
+
+
+def test_ingest_never_replaces_a_strange_table(
+    motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strange = motion.with_name("records.csv")
+    strange.write_text("name,age\n")
+    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name("records.nc"))
+    assert run("ingest", motion, *words) == 2
+    assert "is in the place of the list of inputs" in capsys.readouterr().err
+    assert strange.read_text() == "name,age\n"
+
+
+@pytest.mark.parametrize("verb", ["pulse", "respond"])
+def test_a_stage_never_replaces_its_input(motion: Path, verb: str) -> None:
+    records = ingested(motion)
+    before = records.read_bytes()
+    assert run(verb, records, "--output", records) == 2
+    assert records.read_bytes() == before
+
+
+def test_a_file_of_structures_is_never_replaced(
+    motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records = ingested(motion)
+    structures = motion.with_name("mine.toml")
+    structures.write_text(STRUCTURE)
+    assert run("respond", records, "--structures", structures, "--output", structures) == 2
+    assert "is an input of this command" in capsys.readouterr().err
+    assert structures.read_text() == STRUCTURE
+
+
+def test_table1_keeps_out_of_the_folder_of_the_records(
+    motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("--units", "g", "--time-step", "0.01", "--output", motion.parent)
+    assert run("table1", "--records", motion, *words) == 2
+    assert "holds the records. Must be another folder." in capsys.readouterr().err
+    assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
+
+
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        ("--structure", "typo"),
+        ("--periods", "3", "1"),
+        ("--band-pass", "40", "1"),
+        ("--records", "no-such-file"),
+        ("--catalogue", "no-such-file"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_mistake_leaves_a_finished_run_as_it_was(
+    motion: Path, tmp_path: Path, mistake: tuple[str, ...]
+) -> None:
+    folder = tmp_path / "run"
+    words = typed("table1", "--records", motion, "--units", "g", "--time-step", "0.01")
+    assert run(*words, "--output", folder) == 0
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert run(*words, "--output", folder, *mistake) == 2
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_what_an_older_run_wrote_does_not_linger(motion: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    own = ("--units", "g", "--time-step", "0.01", "--output", folder)
+    assert run("table1", "--records", motion, *own) == 0
+    other = motion.with_name("other.csv")
+    motion.rename(other)
+    (folder / "notes.txt").write_text("mine")
+    assert run("table1", "--records", other, *own) == 0
+    assert [path.name for path in (folder / "figures").iterdir()] == ["other.png"]
+    assert (folder / "notes.txt").read_text() == "mine"
+
+
+def test_an_interrupted_run_leaves_nothing(
+    motion: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rockframe.stages.respond_stage", interrupt)
+    folder = tmp_path / "run"
+    words = ("--units", "g", "--time-step", "0.01", "--output", folder)
+    assert run("table1", "--records", motion, *words) == 130
+    assert capsys.readouterr().err == "rockframe: interrupted; nothing was written.\n"
+    assert list(folder.iterdir()) == []
+
+
+def test_a_record_too_short_for_a_pulse_is_listed_and_the_others_go_on(
+    motion: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tiny = motion.with_name("tiny.csv")
+    tiny.write_text("0.1\n0.3\n0.2\n")
+    words = ("--units", "g", "--time-step", "0.01", "--output", tmp_path / "run", "--json")
+    assert run("table1", "--records", motion, tiny, "--structure", "bridge-bent", *words) == 1
+    captured = capsys.readouterr()
+    assert "rejected: tiny: Invalid range of periods" in captured.err
+    rows = {row["record_id"]: row for row in json.loads(captured.out)["rows"]}
+    assert rows["tiny"]["T_p_s"] is None
+    assert rows["tiny"]["verdict"] == "safe"
+    assert rows["motion"]["T_p_s"] == pytest.approx(1.0, rel=1e-5)
+
+
+def test_gal_taken_for_g_is_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "gal.csv"
+    path.write_text("0\n300\n-250\n")
+    words = ("--units", "g", "--time-step", "0.01", "--output", tmp_path / "records.nc")
+    assert run("ingest", path, *words) == 2
+    assert "peak acceleration 300 g of 'gal'. Must be below 100 g" in capsys.readouterr().err
+
+
+def test_uncorrected_text_is_corrected_when_it_is_said_to_be(motion: Path) -> None:
+    output = motion.with_name("records.nc")
+    words = ("--units", "g", "--time-step", "0.01", "--output", output)
+    long = np.tile(np.loadtxt(motion), 3) + 0.05
+    np.savetxt(motion, long, fmt="%.8f")
+    assert run("ingest", motion, "--uncorrected", *words) == 0
+    (record,) = rockframe.read_records(str(output))
+    assert "band-pass" in record.processing[-1]
+    assert abs(record.acceleration.mean()) < 1e-3 < 0.05
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("ingest", "x.csv", "--time-step", "abc", "--output", "x.nc"),
+        ("ingest", "", "--output", "x.nc"),
+        ("respond", "x.nc"),
+        ("screen",),
+    ],
+)
+def test_a_mistyped_command_is_one_line(
+    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        run(*words)
+    error = capsys.readouterr().err
+    assert stopped.value.code == 2
+    assert error.startswith("rockframe: error: ")
+    assert error.count("\n") == 1
+
+
+def test_only_the_papers_own_names_are_the_papers() -> None:
+    assert paper_record_of("RSN77_SFERN_PUL164.AT2") == paper_record_of("PUL164.AT2")
+    assert paper_record_of("my_own_PUL164.AT2") is None
+
+
+def test_facts_from_the_file_are_kept_and_missing_ones_borrowed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pulse = Pulse(wavelet="antisymmetric_ricker", a_p=1.23, T_p=1.0, time=3.0)
+    samples = pulse.acceleration(0.01 * np.arange(801))
+    path = tmp_path / "records" / "RSN77_SFERN_PUL164.csv"
+    path.parent.mkdir()
+    np.savetxt(path, samples, fmt="%.6f")
+    columns = "file,event,station,network,magnitude,epicentral_distance_km,source"
+    row = f"{path.name},,,,5.5,,mine"
+    (path.parent / "catalogue.csv").write_text(f"{columns}\n{row}\n")
+    words = ("--units", "g", "--time-step", "0.01", "--output", tmp_path / "run", "--json")
+    assert run("table1", "--records", path.parent, "--structure", "bridge-bent", *words) == 0
+    (result,) = json.loads(capsys.readouterr().out)["rows"]
+    assert (result["magnitude"], result["epicentral_distance_km"]) == (5.5, 11.9)
+    assert result["facts_source"] == "mine; Makris and Vassiliou (2013), Table 1"
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    inputs = {"RSN77_SFERN_PUL164.csv", "catalogue.csv", "structures.toml"}
+    assert set(manifest["inputs"]) == inputs

@@ -168,6 +168,27 @@ def test_a_file_of_another_kind_is_refused(response_path: Path) -> None:
         read_records(response_path)
 
 
+def test_a_subset_of_records_with_all_samples_is_refused(tmp_path: Path) -> None:
+    """Cut at the stated row sizes it would give one record's samples under another's name."""
+    path = save(records_dataset(RECORDS_MADE), tmp_path / "records.nc", RECORDS)
+    with xr.open_dataset(path) as bare:
+        bare.load().isel(record=[1]).to_netcdf(tmp_path / "subset.nc")
+    with pytest.raises(InputError, match=r"1201 samples in row_size, 2701 along obs. Must be eq"):
+        read_records(tmp_path / "subset.nc")
+
+
+def test_an_identifier_twice_is_refused(tmp_path: Path) -> None:
+    path = save(records_dataset(RECORDS_MADE[:1] * 2), tmp_path / "records.nc", RECORDS)
+    with pytest.raises(InputError, match=r"record_id 'weak' occurs twice. Must be unique"):
+        read_records(path)
+
+
+def test_a_file_that_does_not_end_in_nc_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"ends in '.csv'. Must end in .nc"):
+        save(records_dataset(RECORDS_MADE), tmp_path / "records.csv", RECORDS)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none.nc: no such file. Must be a records file"):
         read_records(tmp_path / "none.nc")

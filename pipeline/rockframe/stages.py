@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -47,15 +47,14 @@ def _silent(_done: int, _total: int) -> None:
 
 @dataclass(frozen=True)
 class Ingested:
-    """What became of the files: the records that went through, and the rejections."""
+    """What became of the files: the records that went through, the rejections, what was read.
+
+    `inputs` are the names and SHA-256 of the files that gave the records and of the catalogues.
+    """
 
     records: tuple[Record, ...]
     rejections: tuple[Rejection, ...]
-
-    @property
-    def inputs(self) -> dict[str, str]:
-        """Names and SHA-256 of the files that gave the records."""
-        return {record.source_file: record.source_sha256 for record in self.records}
+    inputs: Mapping[str, str]
 
 
 def ingest_stage(
@@ -118,13 +117,14 @@ def ingest_stage(
         first, others = rejected[0], len(rejected) - 1
         more = f" ({others} more rejected.)" if others else ""
         raise InputError(first.file, first.reason + more, first.line)
-    result = Ingested(tuple(records), tuple(rejected))
+    inputs = {record.source_file: record.source_sha256 for record in records}
+    inputs |= {path.name: sha256_of(path) for path in catalogues if path.is_file()}
+    result = Ingested(tuple(records), tuple(rejected), inputs)
     write(
         records_dataset(records),
         output,
         RECORDS,
-        input_sha256=result.inputs
-        | {path.name: sha256_of(path) for path in catalogues if path.is_file()},
+        input_sha256=inputs,
         parameters={
             "all_uncorrected": all_uncorrected,
             "band_pass_hz": [band.low, band.high],
