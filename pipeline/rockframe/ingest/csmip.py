@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction
+from rockframe.ingest.timing import utc_time
 from rockframe.record import Orientation
 
 #: The line that names a channel, and an example of it for errors.
@@ -28,6 +28,15 @@ _NETWORK: Final = re.compile(r"\s*\w+\.(?P<network>\w{1,2})\.(?P<station>\w{1,5}
 _STATION: Final = re.compile(r"\s*Station (?:No\.|Id\.)\s*(?P<station>\w+)", re.I)
 _START: Final = re.compile(
     r"Start time:\s*(\d\d?)/\s*(\d\d?)/(\d\d),\s*(\d\d?):\s*(\d\d?):\s*(\d\d?)(\.\d+)?\s*UTC", re.I
+)
+_NUMBER: Final = r"(\d{1,6}\.?\d{0,6}|\.\d{1,6})"
+_BETWEEN: Final = re.compile(
+    rf"bandpass filtered with 3 dB pts at\s+{_NUMBER}\s+and\s+{_NUMBER}\s+cyc/sec", re.I
+)
+_RAMPS: Final = re.compile(
+    rf"bandpass filtered with ramps at\s+{_NUMBER}\s*-\s*{_NUMBER}\s+and\s+{_NUMBER}\s*-\s*"
+    rf"{_NUMBER}\s+cyc/sec",
+    re.I,
 )
 
 
@@ -100,12 +109,8 @@ class Header:
         year = self.item(_YEAR)
         if not stated or year is None or year % 100 != int(stated[3]):
             return ""
-        month, day, hour, minute, second = (int(stated[group]) for group in (1, 2, 4, 5, 6))
-        try:
-            start = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
-        except ValueError:
-            return ""
-        return f"{start:%Y-%m-%dT%H:%M:%S}{stated[7] or ''}Z"
+        month, day, hour, minute = (int(stated[group]) for group in (1, 2, 4, 5))
+        return utc_time((year, month, day), hour, minute, f"{int(stated[6]):02d}{stated[7] or ''}")
 
     def item(self, item: int) -> int | None:
         """One item of the integer header, counted from 1; None if it is not filled in as one."""
@@ -213,3 +218,29 @@ def require_header(
                 f"line {index + 1} of a channel's header.",
                 line=line + index,
             )
+
+
+def stated_processing(filters: str, corrections: str) -> tuple[str, ...]:
+    """Return what the header of a corrected channel states of the archive's processing.
+
+    Parameters
+    ----------
+    filters, corrections : str
+        The line of the band-pass, and that of the corrected data.
+
+    Examples
+    --------
+    >>> stated_processing("bandpass filtered with 3 dB pts at .30 and 40.00 cyc/sec", "")
+    ('archive: band-pass 0.3 to 40 Hz (3 dB)',)
+    """
+    done = []
+    if re.search("instrument- and baseline-corrected", corrections, re.I):
+        done.append("archive: instrument and baseline corrected")
+    between, ramps = _BETWEEN.search(filters), _RAMPS.search(filters)
+    if between:
+        low, high = map(float, between.groups())
+        done.append(f"archive: band-pass {low:g} to {high:g} Hz (3 dB)")
+    if ramps:
+        corners = [float(token) for token in ramps.groups()]
+        done.append("archive: band-pass, ramps {:g} to {:g} and {:g} to {:g} Hz".format(*corners))
+    return tuple(done)

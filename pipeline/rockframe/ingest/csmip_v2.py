@@ -22,6 +22,7 @@ from rockframe.ingest.csmip import (
     Header,
     require_channels,
     require_header,
+    stated_processing,
 )
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, text_of
@@ -60,14 +61,6 @@ _BLOCK: Final = re.compile(
     re.I,
 )
 _CM_PER_S2: Final = frozenset(["cm/sec/sec", "cm/sec2", "cm/sec**2", "cm/sec^2", "cm/s2", "cm/s/s"])
-_BETWEEN: Final = re.compile(
-    r"bandpass filtered with 3 dB pts at\s+([\d.]+)\s+and\s+([\d.]+)\s+cyc/sec", re.I
-)
-_RAMPS: Final = re.compile(
-    r"bandpass filtered with ramps at\s+([\d.]+)\s*-\s*([\d.]+)\s+and\s+([\d.]+)\s*-\s*([\d.]+)"
-    r"\s+cyc/sec",
-    re.I,
-)
 _EVENT: Final = re.compile(r"\s*(?P<event>\S.*?\bEARTHQUAKE)\b", re.I)
 
 _EXAMPLES: Final = {
@@ -241,7 +234,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         station=channel.station,
         network=channel.network,
         start_time=channel.start_time,
-        processing=_processing(channel),
+        processing=stated_processing(channel.lines[14], channel.lines[15]),
     )
 
 
@@ -304,20 +297,3 @@ def _number(channel: _Channel, token: str, quantity: str, line: int) -> Printed:
     if not is_number(token.encode()):
         raise InputError(channel.path, f"{quantity} {token!r}. Must be a number.", line=line)
     return Printed.of(token)
-
-
-def _processing(channel: _Channel) -> tuple[str, ...]:
-    """What the header states of the archive's processing."""
-    done = []
-    if re.search("instrument- and baseline-corrected", channel.lines[15], re.I):
-        done.append("archive: instrument and baseline corrected")
-    between, ramps = _BETWEEN.search(channel.lines[14]), _RAMPS.search(channel.lines[14])
-    if between:
-        low, high = (
-            _number(channel, t, "corner", channel.line(14)).value for t in between.groups()
-        )
-        done.append(f"archive: band-pass {low:g} to {high:g} Hz (3 dB)")
-    if ramps:
-        corners = [_number(channel, t, "corner", channel.line(14)).value for t in ramps.groups()]
-        done.append("archive: band-pass, ramps {:g} to {:g} and {:g} to {:g} Hz".format(*corners))
-    return tuple(done)
