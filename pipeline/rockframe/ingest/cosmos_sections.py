@@ -185,7 +185,7 @@ def _channel(path: Path, lines: list[bytes], top: int) -> tuple[Channel, int]:
     heading = _stated(path, lines, at, SAMPLES, example, whole=True)
     layout = Layout.of(path, heading["format"], at + 1)
     end = at + 1 - (-int(heading["count"]) // layout.columns.count)
-    if end > len(lines) or (end < len(lines) and not _END.match(lines[end])):
+    if end >= len(lines) or not _END.match(lines[end]):
         end = at + 1
         while end < len(lines) and not _END.match(lines[end]):
             end += 1

@@ -195,7 +195,7 @@ def _block(path: Path, lines: list[bytes], start: int, quantity: str) -> _Block:
             line=start + 1,
         )
     end = start + 1 - (-int(heading["count"]) // _columns(heading).count)
-    if end > len(lines) or (end < len(lines) and not _BOUNDARY.match(lines[end])):
+    if end >= len(lines) or not _BOUNDARY.match(lines[end]):
         end = start + 1
         while end < len(lines) and not _BOUNDARY.match(lines[end]):
             end += 1

@@ -234,14 +234,16 @@ def _require_peak(
     header: _Header, samples: NDArray[np.float64], step: float, columns: Columns
 ) -> None:
     """Compare the larger of the stated maximum and minimum with the samples."""
-    extremes = [(header.printed(30), header.printed(29)), (header.printed(32), header.printed(31))]
-    stated = [(value, time) for value, time in extremes if value is not None]
+    extremes = [(header.printed(item), item) for item in (30, 32)]
+    stated = [(value, item) for value, item in extremes if value is not None]
     largest = float(np.abs(samples).max())
     if not stated or largest == 0.0:
         return
-    value, time = max(stated, key=lambda pair: abs(pair[0].value))
+    value, item = max(stated, key=lambda pair: abs(pair[0].value))
     resolution = 10.0 ** (math.floor(math.log10(largest)) + 1 - _DIGITS[columns])
-    line = _TEXT_LINES + _INTEGER_LINES + 6 + (value is header.printed(32))
+    line = _TEXT_LINES + _INTEGER_LINES + 1 + (item - 1) // _REALS.count
+    # The time of an extreme stands before it.
+    time = header.printed(item - 1)
     peak = StatedPeak(value=value, time=time, units="cm/s2", line=line)
     require_peak(header.path, samples, step, peak, resolution)
 
