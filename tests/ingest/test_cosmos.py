@@ -201,6 +201,8 @@ def test_headers_are_compared(changes: dict[str, object], message: str) -> None:
         (REALS + 1, "-999.000000", "NaN        ", r":26: header value 'NaN'"),
         (SAMPLES, "-2.500", "   nan", r":50: acceleration 'nan' in characters 11 to 20"),
         (SAMPLES, "-2.500", "2.500", r":49: 3 samples stated|:50: 29 characters of samples"),
+        (INTEGERS, "(10I8)", "(10F8.1)", r":14: format '\(10F8\.1\)' of the Integer header"),
+        (0, "13 text", "12 text", r":1: 12 lines of text stated\. Must be 13 or more"),
         (0, "(Format v01.20 with 13 text lines)", "", "unknown format"),
     ],
 )

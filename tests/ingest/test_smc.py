@@ -152,6 +152,7 @@ def test_siblings(kind: str) -> None:
         (12, "       360", "       270", r":6: component 360 stated, but azimuth 270"),
         (12, "       360", "       36x", r":13: header value '36x'\. Must be a finite number"),
         (17, "2.0000000E+02", "0.0000000E+00", r":18: 0 samples a second\. Must be a positive"),
+        (17, "2.0000000E+02", "         .E+02", r":18: header value '\.E\+0"),
         (17, "2.0000000E+02", "          NaN", r":18: header value 'NaN'"),
         (29, "-2.5000E+0", "       NaN", r":30: acceleration 'NaN' in characters 11 to 20"),
         (29, "-2.5000E+0", " -25000E+0", r":30: acceleration '-25000E\+0' .*decimal point"),

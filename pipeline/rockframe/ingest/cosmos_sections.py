@@ -16,6 +16,7 @@ from rockframe.ingest.columns import Columns
 from rockframe.ingest.lines import bad_number, is_number
 from rockframe.ingest.peaks import Printed
 
+_TEXT_LINES: Final = 13
 #: The first line of a channel.
 TOP: Final = re.compile(
     r"\s*(?P<what>\S.*?)\s*\(Format\s+v\s*(?P<version>\d{1,3}\.\d+)\s+with\s+(?P<lines>\d{1,3})\s+"
@@ -175,6 +176,12 @@ def _channel(path: Path, lines: list[bytes], top: int) -> tuple[Channel, int]:
     first = _stated(
         path, lines, top, TOP, "Corrected acceleration (Format v01.20 with 13 text lines)"
     )
+    if int(first["lines"]) < _TEXT_LINES:
+        raise InputError(
+            path,
+            f"{first['lines']} lines of text stated. Must be {_TEXT_LINES} or more.",
+            line=top + 1,
+        )
     at = top + int(first["lines"])
     text = [line.decode("latin-1") for line in lines[top:at]]
     integers, at = _values(path, lines, at, "Integer")
@@ -221,6 +228,12 @@ def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[st
     if stated["kind"].lower() != kind.lower():
         raise InputError(path, f"{stated['kind']} header. Must be the {kind} header.", line=at + 1)
     columns = Layout.of(path, stated["format"], at + 1).columns
+    if columns.integers != (kind == "Integer"):
+        raise InputError(
+            path,
+            f"format {stated['format']!r} of the {kind} header. Must be of {kind.lower()}s.",
+            line=at + 1,
+        )
     end = at + 1 + int(stated["lines"])
     fields = []
     for line, row in enumerate(lines[at + 1 : end], at + 2):

@@ -52,7 +52,7 @@ _STATION: Final = re.compile(
 _EVENT: Final = re.compile(r"\s*\d{4}\s+\d{1,2}\s+\d{1,2}(?:\s+\d{4})?\s+(?P<event>\D.*?)\s*")
 _INTEGER: Final = re.compile(rb" *-?\d+")
 #: The undefined real is larger than any number that a sample may have.
-_REAL: Final = re.compile(rb" *[-+]?\d*\.\d*E[-+]\d{1,2}")
+_REAL: Final = re.compile(rb" *[-+]?(\d+\.\d*|\.\d+)E[-+]\d{1,2}")
 
 
 @dataclass(frozen=True)
