@@ -2,8 +2,8 @@
 
 Each channel has 25 lines of text, 7 of integers (16I5), 13 of reals (8F10), blocks of acceleration,
 velocity and displacement, each under a line that states number, interval and units, and a line
-`/& ... End of data`. Velocity and displacement are counted and passed over. The layout is that of
-OSMS 85-03, "Standard tape format for CSMIP strong-motion data tapes".
+`/& ... End of data`. Velocity and displacement are counted and passed over. The header prints the
+peak with its sign. Trigger times are no start times: a recorder may keep what came before.
 """
 
 from __future__ import annotations
