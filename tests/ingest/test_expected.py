@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import zipfile
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -11,21 +12,30 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, read_file
+from rockframe.ingest import FORMATS, read_bytes, read_file
 from rockframe.record import Orientation, Record
 
 #: Files of the shared folder `formats` that some format here claims.
 CLAIMED = {
     "A-BPL160.AT2": "peer_at2",
+    "0111a.smc": "smc",
+    "0165a_u.smc": "smc",
     "CE89146.V1": "csmip_v1",
+    "CE89146.V2": "csmip_v2",
+    "CE89146.V3": "csmip_v2",
     "CHV1-20140203E.txt": "acceleration_text",
     "IMPVALL_E04-140_example1.AT2": "peer_at2",
     "NIS090.AT2": "peer_at2",
+    "NP1795-n.305.v0c": "cosmos",
     "RSN1_HELENA.A_A-HMC180.AT2": "peer_at2",
     "RSN77_SFERN_PUL164.AT2": "peer_at2",
     "RSN88_SFERN_FSD172.VT2": "peer_at2",
+    "ce36456p_CE36456.V2": "csmip_v2",
+    "chan001.v2": "csmip_v2",
     "elCentro.AT2": "peer_at2",
+    "np01002p_4225a_a.smc": "smc",
     "tabasFN.txt": "acceleration_text",
+    "us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c": "cosmos",
 }
 
 
@@ -75,6 +85,86 @@ def test_peer_at2(
 def test_csmip_v1(shared_records: Path, table: dict[str, list[tuple[int, float, float]]]) -> None:
     path = shared_records / "formats" / "csmip" / "CE89146.V1"
     assert facts(read_file(path)) == close(table[path.name])
+
+
+def of_standard_gravity(facts_in_g: list[tuple[int, float, float]]) -> list[Any]:
+    """The table gives peaks of files in cm/s2 in the conventional g, 980.665 cm/s2."""
+    return close([(samples, step, peak * 9.80665 / 9.81) for samples, step, peak in facts_in_g])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "cosmos/us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c",
+        "csmip/CE89146.V2",
+        "csmip/ce36456p_CE36456.V2",
+        "csmip/chan001.v2",
+        "smc/0111a.smc",
+        "smc/0165a_u.smc",
+        "smc/np01002p_4225a_a.smc",
+    ],
+)
+def test_centimetres(
+    name: str, shared_records: Path, table: dict[str, list[tuple[int, float, float]]]
+) -> None:
+    path = shared_records / "formats" / name
+    assert facts(read_file(path)) == of_standard_gravity(table[path.name])
+
+
+def test_csmip_v2_in_an_archive(
+    shared_records: Path, table: dict[str, list[tuple[int, float, float]]]
+) -> None:
+    path = shared_records / "formats" / "csmip" / "ce14196p.zip"
+    with zipfile.ZipFile(path) as archive:
+        [name] = [member for member in archive.namelist() if member.endswith(".V2")]
+        records = read_bytes(name, archive.read(name))
+    assert facts(records) == of_standard_gravity(table[path.name])
+
+
+def test_cosmos_counts(
+    shared_records: Path, table: dict[str, list[tuple[int, float, float]]]
+) -> None:
+    path = shared_records / "formats" / "cosmos" / "NP1795-n.305.v0c"
+    records = read_file(path)
+    # 0.794729 microvolts a count and 1.2 V/g are items 22 and 42 of the real header.
+    per_count = 0.794729e-6 / 1.2
+    assert facts(records) == close(
+        [(samples, step, per_count * counts) for samples, step, counts in table[path.name]]
+    )
+    assert [record.component for record in records] == ["090", "360", "UP"]
+    assert all("counts converted" in record.processing[0] for record in records)
+
+
+@pytest.mark.parametrize(
+    ("name", "component", "station", "start"),
+    [
+        ("csmip/chan001.v2", "UP", "58658", "2021-04-26T17:09:54.0Z"),
+        ("csmip/CE89146.V2", "360", "89146", "2012-02-13T21:06:45.0Z"),
+        ("csmip/ce36456p_CE36456.V2", "090", "36456", ""),
+        ("cosmos/NP1795-n.305.v0c", "090", "1795", "2019-05-05T06:47:39.932Z"),
+        ("smc/0165a_u.smc", "090", "CA:Alhambra;LACPW, 12th Fl", ""),
+    ],
+)
+def test_identity(
+    name: str, component: str, station: str, start: str, shared_records: Path
+) -> None:
+    record = read_file(shared_records / "formats" / name)[0]
+    assert (record.component, record.station, record.start_time) == (component, station, start)
+
+
+@pytest.mark.parametrize(
+    ("name", "processing"),
+    [
+        ("csmip/CE89146.V2", "archive: band-pass 0.3 to 40 Hz (3 dB)"),
+        ("csmip/ce36456p_CE36456.V2", "archive: band-pass, ramps 0.05 to 0.1 and 23 to 25 Hz"),
+        (
+            "cosmos/us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c",
+            "archive: band-pass 0.03 to 20 Hz",
+        ),
+    ],
+)
+def test_stated_processing(name: str, processing: str, shared_records: Path) -> None:
+    assert processing in read_file(shared_records / "formats" / name)[0].processing
 
 
 @pytest.mark.parametrize(
@@ -153,7 +243,6 @@ def test_unstated_units_are_refused(shared_records: Path, name: str) -> None:
         read_file(shared_records / "formats" / "text" / name)
 
 
-@pytest.mark.parametrize("name", ["CE89146.V2", "CE89146.V3", "chan001.v2"])
-def test_csmip_siblings_are_unknown(shared_records: Path, name: str) -> None:
-    with pytest.raises(InputError, match=r"unknown format, begins '(Corrected|Response and)"):
-        read_file(shared_records / "formats" / "csmip" / name)
+def test_spectra_are_refused(shared_records: Path) -> None:
+    with pytest.raises(InputError, match=r"V3:1: response and Fourier spectra \(CSMIP volume 3\)"):
+        read_file(shared_records / "formats" / "csmip" / "CE89146.V3")

@@ -16,7 +16,14 @@ from rockframe.ingest import FORMATS, obspy_plugin
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
-DETECTORS = (obspy_plugin.is_peer_at2, obspy_plugin.is_csmip_v1, obspy_plugin.is_text)
+DETECTORS = (
+    obspy_plugin.is_peer_at2,
+    obspy_plugin.is_csmip_v1,
+    obspy_plugin.is_csmip_v2,
+    obspy_plugin.is_cosmos,
+    obspy_plugin.is_smc,
+    obspy_plugin.is_text,
+)
 
 
 def obspy_read(*arguments: object, **options: object) -> Any:
@@ -91,6 +98,28 @@ def test_detection(
     for source in (path, BytesIO(data)):
         stream = obspy_read(source)
         assert stream[0].stats["_format"] == name.upper()
+
+
+@pytest.mark.parametrize(
+    ("name", "expected", "traces"),
+    [
+        ("csmip/CE89146.V2", "CSMIPV2", 3),
+        ("cosmos/NP1795-n.305.v0c", "COSMOS", 3),
+        ("smc/0111a.smc", "SMC", 1),
+    ],
+)
+def test_archives(shared_records: Path, name: str, expected: str, traces: int) -> None:
+    stream = obspy_read(BytesIO((shared_records / "formats" / name).read_bytes()))
+    assert len(stream) == traces
+    assert stream[0].stats["_format"] == expected
+    assert stream[0].stats[expected.lower()].units == "m s-2"
+
+
+def test_processing_is_told(shared_records: Path) -> None:
+    path = shared_records / "formats" / "csmip" / "CE89146.V2"
+    [trace, *_] = obspy_read(str(path), format="CSMIPV2", headonly=True)
+    assert (trace.stats.npts, len(trace.data)) == (12000, 0)
+    assert "archive: band-pass 0.3 to 40 Hz (3 dB)" in trace.stats.csmipv2.processing
 
 
 def test_detection_restores_the_position(at2: Callable[..., bytes]) -> None:

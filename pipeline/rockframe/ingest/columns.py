@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,8 @@ class Columns:
         Numbers a line.
     width : int
         Characters a number.
+    integers : bool
+        Whether the numbers are whole ones, without a decimal point.
 
     Examples
     --------
@@ -31,6 +34,7 @@ class Columns:
 
     count: int
     width: int
+    integers: bool = False
 
     @property
     def line_width(self) -> int:
@@ -64,29 +68,53 @@ def read_columns(
     ------
     InputError
         If a line is not as wide as the columns, there are more or fewer samples than stated, or a
-        column holds no finite number with a decimal point (Fortran would put in a point there).
+        column holds no finite number with a decimal point (Fortran would put in a point there), or
+        no whole number where whole ones are stated.
 
     Examples
     --------
     >>> read_columns(Path("CE89146.V1"), [b"  .000010-1.234567"], Columns(8, 9), 2, 28)
     array([ 1.000000e-05, -1.234567e+00])
     """
-    rows = [row.rstrip() for row in rows]
-    while rows and not rows[-1]:
-        rows.pop()
-    _require_layout(path, rows, columns, count, line)
+    rows = require_layout(path, rows, columns, count, line)
     text = b"".join(rows)
-    if b"_" not in text and text.count(b".") == count:
+    if b"_" not in text and text.count(b".") == (0 if columns.integers else count):
+        kind = np.int64 if columns.integers else np.float64
         try:
-            samples = np.frombuffer(text, dtype=f"S{columns.width}").astype(np.float64)
-        except ValueError:
+            numbers = np.frombuffer(text, dtype=f"S{columns.width}").astype(kind)
+            samples = numbers.astype(np.float64)
+        except (ValueError, OverflowError):
             raise _first_bad_column(path, rows, columns, line) from None
         if are_finite(samples):
             return samples
     raise _first_bad_column(path, rows, columns, line)
 
 
-def _require_layout(path: Path, rows: list[bytes], columns: Columns, count: int, line: int) -> None:
+def require_layout(
+    path: Path, rows: list[bytes], columns: Columns, count: int, line: int
+) -> list[bytes]:
+    """Return the lines of samples without blanks at their ends, if they are as many as stated.
+
+    The numbers themselves are not looked at.
+
+    Parameters
+    ----------
+    path, rows, columns, count, line
+        As of `read_columns`.
+
+    Raises
+    ------
+    InputError
+        If a line is not as wide as the columns, or there are more or fewer samples than stated.
+
+    Examples
+    --------
+    >>> require_layout(Path("CE89146.V2"), [b" -.0000192 -.0000193 ", b""], Columns(8, 10), 2, 1547)
+    [b' -.0000192 -.0000193']
+    """
+    rows = [row.rstrip() for row in rows]
+    while rows and not rows[-1]:
+        rows.pop()
     last = rows[-1] if rows else b""
     for number, row in enumerate(rows[:-1], line + 1):
         if len(row) != columns.line_width:
@@ -98,6 +126,7 @@ def _require_layout(path: Path, rows: list[bytes], columns: Columns, count: int,
         )
     if len(last) % columns.width or len(last) > columns.line_width:
         raise _bad_width(path, last, columns, line + len(rows))
+    return rows
 
 
 def _bad_width(path: Path, row: bytes, columns: Columns, line: int) -> InputError:
@@ -113,12 +142,19 @@ def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int
     for number, row in enumerate(rows, line + 1):
         for start in range(0, len(row), columns.width):
             field = row[start : start + columns.width]
-            if field.count(b".") != 1 or not is_number(field):
+            if not _is_right(field, columns):
                 shown = field.decode("latin-1").strip()
+                must = "whole number" if columns.integers else "finite number with a decimal point"
                 return InputError(
                     path,
                     f"acceleration {shown!r} in characters {start + 1} to {start + len(field)}. "
-                    "Must be a finite number with a decimal point.",
+                    f"Must be a {must}.",
                     line=number,
                 )
     raise AssertionError("every column holds a number, yet they could not be read together")
+
+
+def _is_right(field: bytes, columns: Columns) -> bool:
+    if columns.integers:
+        return re.fullmatch(rb" *[-+]?\d{1,18} *", field) is not None
+    return field.count(b".") == 1 and is_number(field)

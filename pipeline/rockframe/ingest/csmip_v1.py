@@ -8,28 +8,32 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.columns import Columns, read_columns
+from rockframe.ingest.csmip import (
+    CHANNEL,
+    CHANNEL_EXAMPLE,
+    Header,
+    require_channels,
+    require_header,
+)
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
-from rockframe.record import Orientation, Record
+from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 28
 _FIRST_INTEGERS: Final = 13
-#: Items of the integer header, counted from 1.
-_YEAR: Final = 24
+_NAME: Final = 6
+#: Items of the integer header that state the number of samples, counted from 1.
 _COUNTS: Final = (28, 33)
 
 _TOP: Final = re.compile(r"\s*Uncorrected Accelerogram Data\b", re.I)
 _ENDS_SAMPLES: Final = re.compile(rb"/&|\s*Uncorrected", re.I)
-_CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
-_DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
 _POINTS: Final = re.compile(
     r"No\. of Points\s*=\s*(?P<count>\d{1,9})\b.*?\bat\s+(?P<rate>[\d.]+)\s*Samples/sec", re.I
 )
@@ -38,43 +42,19 @@ _SAMPLES: Final = re.compile(
     r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>[1-9]\d?)f(?P<width>[1-9]\d?)\.\d+\)",
     re.I,
 )
-_CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d{1,4})\s*Chns", re.I)
-_NETWORK: Final = re.compile(r"\s*\w+\.(?P<network>\w{1,2})\.(?P<station>\w{1,5})\.[\w-]*\.\w+\s")
-_STATION: Final = re.compile(r"\s*Station (?:No\.|Id\.)\s*(?P<station>\w+)", re.I)
-_START: Final = re.compile(
-    r"Start time:\s*(\d\d?)/\s*(\d\d?)/(\d\d),\s*(\d\d?):\s*(\d\d?):\s*(\d\d?)(\.\d+)?\s*UTC", re.I
+#: Index, pattern and example of the lines that every header must have.
+_EXPECTED: Final = (
+    (_NAME, CHANNEL, CHANNEL_EXAMPLE),
+    (10, _POINTS, "No. of Points = 10000 ... at 100 Samples/sec"),
+    (27, _SAMPLES, "10000 Accelerogram points at 100 pts/sec in units of g. Format: (8f9.6)"),
 )
 
 
 @dataclass(frozen=True)
-class _Channel:
-    """The lines of one channel, and the number in the file of its first."""
+class _Channel(Header):
+    """The header of one channel, and its lines of samples."""
 
-    path: Path
-    header: list[str]
     body: list[bytes]
-    first_line: int
-
-    def line(self, index: int) -> int:
-        return self.first_line + index
-
-    @property
-    def component(self) -> str:
-        named = _CHANNEL.match(self.header[6])
-        if not named:
-            return ""
-        degrees = _DEGREES.match(named["label"])
-        if degrees:
-            return f"{int(degrees['azimuth']):03d}"
-        # A structure's channels say after wide blanks where they are.
-        name = re.split(r"\s{2,}", named["label"])[0]
-        return name.upper() if direction(name)[0] is Orientation.VERTICAL else name
-
-    def item(self, item: int) -> int | None:
-        """One item of the integer header, counted from 1."""
-        row, column = divmod(item - 1, 16)
-        field = self.header[_FIRST_INTEGERS + row][5 * column : 5 * column + 5]
-        return int(field) if re.fullmatch(r" *-?\d+", field) else None
 
 
 def sniff(head: bytes) -> bool:
@@ -92,7 +72,7 @@ def sniff(head: bytes) -> bool:
     """
     lines = head_lines(head)
     return bool(lines and _TOP.match(lines[0])) and any(
-        _CHANNEL.match(line) or _POINTS.match(line) for line in lines[:_HEADER_LINES]
+        CHANNEL.match(line) or _POINTS.match(line) for line in lines[:_HEADER_LINES]
     )
 
 
@@ -121,15 +101,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: CE89146.V1:1: 'Corrected accelerogram'. Must be 'Uncorrected ...
     """
     channels = _channels(path, text_of(path, data).split(b"\n"))
-    stated = _CHANNELS.search(channels[0].header[4])
-    # One channel alone is a file cut up by its owner; some of several are a file cut short.
-    if stated and 1 < len(channels) < int(stated["count"]):
-        raise InputError(
-            path,
-            f"{stated['count']} channels in the header, {len(channels)} in the file. "
-            "Must be equal, or one channel a file.",
-            line=5,
-        )
+    require_channels(path, channels[0].lines[4], len(channels), 5)
     ids = record_ids(path, [channel.component for channel in channels])
     return [
         _record(channel, record_id, options)
@@ -149,7 +121,7 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
         start = end = top + _HEADER_LINES
         while end < len(lines) and not _ENDS_SAMPLES.match(lines[end]):
             end += 1
-        channels.append(_Channel(path, header, lines[start:end], top + 1))
+        channels.append(_Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, lines[start:end]))
         top = end + 1 if lines[end : end + 1] and lines[end].startswith(b"/&") else end
     return channels
 
@@ -162,29 +134,11 @@ def _require_header(path: Path, header: list[str], line: int) -> None:
             "the first line of a channel.",
             line=line,
         )
-    if len(header) < _HEADER_LINES:
-        raise InputError(
-            path,
-            f"the file ends after {len(header)} lines of a channel's header. "
-            f"Must be {_HEADER_LINES} lines.",
-            line=line + len(header) - 1,
-        )
-    for index, pattern, example in (
-        (6, _CHANNEL, "Chan 1: 90 Deg"),
-        (10, _POINTS, "No. of Points = 10000 ... at 100 Samples/sec"),
-        (27, _SAMPLES, "10000 Accelerogram points at 100 pts/sec in units of g. Format: (8f9.6)"),
-    ):
-        if not pattern.match(header[index]):
-            raise InputError(
-                path,
-                f"{header[index].strip()[:60]!r}. Must be as in {example!r}: "
-                f"line {index + 1} of a channel's header.",
-                line=line + index,
-            )
+    require_header(path, header, line, _HEADER_LINES, _EXPECTED)
 
 
 def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
-    samples = _SAMPLES.match(channel.header[27])
+    samples = _SAMPLES.match(channel.lines[27])
     assert samples  # noqa: S101 - the header was required to have it
     line = channel.line(27)
     if samples["units"].lower() != "g":
@@ -194,8 +148,6 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     factor = acceleration_factor(settle_units(channel.path, "g", options, line))
     count, rate = _count_and_rate(channel, samples)
     columns = Columns(int(samples["columns"]), int(samples["width"]))
-    network = _NETWORK.match(channel.header[3])
-    station = network or _STATION.match(channel.header[4])
     orientation, azimuth = direction(channel.component)
     return Record(
         record_id=record_id,
@@ -205,33 +157,20 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         component=channel.component,
         orientation=orientation,
         azimuth=azimuth,
-        station=station["station"] if station else "",
-        network=network["network"] if network else "",
-        start_time=_start_time(channel),
+        station=channel.station,
+        network=channel.network,
+        start_time=channel.start_time,
     )
 
 
 def _count_and_rate(channel: _Channel, samples: re.Match[str]) -> tuple[int, float]:
     """Number of samples and samples per second, compared wherever the header states them."""
-    points = _POINTS.match(channel.header[10])
+    points = _POINTS.match(channel.lines[10])
     assert points  # noqa: S101 - the header was required to have it
     line = channel.line(27)
     count = int(samples["count"])
-    counts = {"'No. of Points'": int(points["count"])} | {
-        # Items that are not filled in are 0 or -999.
-        f"item {item} of the integer header": value
-        for item in _COUNTS
-        if (value := channel.item(item)) is not None and value > 0
-    }
-    for place, other in counts.items():
-        if other != count:
-            raise InputError(
-                channel.path,
-                f"{count} samples stated, but {other} in {place}. Must be equal.",
-                line=line,
-            )
-    if count < 2:
-        raise InputError(channel.path, f"{count} samples stated. Must be 2 or more.", line=line)
+    others = {"'No. of Points'": int(points["count"])} | channel.stated_counts(_COUNTS)
+    channel.require_counts(count, others, line)
     before, rate = _rate(channel, points, 10), _rate(channel, samples, 27)
     if before != rate:
         raise InputError(
@@ -252,17 +191,3 @@ def _rate(channel: _Channel, stated: re.Match[str], index: int) -> float:
             line=channel.line(index),
         )
     return float(token)
-
-
-def _start_time(channel: _Channel) -> str:
-    """Time of the first sample, ISO 8601 UTC; empty unless stated in UTC with a certain year."""
-    stated = _START.search(channel.header[3])
-    year = channel.item(_YEAR)
-    if not stated or year is None or year % 100 != int(stated[3]):
-        return ""
-    month, day, hour, minute, second = (int(stated[group]) for group in (1, 2, 4, 5, 6))
-    try:
-        start = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
-    except ValueError:
-        return ""
-    return f"{start:%Y-%m-%dT%H:%M:%S}{stated[7] or ''}Z"

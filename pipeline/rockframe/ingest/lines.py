@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
+#: DOS ends a text with one or more of these, up to a whole sector.
+_END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 #: No acceleration or time is as large in any unit; products of smaller ones stay finite.
 _LARGEST: Final = 1e30
@@ -47,7 +49,7 @@ def unify_line_ends(data: bytes) -> bytes:
 
 
 def text_of(path: Path, data: bytes) -> bytes:
-    r"""Return the text of a file with unified line ends.
+    r"""Return the text of a file with unified line ends, without the end marks of DOS.
 
     Parameters
     ----------
@@ -68,7 +70,7 @@ def text_of(path: Path, data: bytes) -> bytes:
     """
     if is_utf16(data):
         raise InputError(path, "text in UTF-16. Must be ASCII or UTF-8.")
-    data = unify_line_ends(data)
+    data = unify_line_ends(data.rstrip(_END_MARK))
     where = data.find(b"\0")
     if where >= 0:
         line = data.count(b"\n", 0, where) + 1

@@ -1,36 +1,18 @@
 """The readers as obspy waveform plug-ins: `obspy.read("RSN77.AT2", format="PEERAT2")`.
 
 Traces hold accelerations in m s-2; what obspy has no place for stands in `stats.peerat2`,
-`stats.csmipv1` and `stats.acctext`. This file alone imports obspy.
+`stats.csmipv1` and so on, named as the format.
 """
 
 from __future__ import annotations
 
-import warnings
-from pathlib import Path
-from typing import BinaryIO, Final
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from rockframe.errors import InputError
+from rockframe.ingest.obspy_streams import Source, is_format, read_stream
 from rockframe.ingest.options import ReadOptions
-from rockframe.ingest.registry import FORMATS, HEAD, Format, read_bytes, read_file, sniff_format
-from rockframe.record import Record
 
-with warnings.catch_warnings():
-    # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
-    warnings.simplefilter("ignore", DeprecationWarning)
-    from obspy import Stream, Trace, UTCDateTime
-    from obspy.core import AttribDict
-
-Source = str | Path | BinaryIO
-
-_BY_NAME: Final = {known.name: known for known in FORMATS}
-_PEER_AT2: Final = _BY_NAME["peer_at2"]
-_CSMIP_V1: Final = _BY_NAME["csmip_v1"]
-_TEXT: Final = _BY_NAME["acceleration_text"]
-#: Longest station code of SEED; a longer one is a name, and stands in the format's own stats.
-_LONGEST_STATION: Final = 5
+if TYPE_CHECKING:
+    from obspy import Stream
 
 
 def is_peer_at2(file: Source) -> bool:
@@ -47,7 +29,7 @@ def is_peer_at2(file: Source) -> bool:
     >>> is_peer_at2(BytesIO(b"3 0.01 NPTS, DT"))
     True
     """
-    return _is(file, _PEER_AT2)
+    return is_format(file, "peer_at2")
 
 
 def read_peer_at2(file: Source, headonly: bool = False, **_: object) -> Stream:
@@ -72,7 +54,7 @@ def read_peer_at2(file: Source, headonly: bool = False, **_: object) -> Stream:
     >>> read_peer_at2(BytesIO(lines))[0].data
     array([ 0.981, -1.962])
     """
-    return _stream(file, _PEER_AT2, ReadOptions(), headonly)
+    return read_stream(file, "peer_at2", headonly)
 
 
 def is_csmip_v1(file: Source) -> bool:
@@ -89,7 +71,7 @@ def is_csmip_v1(file: Source) -> bool:
     >>> is_csmip_v1(BytesIO(b"Corrected accelerogram"))
     False
     """
-    return _is(file, _CSMIP_V1)
+    return is_format(file, "csmip_v1")
 
 
 def read_csmip_v1(file: Source, headonly: bool = False, **_: object) -> Stream:
@@ -114,7 +96,133 @@ def read_csmip_v1(file: Source, headonly: bool = False, **_: object) -> Stream:
     Traceback (most recent call last):
     rockframe.errors.InputError: stream:1: 'Corrected accelerogram'. Must be 'Uncorrected ...
     """
-    return _stream(file, _CSMIP_V1, ReadOptions(), headonly)
+    return read_stream(file, "csmip_v1", headonly)
+
+
+def is_csmip_v2(file: Source) -> bool:
+    r"""Whether a file is a CSMIP volume 2 file, or of its siblings that are refused.
+
+    Parameters
+    ----------
+    file : str, Path or binary stream
+        Read up to 4096 bytes; a stream is left where it was.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> is_csmip_v2(BytesIO(b"Response and Fourier amplitude spectra"))
+    True
+    """
+    return is_format(file, "csmip_v2")
+
+
+def read_csmip_v2(file: Source, headonly: bool = False, **_: object) -> Stream:
+    r"""Read a CSMIP volume 2 file into a stream of one trace a channel.
+
+    Parameters
+    ----------
+    file : str, Path or binary stream
+        The file.
+    headonly : bool
+        Leave out the samples.
+
+    Raises
+    ------
+    InputError
+        As `rockframe.ingest.csmip_v2.read`.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> read_csmip_v2(BytesIO(b"Response and Fourier amplitude spectra"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: stream:1: response and Fourier spectra (CSMIP volume 3). ...
+    """
+    return read_stream(file, "csmip_v2", headonly)
+
+
+def is_cosmos(file: Source) -> bool:
+    r"""Whether a file is a COSMOS file, or of its siblings that are refused.
+
+    Parameters
+    ----------
+    file : str, Path or binary stream
+        Read up to 4096 bytes; a stream is left where it was.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> is_cosmos(BytesIO(b"Raw acceleration counts   (Format v01.20 with 13 text lines)"))
+    True
+    """
+    return is_format(file, "cosmos")
+
+
+def read_cosmos(file: Source, headonly: bool = False, **_: object) -> Stream:
+    r"""Read a COSMOS file into a stream of one trace a channel.
+
+    Parameters
+    ----------
+    file : str, Path or binary stream
+        The file.
+    headonly : bool
+        Leave out the samples.
+
+    Raises
+    ------
+    InputError
+        As `rockframe.ingest.cosmos.read`.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> read_cosmos(BytesIO(b"Raw acceleration counts"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: stream:1: 'Raw acceleration counts'. Must be as in ...
+    """
+    return read_stream(file, "cosmos", headonly)
+
+
+def is_smc(file: Source) -> bool:
+    r"""Whether a file is an SMC file, or of its siblings that are refused.
+
+    Parameters
+    ----------
+    file : str, Path or binary stream
+        Read up to 4096 bytes; a stream is left where it was.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> is_smc(BytesIO(b"3 VELOCITY"))
+    True
+    """
+    return is_format(file, "smc")
+
+
+def read_smc(file: Source, headonly: bool = False, **_: object) -> Stream:
+    r"""Read an SMC file into a stream of one trace.
+
+    Parameters
+    ----------
+    file : str, Path or binary stream
+        The file.
+    headonly : bool
+        Leave out the samples.
+
+    Raises
+    ------
+    InputError
+        As `rockframe.ingest.smc.read`.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> read_smc(BytesIO(b"3 VELOCITY"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: stream:1: is a velocity file. Must be an accelerogram.
+    """
+    return read_stream(file, "smc", headonly)
 
 
 def is_text(file: Source) -> bool:
@@ -131,7 +239,7 @@ def is_text(file: Source) -> bool:
     >>> is_text(BytesIO(b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"))
     True
     """
-    return _is(file, _TEXT)
+    return is_format(file, "acceleration_text")
 
 
 def read_text(
@@ -165,61 +273,4 @@ def read_text(
     >>> read_text(BytesIO(b"0.1\n-0.2\n"), units="gal", time_step=0.02)[0].stats.delta
     0.02
     """
-    return _stream(file, _TEXT, ReadOptions(units, time_step), headonly)
-
-
-def _is(file: Source, file_format: Format) -> bool:
-    try:
-        return sniff_format(_head(file)) is file_format
-    # obspy asks this of whatever its user hands it, and wants no exception.
-    except (InputError, OSError, AttributeError, TypeError, ValueError):
-        return False
-
-
-def _head(file: Source) -> bytes:
-    if isinstance(file, str | Path):
-        with Path(file).open("rb") as stream:
-            return stream.read(HEAD)
-    position = file.tell()
-    try:
-        return file.read(HEAD)
-    finally:
-        file.seek(position)
-
-
-def _stream(file: Source, file_format: Format, options: ReadOptions, headonly: bool) -> Stream:
-    if isinstance(file, str | Path):
-        records = read_file(file, options, file_format)
-    else:
-        records = read_bytes("stream", file.read(), options, file_format)
-    return Stream([_trace(record, file_format, headonly) for record in records])
-
-
-def _trace(record: Record, file_format: Format, headonly: bool) -> Trace:
-    short = len(record.station) <= _LONGEST_STATION
-    header: dict[str, object] = {
-        "delta": record.time_step,
-        "npts": record.acceleration.size,
-        "network": record.network,
-        "station": record.station if short else "",
-        "channel": record.component,
-        file_format.obspy_name.lower(): AttribDict(
-            units="m s-2",
-            record_id=record.record_id,
-            event=record.event,
-            station=record.station,
-            azimuth=record.azimuth,
-            orientation=record.orientation.name.lower(),
-            uncorrected=record.uncorrected,
-            source_file=record.source_file,
-            source_format=record.source_format,
-            source_sha256=record.source_sha256,
-        ),
-    }
-    if record.start_time:
-        header["starttime"] = UTCDateTime(record.start_time)
-    # obspy works on its arrays in place; a record's are read-only.
-    data = np.empty(0) if headonly else record.acceleration.copy()
-    trace = Trace(data=data, header=header)
-    trace.stats.npts = record.acceleration.size
-    return trace
+    return read_stream(file, "acceleration_text", headonly, ReadOptions(units, time_step))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest import csmip_v1, peer_at2, text
+from rockframe.ingest import cosmos, csmip_v1, csmip_v2, peer_at2, smc, text
 from rockframe.ingest.lines import is_utf16
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.record import Record
@@ -41,8 +41,8 @@ class Format:
 
     Examples
     --------
-    >>> [known.name for known in FORMATS]
-    ['peer_at2', 'csmip_v1', 'acceleration_text']
+    >>> [known.name for known in FORMATS][:3]
+    ['peer_at2', 'csmip_v1', 'csmip_v2']
     """
 
     name: str
@@ -69,6 +69,30 @@ FORMATS: Final = (
         extensions=(".V1", ".RAW"),
         sniff=csmip_v1.sniff,
         read=csmip_v1.read,
+    ),
+    Format(
+        name="csmip_v2",
+        obspy_name="CSMIPV2",
+        description="CSMIP/CDMG volume 2, corrected acceleration in cm/s2, several channels",
+        extensions=(".V2",),
+        sniff=csmip_v2.sniff,
+        read=csmip_v2.read,
+    ),
+    Format(
+        name="cosmos",
+        obspy_name="COSMOS",
+        description="COSMOS V0 (counts with stated sensitivity), V1, V2 and V2c, several channels",
+        extensions=(".V0", ".V1", ".V2", ".V0c", ".V1c", ".V2c"),
+        sniff=cosmos.sniff,
+        read=cosmos.read,
+    ),
+    Format(
+        name="smc",
+        obspy_name="SMC",
+        description="USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs",
+        extensions=(".smc",),
+        sniff=smc.sniff,
+        read=smc.read,
     ),
     Format(
         name="acceleration_text",

@@ -1,8 +1,9 @@
-"""The time step of a printed column of times."""
+"""The time step of a printed column of times, and the time of a day."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,37 @@ _SAME_STEP: Final = 1e-9
 _SHORTEST_STEP: Final = 1e-9
 #: No time step needs more decimals than a double holds.
 _MOST_DECIMALS: Final = 20
+
+
+def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) -> str:
+    """Return a time as ISO 8601 UTC with its seconds as printed; empty if there is no such time.
+
+    Parameters
+    ----------
+    date : tuple of int
+        Year, month and day; the month is 0 if the day is that of the year.
+    hour, minute : int
+        Time of the day.
+    second : str
+        Seconds as printed.
+
+    Examples
+    --------
+    >>> utc_time((2019, 7, 6), 3, 19, "40.04"), utc_time((1989, 0, 291), 0, 4, "5.120")
+    ('2019-07-06T03:19:40.04Z', '1989-10-18T00:04:05.120Z')
+    >>> utc_time((2019, 13, 6), 3, 19, "40")
+    ''
+    """
+    whole, point, rest = second.strip().partition(".")
+    year, month, day = date
+    try:
+        first = datetime(year, month or 1, 1, hour, minute, int(whole), tzinfo=UTC)
+        start = first + timedelta(days=day - 1)
+    except (ValueError, OverflowError):
+        return ""
+    if start.year != year or (month and start.month != month):
+        return ""
+    return f"{start:%Y-%m-%dT%H:%M:%S}{point}{rest}Z"
 
 
 def time_step_of(

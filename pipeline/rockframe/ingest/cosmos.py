@@ -1,0 +1,283 @@
+"""COSMOS strong-motion format, version 1.20: V0 (counts), V1, V2 and V2c; several channels a file.
+
+Item numbers are those of the integer and real headers of the format's description (COSMOS, 2001),
+counted from 1. Velocity and displacement beside acceleration are passed over; alone, refused.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.columns import read_columns, require_layout
+from rockframe.ingest.cosmos_names import (
+    component_of,
+    event_of,
+    filters_of,
+    seed_name,
+    start_time_of,
+    station_of,
+)
+from rockframe.ingest.cosmos_sections import TOP, Channel, channels_of
+from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest.lines import head_lines, text_of
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.peaks import StatedPeak, require_peak
+from rockframe.record import Orientation, Record
+from rockframe.units import GRAVITY, acceleration_factor
+
+#: Items of the integer header.
+_STAGE, _QUANTITY, _UNITS, _AZIMUTH = 1, 2, 3, 54
+#: Items of the real header: magnitude (moment), epicentral distance [km], one count [uV], raw time
+#: step [s], sensitivity [V/g], gain, time step [ms], length [s], peak and its time [s].
+_MAGNITUDE, _DISTANCE, _COUNT, _RAW_STEP, _SENSITIVITY, _GAIN = 13, 17, 22, 34, 42, 47
+_STEP, _LENGTH, _PEAK, _PEAK_TIME = 62, 63, 64, 65
+
+_ACCELERATION: Final = 1
+_QUANTITIES: Final = {
+    2: "velocity",
+    3: "displacement",
+    4: "relative displacement",
+    10: "angular acceleration",
+    11: "angular velocity",
+    12: "angular displacement",
+}
+_RAW, _UNCORRECTED, _CORRECTED = 0, 1, 2
+_COUNTS: Final = 50
+_UNITS_OF: Final = {2: "g", 4: "cm/s2", 10: "gal"}
+
+
+def sniff(head: bytes) -> bool:
+    r"""Whether a file's beginning is that of a COSMOS file.
+
+    Parameters
+    ----------
+    head : bytes
+        At most the first 4096 bytes.
+
+    Examples
+    --------
+    >>> sniff(b"Raw acceleration counts   (Format v01.20 with 13 text lines)\n")
+    True
+    """
+    lines = head_lines(head)
+    return bool(lines and TOP.match(lines[0]))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read every channel of acceleration of a COSMOS file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for names and errors.
+    data : bytes
+        Its contents.
+    options : ReadOptions
+        Must agree with the headers.
+
+    Raises
+    ------
+    InputError
+        If a section is not as stated, no channel is acceleration, counts come without a
+        sensitivity, or number, interval or peak of the samples differ from what is stated.
+
+    Examples
+    --------
+    >>> read(Path("a.v2c"), b"Corrected acceleration", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration'. Must be as in 'Corrected ...
+    """
+    found = channels_of(path, text_of(path, data).split(b"\n"))
+    channels = [one for one in found if one.integer(_QUANTITY) == _ACCELERATION]
+    if not channels:
+        code = found[0].integer(_QUANTITY)
+        raise InputError(
+            path,
+            f"quantity {code} ({_QUANTITIES.get(code or 0, 'unknown')}) in item {_QUANTITY} of the "
+            f"integer header. Must be {_ACCELERATION} (acceleration).",
+            line=found[0].first_line,
+        )
+    for one in found:
+        require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
+    ids = record_ids(path, [_component(one) for one in channels])
+    return [_record(one, record_id, options) for one, record_id in zip(channels, ids, strict=True)]
+
+
+def _samples(channel: Channel) -> int:
+    count = int(channel.heading["count"])
+    if count < 2:
+        raise InputError(
+            channel.path, f"{count} samples stated. Must be 2 or more.", line=channel.sample_line
+        )
+    return count
+
+
+def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
+    stage = channel.integer(_STAGE)
+    if stage not in (_RAW, _UNCORRECTED, _CORRECTED):
+        raise InputError(
+            channel.path,
+            f"processing stage {stage} in item {_STAGE} of the integer header. "
+            "Must be 0 (raw), 1 (uncorrected) or 2 (corrected).",
+            line=channel.first_line,
+        )
+    factor, converted = _factor(channel, options)
+    columns, line = channel.layout.columns, channel.sample_line
+    samples = read_columns(channel.path, channel.rows, columns, _samples(channel), line)
+    step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
+    _require_length(channel, samples.size * step, step)
+    _require_peak(channel, samples, step, signed=stage != _RAW)
+    named = station_of(channel.text[4]) or seed_name(channel.comments)
+    component = _component(channel)
+    orientation, azimuth = _direction(channel, component)
+    magnitude, distance = channel.real(_MAGNITUDE), channel.real(_DISTANCE)
+    return Record(
+        record_id=record_id,
+        acceleration=factor * samples,
+        time_step=step,
+        uncorrected=stage != _CORRECTED,
+        component=component,
+        orientation=orientation,
+        azimuth=azimuth,
+        event=event_of(channel.text[1]),
+        station=named.station,
+        network=named.network,
+        start_time=start_time_of(channel.text[7]),
+        magnitude=magnitude.value if magnitude else math.nan,
+        epicentral_distance=distance.value if distance else math.nan,
+        processing=filters_of(channel.text) + converted,
+    )
+
+
+def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, ...]]:
+    """What turns the samples into m s-2, and what is to be said of it."""
+    code = int(channel.heading["code"])
+    if channel.integer(_UNITS) != code:
+        raise InputError(
+            channel.path,
+            f"units ({code}) stated, but {channel.integer(_UNITS)} in item {_UNITS} of the integer "
+            "header. Must be equal.",
+            line=channel.sample_line,
+        )
+    if code == _COUNTS:
+        return _of_counts(channel)
+    if code not in _UNITS_OF:
+        known = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
+        raise InputError(
+            channel.path,
+            f"acceleration units {channel.heading['units']!r} ({code}). "
+            f"Must be {known} or {_COUNTS} (counts).",
+            line=channel.sample_line,
+        )
+    units = settle_units(channel.path, _UNITS_OF[code], options, channel.sample_line)
+    return acceleration_factor(units), ()
+
+
+def _of_counts(channel: Channel) -> tuple[float, tuple[str, ...]]:
+    values = []
+    for item, name in ((_COUNT, "microvolts a count"), (_SENSITIVITY, "sensitivity [V/g]")):
+        number = channel.real(item)
+        if number is None or number.value <= 0.0:
+            shown = "unknown" if number is None else f"{number.value:g}"
+            raise InputError(
+                channel.path,
+                f"raw counts without a usable sensitivity: {name} {shown} in item {item} of the "
+                "real header. Must be positive.",
+                line=channel.real_line,
+            )
+        values.append(number.value)
+    gain = channel.real(_GAIN)
+    if gain is not None and gain.value <= 0.0:
+        raise InputError(
+            channel.path,
+            f"gain {gain.value:g} in item {_GAIN} of the real header. Must be positive.",
+            line=channel.real_line,
+        )
+    count, sensitivity = values
+    amplified = gain.value if gain else 1.0
+    said = f"gain {amplified:g}" if gain else "gain unstated, taken as 1"
+    done = f"counts converted with {count:g} uV a count, {sensitivity:g} V/g, {said}"
+    return 1e-6 * count / amplified / sensitivity * GRAVITY, (done,)
+
+
+def _time_step(channel: Channel, stage: int) -> float:
+    """Interval [s]: of raw data item 34 in s, of processed data item 62 in ms."""
+    raw, processed = channel.real(_RAW_STEP), channel.real(_STEP)
+    if stage == _RAW and raw is not None:
+        if processed and abs(1e-3 * processed.value - raw.value) > 1e-3 * processed.unit + raw.unit:
+            raise InputError(
+                channel.path,
+                f"time step {raw.value:g} s in item {_RAW_STEP} of the real header, but "
+                f"{processed.value:g} ms in item {_STEP}. Must be equal.",
+                line=channel.real_line,
+            )
+        return raw.value
+    if processed is None:
+        raise InputError(
+            channel.path,
+            f"time step unknown. Must be in item {_STEP} of the real header [ms].",
+            line=channel.real_line,
+        )
+    return processed.value / 1e3
+
+
+def _require_length(channel: Channel, length: float, step: float) -> None:
+    """Compare samples times interval with the stated length, which some count one step less."""
+    stated = channel.real(_LENGTH)
+    if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
+        raise InputError(
+            channel.path,
+            f"length {stated.value:g} s in item {_LENGTH} of the real header, but {length:g} s of "
+            "samples in the file. Must agree.",
+            line=channel.real_line,
+        )
+
+
+def _require_peak(
+    channel: Channel, samples: NDArray[np.float64], step: float, signed: bool
+) -> None:
+    value = channel.real(_PEAK)
+    largest = float(np.abs(samples).max())
+    if value is None or largest == 0.0:
+        return
+    layout = channel.layout
+    power = math.floor(math.log10(largest)) + 1 if layout.exponent else 0
+    peak = StatedPeak(
+        value=value,
+        time=channel.real(_PEAK_TIME),
+        units=channel.heading["units"] or "counts",
+        line=channel.real_line,
+        # Raw files state the size of the peak.
+        signed=signed,
+    )
+    require_peak(channel.path, samples, step, peak, 10.0 ** (power - layout.places))
+
+
+def _component(channel: Channel) -> str:
+    return component_of(channel.text[8], seed_name(channel.comments))
+
+
+def _direction(channel: Channel, component: str) -> tuple[Orientation, float]:
+    orientation, azimuth = direction(component)
+    stated = channel.integer(_AZIMUTH)
+    if (
+        orientation is Orientation.HORIZONTAL
+        and stated is not None
+        and (stated - azimuth) % 360.0 != 0.0
+    ):
+        raise InputError(
+            channel.path,
+            f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer header. "
+            "Must be equal.",
+            line=channel.first_line + 8,
+        )
+    if orientation is Orientation.UNSTATED and component == seed_name(channel.comments).channel:
+        # Of the three letters of a channel in SEED, Z alone says a direction for certain.
+        return direction(component[-1]) if component.endswith("Z") else (orientation, azimuth)
+    return orientation, azimuth

@@ -1,0 +1,57 @@
+"""A raw volume, processed here, is the archive's own corrected volume of the same record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.ingest import read_file
+from rockframe.record import Record
+from rockframe.signals import BandPass, Float, correct
+
+#: Natural frequency [Hz] and damping [1] of the sensor, from the header of CE89146.
+SENSOR = 1.0 / 0.0109, 0.67
+
+
+def delayed(samples: Float, step: float, delay: float) -> Float:
+    """The samples so much later [s], by their Fourier transform."""
+    frequency = np.fft.rfftfreq(samples.size, step)
+    turned = np.fft.rfft(samples) * np.exp(-2j * np.pi * frequency * delay)
+    return np.fft.irfft(turned, samples.size)
+
+
+def peak(samples: Float) -> float:
+    return float(samples[np.abs(samples).argmax()])
+
+
+def pair(shared_records: Path, channel: int) -> tuple[Float, Record]:
+    """Raw acceleration with the archive's band-pass, and the archive's record."""
+    folder = shared_records / "formats" / "csmip"
+    raw = read_file(folder / "CE89146.V1")[channel]
+    theirs = read_file(folder / "CE89146.V2")[channel]
+    ours, _ = correct(raw.acceleration, raw.time_step, BandPass(0.3, 40.0))
+    return ours, theirs
+
+
+@pytest.mark.parametrize(
+    ("channel", "correlation", "difference"),
+    [(0, 0.99998, 0.0009), (1, 0.99991, 0.0021), (2, 0.99993, 0.0036)],
+)
+def test_agree(shared_records: Path, channel: int, correlation: float, difference: float) -> None:
+    ours, theirs = pair(shared_records, channel)
+    # The archive took out the sensor's response, whose delay at low frequencies is
+    # 2 damping / (2 pi frequency) = 2.3 ms, close to half a step; the raw volume keeps it.
+    frequency, damping = SENSOR
+    early = delayed(ours, theirs.time_step, -damping / (np.pi * frequency))
+    early = early[: theirs.acceleration.size]
+    assert np.corrcoef(early, theirs.acceleration)[0, 1] > correlation
+    assert peak(early) == pytest.approx(peak(theirs.acceleration), rel=difference)
+
+
+@pytest.mark.parametrize("channel", [0, 1, 2])
+def test_agree_less_without_the_sensor_delay(shared_records: Path, channel: int) -> None:
+    ours, theirs = pair(shared_records, channel)
+    ours = ours[: theirs.acceleration.size]
+    assert 0.993 < np.corrcoef(ours, theirs.acceleration)[0, 1] < 0.997
