@@ -82,8 +82,10 @@ def sniff(head: bytes) -> bool:
     True
     """
     lines = head_lines(head)
-    return bool(lines) and lines[0].startswith("EVENT_NAME:") and any(
-        line.startswith(_MARKS) for line in lines
+    return (
+        bool(lines)
+        and lines[0].startswith("EVENT_NAME:")
+        and any(line.startswith(_MARKS) for line in lines)
     )
 
 

@@ -230,7 +230,9 @@ def _samples(component: _Component, step: float) -> NDArray[np.float64]:
     duration = float(points["duration"]) if is_number(points["duration"].encode()) else math.nan
     # The last sample may or may not be counted; durations are printed to 10 ms.
     if not abs(duration - counts[0] * step) <= 1.5 * step + 0.01:
-        message = f"{points['duration']} s stated, but {counts[0]} points at {step:g} s. Must agree."
+        message = (
+            f"{points['duration']} s stated, but {counts[0]} points at {step:g} s. Must agree."
+        )
         raise component.error(9, message)
     rows = [-(-max(count, 0) // _COLUMNS.count) for count in counts]
     if len(component.body) != sum(rows):

@@ -98,7 +98,9 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
     start = 0
     while start < len(data):
         header = data[start : start + _FIXED_HEADER]
-        if not sniff(header) or not (header[8:20].isascii() and header[8:20].decode().isprintable()):
+        if not sniff(header) or not (
+            header[8:20].isascii() and header[8:20].decode().isprintable()
+        ):
             raise InputError(path, f"no header at byte {start}. Must be that of a miniSEED record.")
         order = ">" if 1900 <= struct.unpack_from(">H", header, 20)[0] <= 2100 else "<"
         length = _length(data, start, order)

@@ -1,7 +1,7 @@
 """The readers as obspy waveform plug-ins: `obspy.read("RSN77.AT2", format="PEERAT2")`.
 
 Traces hold accelerations in m s-2; what obspy has no place for stands in `stats.peerat2`,
-`stats.csmipv1` and `stats.acctext`. This file alone imports obspy.
+`stats.csmipv1` and so on. What reads by obspy's own readers imports it only then: it is slow to.
 """
 
 from __future__ import annotations

@@ -161,14 +161,14 @@ def _inventory(file: Path, content: bytes) -> Any:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(file, "XML with a document type. Must be plain StationXML.")
     with warnings.catch_warnings():
-        # obspy tells of odd but harmless entries, and Python of how obspy finds its readers.
+        # lxml's errors are syntax errors. obspy tells of odd but harmless entries, and Python of how obspy finds its readers.
         warnings.simplefilter("ignore")
-        from lxml.etree import LxmlError
         from obspy import read_inventory
+        from obspy.core.util.obspy_types import ObsPyException
 
         try:
             return read_inventory(BytesIO(content), format="STATIONXML")
-        except (LxmlError, ValueError, TypeError, LookupError, AttributeError) as error:
+        except (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ObsPyException) as error:
             shown = " ".join(str(error).split())[:120]
             raise InputError(
                 file, f"cannot be read as StationXML ({shown}). Must be undamaged."
