@@ -55,7 +55,7 @@ class _Header:
         token = self.get(key)
         if not token:
             return math.nan
-        if not is_number(token.encode("latin-1")):
+        if not is_number(token.encode()):
             raise self.invalid(key, "a number")
         return float(token)
 

@@ -94,7 +94,7 @@ def sniff(head: bytes) -> bool:
     True
     """
     lines = head_lines(head)
-    return len(lines) > 1 and lines[0].startswith(_KEYS[0]) and lines[1].startswith(_KEYS[1])
+    return bool(lines) and lines[0].startswith(_KEYS[0])
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
@@ -127,12 +127,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rate = int(header.matched("Sampling Freq(Hz)", _RATE, "100Hz")["rate"])
     units = settle_units(path, "gal", options, header.line("Scale Factor"))
     factor = acceleration_factor(units) * _scale(header)
+    magnitude, component = header.number("Mag."), _component(header)
     counts = parse_numbers(path, text.split(b"\n", len(_KEYS))[-1], len(_KEYS) + 1)
     _require_count(header, counts.size, rate)
     trace = read_stream(path, text, "KNET")[0]
     acceleration = _same(path, np.asarray(trace.data, dtype=np.float64) * factor, counts * factor)
     _require_peak(header, acceleration)
-    component = _component(header)
     orientation, azimuth = direction(component.rstrip("12"))
     station = header.values["Station Code"]
     return [
@@ -148,7 +148,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             station=station + _PLACES.get(component[-1], ""),
             network=trace.stats.network,
             start_time=str(trace.stats.starttime),
-            magnitude=header.number("Mag."),
+            magnitude=magnitude,
         )
     ]
 

@@ -163,7 +163,7 @@ def _fields(line: str, width: int) -> list[float] | None:
 
 
 def _binary(path: Path, data: bytes, order: str) -> _Sac:
-    floats = np.frombuffer(data, f"{order}f4", _FLOATS).astype(np.float64)
+    floats = _doubles(data, order, _FLOATS, 0)
     integers = struct.unpack_from(f"{order}{_INTEGERS}i", data, 4 * _FLOATS)
     names = data[4 * (_FLOATS + _INTEGERS) : _HEADER_BYTES].decode("latin-1")
     version, count = integers[_VERSION], integers[_COUNT]
@@ -173,8 +173,13 @@ def _binary(path: Path, data: bytes, order: str) -> _Sac:
     if count != present:
         message = f"NPTS {count} in the header, {present:g} samples in the file. Must be equal."
         raise InputError(path, message)
-    samples = np.frombuffer(data, f"{order}f4", count, _HEADER_BYTES)
-    return _Sac(floats, integers, names, samples.astype(np.float64))
+    return _Sac(floats, integers, names, _doubles(data, order, count, _HEADER_BYTES))
+
+
+def _doubles(data: bytes, order: str, count: int, start: int) -> NDArray[np.float64]:
+    # A NaN of the signalling kind would warn; those among the samples are refused in words.
+    with np.errstate(invalid="ignore"):
+        return np.frombuffer(data, f"{order}f4", count, start).astype(np.float64)
 
 
 def _alphanumeric(path: Path, data: bytes) -> _Sac:
