@@ -24,7 +24,9 @@ _PREFIXES: Final = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 _UNITS: Final = re.compile(
     r"(?P<prefix>[cmun]?)m/(?P<per>s(?:ec)?(?P<square>\*\*2|\^2|2|/s(?:ec)?)?|\(s\*\*2\))", re.I
 )
-_COUNTS: Final = frozenset(["count", "counts", "counts "])
+_COUNTS: Final = frozenset(["count", "counts"])
+#: What reading damaged XML raises, beside obspy's own; lxml's errors are syntax errors.
+_JUNK: Final = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
 #: Dips up to this are horizontal, from the next on vertical [degree].
 _FLAT: Final = 10.0
 _STEEP: Final = 80.0
@@ -67,17 +69,12 @@ class ChannelResponse:
 
 
 def is_station_xml(path: Path) -> bool:
-    """Whether a file is StationXML, by what is in it.
+    """Whether a file is StationXML, by what is in it; not if it cannot be read.
 
     Parameters
     ----------
     path : Path
         Any file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
 
     Examples
     --------
@@ -86,8 +83,11 @@ def is_station_xml(path: Path) -> bool:
     """
     if path.suffix.lower() != ".xml":
         return False
-    with path.open("rb") as stream:
-        return _MARK in stream.read(_HEAD)
+    try:
+        with path.open("rb") as stream:
+            return _MARK in stream.read(_HEAD)
+    except OSError:
+        return False
 
 
 def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
@@ -115,6 +115,16 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
     Traceback (most recent call last):
     rockframe.errors.InputError: lost/CLC.mseed: no StationXML of .CLC.. at 1970-01-01T00:00:00...
     """
+    try:
+        return _found(path, trace, given)
+    except InputError as error:
+        if error.path == path:
+            raise
+        # The waveform is what is refused, and what a table of rejections names.
+        raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
+
+
+def _found(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
     files = _candidates(path, trace.stats.station) if given is None else [given]
     found = [(file, channel) for file in files for channel in _channels(file, trace)]
     if not found:
@@ -161,14 +171,14 @@ def _inventory(file: Path, content: bytes) -> Any:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(file, "XML with a document type. Must be plain StationXML.")
     with warnings.catch_warnings():
-        # lxml's errors are syntax errors. obspy tells of odd but harmless entries, and Python of how obspy finds its readers.
+        # obspy tells of odd but harmless entries, and Python of how obspy finds its readers.
         warnings.simplefilter("ignore")
         from obspy import read_inventory
         from obspy.core.util.obspy_types import ObsPyException
 
         try:
             return read_inventory(BytesIO(content), format="STATIONXML")
-        except (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ObsPyException) as error:
+        except (*_JUNK, ObsPyException) as error:
             shown = " ".join(str(error).split())[:120]
             raise InputError(
                 file, f"cannot be read as StationXML ({shown}). Must be undamaged."

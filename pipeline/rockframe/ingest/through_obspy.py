@@ -50,9 +50,9 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
 
     Examples
     --------
-    >>> read_stream(Path("a.EW"), b"Origin Time", "KNET")
+    >>> read_stream(Path("a.EW"), b"Memo.", "KNET")
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.EW: obspy's KNET reader fails (IndexError: ...
+    rockframe.errors.InputError: a.EW: obspy's KNET reader fails (KNETException: ...
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
