@@ -98,6 +98,12 @@ def test_alphanumeric_cut_short() -> None:
         read_bytes(PATH, b"\n".join(lines[:-1]), IN_G)
 
 
+@pytest.mark.parametrize(("offset", "uncorrected"), [(0.0, False), (1.0, True)])
+def test_an_offset_shows_that_nothing_was_corrected(offset: float, uncorrected: bool) -> None:
+    data = sac((offset + 0.25, offset - 0.5, offset + 0.25))
+    assert read_bytes(PATH, data, IN_G)[0].uncorrected is uncorrected
+
+
 def test_units_are_needed() -> None:
     with pytest.raises(InputError, match=r"units unstated, as in every SAC file.*--units"):
         read_bytes(PATH, sac())

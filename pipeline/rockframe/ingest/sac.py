@@ -1,7 +1,8 @@
 """SAC, binary of either byte order and alphanumeric: one evenly sampled series a file.
 
 The format has a field for the kind of quantity (IDEP) but none for its units that archives keep to:
-units are the user's to state.
+units are the user's to state. Nor does it say what was done to the samples: those that lie about
+another value than zero have had no baseline correction.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ _VERSION, _COUNT, _FILE_TYPE, _QUANTITY, _EVEN = 6, 9, 15, 16, 35
 #: Places of the names, by character of the last 192.
 _STATION, _EVENT, _COMPONENT, _NETWORK = (0, 8), (8, 24), (160, 168), (168, 176)
 _TIME_SERIES: Final = 1
+#: Share of the peak up to which a mean is no offset; corrected records stay below a thousandth.
+_NO_OFFSET: Final = 0.01
 _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
 
 
@@ -75,7 +78,7 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read the one series of a SAC file.
+    """Read the one series of a SAC file; uncorrected if its mean is above 1 % of its peak.
 
     Parameters
     ----------
@@ -118,6 +121,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             record_id=record_ids(with_ending(path, [".sac"]), [component])[0],
             acceleration=file.samples * acceleration_factor(options.units),
             time_step=step,
+            uncorrected=bool(
+                abs(file.samples.mean()) > _NO_OFFSET * float(np.abs(file.samples).max())
+            ),
             component=component,
             orientation=orientation,
             azimuth=azimuth,
