@@ -150,3 +150,13 @@ def test_response_per_nanometre(
     [nanometres] = read_file(path, ReadOptions(water_level=water_level, station_xml=xml))
     ratio = np.abs(nanometres.acceleration).max() / np.abs(metres.acceleration).max()
     assert ratio == pytest.approx(1e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize("units", ["M/S", "furlong"])
+def test_first_stage_of_another_quantity(shared_records: Path, tmp_path: Path, units: str) -> None:
+    path = shared_records / "formats" / "miniseed" / "CI.CLC..HNE.mseed"
+    sensitivity, stages = path.with_name("CI.CLC.xml").read_text().split('<Stage number="1">', 1)
+    xml = tmp_path / "odd.xml"
+    xml.write_text(f'{sensitivity}<Stage number="1">{stages.replace("M/S**2", units, 1)}')
+    with pytest.raises(InputError, match=rf"first stage of CI\.CLC\.\.HNE is per '{units}', its"):
+        read_file(path, ReadOptions(water_level=60.0, station_xml=xml))

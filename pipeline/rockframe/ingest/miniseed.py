@@ -7,6 +7,7 @@ through before it, and their samples counted.
 from __future__ import annotations
 
 import struct
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -202,22 +203,50 @@ def _converted(
             f"divided by the sensitivity of {instrument.counts:g} counts per m/s2 "
             f"({instrument.source})"
         )
-    if not instrument.response.response_stages:
-        message = f"no stages of {trace.id} in {instrument.source}. Must be there for the response."
-        raise InputError(path, message)
-    # obspy's evaluation scales stages per nm/s**2 and the like to SI by itself.
-    copy = trace.copy()
-    copy.data = counts.copy()
-    copy.stats.response = instrument.response
-    try:
-        copy.remove_response(
-            output="ACC", water_level=water_level, taper=True, taper_fraction=_TAPER
-        )
-    except (ValueError, TypeError, NotImplementedError) as error:
-        shown = " ".join(str(error).split())[:120]
-        message = f"response of {trace.id} cannot be taken out ({shown}). Must be sound."
-        raise InputError(path, message) from error
-    return np.asarray(copy.data, dtype=np.float64), (
+    acceleration = _response_removed(path, trace, counts, instrument, water_level)
+    return acceleration, (
         f"response removed: mean removed, {_TAPER:.0%} cosine taper, water level "
         f"{water_level:g} dB ({instrument.source})"
     )
+
+
+def _response_removed(
+    path: Path,
+    trace: Any,
+    counts: NDArray[np.float64],
+    instrument: ChannelResponse,
+    water_level: float,
+) -> NDArray[np.float64]:
+    stages = instrument.response.response_stages
+    if not stages:
+        message = f"no stages of {trace.id} in {instrument.source}. Must be there for the response."
+        raise InputError(path, message)
+    begins = str(stages[0].input_units)
+    # A first stage of velocity would be differentiated, whatever the sensitivity says.
+    if begins.lower() != instrument.units.lower():
+        raise InputError(
+            path,
+            f"first stage of {trace.id} is per {begins!r}, its sensitivity per "
+            f"{instrument.units!r} ({instrument.source}). Must be equal.",
+        )
+    piece = trace.copy()
+    piece.data = counts.copy()
+    piece.stats.response = instrument.response
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            # obspy scales stages per nm/s**2 and the like to SI by itself.
+            piece.remove_response(
+                output="ACC", water_level=water_level, taper=True, taper_fraction=_TAPER
+            )
+        except (ValueError, TypeError, NotImplementedError) as error:
+            raise _no_response(path, trace, str(error)) from error
+    for warning in caught:
+        if issubclass(warning.category, UserWarning | RuntimeWarning):
+            raise _no_response(path, trace, str(warning.message))
+    return np.asarray(piece.data, dtype=np.float64)
+
+
+def _no_response(path: Path, trace: Any, words: str) -> InputError:
+    shown = " ".join(words.split())[:120]
+    return InputError(path, f"response of {trace.id} not removed ({shown}). Must be sound.")
