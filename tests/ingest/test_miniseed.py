@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, collect, read_bytes, read_file
 from rockframe.record import Orientation
 
@@ -250,3 +250,24 @@ def test_station_xml_is_no_record(write: Write) -> None:
     records, rejections = collect([path.parent])
     assert [record.record_id for record in records] == ["CI.CLC..HNE"]
     assert [rejection.file for rejection in rejections] == ["quakes.xml"]
+
+
+def test_options_of_the_command_line(write: Write, tmp_path: Path) -> None:
+    from rockframe.cli.main import main
+
+    path, output = write(), tmp_path / "records.nc"
+    xml = tmp_path / "given" / "CI.CLC.xml"
+    xml.parent.mkdir()
+    (tmp_path / "CI.CLC.xml").rename(xml)
+    arguments = ["ingest", str(path), "--output", str(output), "--station-xml", str(xml)]
+    assert main([*arguments, "--water-level", "60"]) == 2
+    long = mseed(trace(np.random.default_rng(1).integers(-9000, 9000, 3000)))
+    path.write_bytes(long)
+    assert main(arguments) == 0
+    assert output.is_file()
+
+
+@pytest.mark.parametrize("level", [0.0, -60.0, float("nan")])
+def test_water_level(level: float) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid water level .* dB\. Must be positive"):
+        ReadOptions(water_level=level)

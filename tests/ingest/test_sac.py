@@ -142,6 +142,7 @@ def test_the_end_of_the_name_may_be_the_component() -> None:
         ({LEVEN: 0}, r"LEVEN 0, IFTYPE 1\. Must be 1 and 1: an evenly sampled time series"),
         ({IFTYPE: 4}, r"LEVEN 1, IFTYPE 4\. Must be 1 and 1"),
         ({DEPMAX: 0.75}, r"DEPMAX 0\.75 in the header, 0\.5 in the samples\. Must be equal"),
+        ({4 * 6: 0.4}, r"E 0\.4 s in the header, but 3 samples at 0\.02 s from 0 s end at 0\.04 s"),
         ({0: 0.0}, r"time step 0\.0 s\. Must be positive"),
         ({0: math.nan}, r"time step nan s\. Must be positive"),
         ({632: 0}, r"DEPMAX|samples"),

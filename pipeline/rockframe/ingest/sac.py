@@ -30,7 +30,7 @@ _HEADER_BYTES: Final = 632
 _HEADER_LINES: Final = 30
 _UNDEFINED: Final = "-12345"
 #: Places among the floats.
-_DELTA, _DEPMIN, _DEPMAX, _B, _MAGNITUDE, _AZIMUTH, _INCIDENCE = 0, 1, 2, 5, 39, 57, 58
+_DELTA, _DEPMIN, _DEPMAX, _B, _E, _MAGNITUDE, _AZIMUTH, _INCIDENCE = 0, 1, 2, 5, 6, 39, 57, 58
 #: Places among the integers; the first six are the reference time.
 _VERSION, _COUNT, _FILE_TYPE, _QUANTITY, _EVEN = 6, 9, 15, 16, 35
 #: Places of the names, by character of the last 192.
@@ -110,6 +110,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     # A step given in full is that of the header if it is so in single precision.
     if options.time_step is None or np.float32(options.time_step) != np.float32(step):
         step = settle_time_step(path, step, options)
+    _require_end(path, file)
     if options.units is None:
         raise InputError(
             path, "acceleration units unstated, as in every SAC file. Must be given with --units."
@@ -235,6 +236,19 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         if not math.isnan(stated) and abs(stated - found) > 1e-6 * max(size, abs(stated)):
             message = f"{name} {stated:.7g} in the header, {found:.7g} in the samples."
             raise InputError(path, f"{message} Must be equal.")
+
+
+def _require_end(path: Path, file: _Sac) -> None:
+    """Refuse a time step that does not lead from B to E, within one and a half of it."""
+    step, end = float(file.floats[_DELTA]), file.stated(_E)
+    begin = file.stated(_B)
+    found = begin + (file.samples.size - 1) * step
+    if abs(end - found) > 1.5 * step:
+        raise InputError(
+            path,
+            f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from "
+            f"{begin:g} s end at {found:g} s. Must be equal.",
+        )
 
 
 def _direction(file: _Sac, component: str) -> tuple[Orientation, float]:
