@@ -16,6 +16,7 @@ ACCELERATION_UNITS: Final = {
     "g": GRAVITY,
     "gal": 0.01,
     "cm/s2": 0.01,
+    "mm/s2": 0.001,
     "m/s2": 1.0,
 }
 
@@ -26,7 +27,7 @@ def acceleration_factor(units: str) -> float:
     Parameters
     ----------
     units : str
-        One of ``g``, ``gal``, ``cm/s2``, ``m/s2``.
+        One of ``g``, ``gal``, ``cm/s2``, ``mm/s2``, ``m/s2``.
 
     Raises
     ------

@@ -36,9 +36,9 @@ def test_entry_points_are_the_formats() -> None:
     ours = {
         point.name
         for point in entry_points(group="obspy.plugin.waveform")
-        if point.value == "rockframe.ingest.obspy_plugin"
+        if point.value.startswith("rockframe.ingest.")
     }
-    assert ours == {known.obspy_name for known in FORMATS}
+    assert ours == {known.obspy_name for known in FORMATS} - {"KNET", "SAC", "MSEED"}
 
 
 def test_read_by_name(tmp_path: Path, at2: Callable[..., bytes]) -> None:

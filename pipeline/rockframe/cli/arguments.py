@@ -23,13 +23,26 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--units",
         metavar="UNITS",
-        help="acceleration units of text files that do not state them: g, gal, cm/s2 or m/s2",
+        help="acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2",
     )
     parser.add_argument(
         "--time-step",
         type=float,
         metavar="SECONDS",
         help="time step of text files that do not state it",
+    )
+    parser.add_argument(
+        "--station-xml",
+        type=Path,
+        metavar="FILE",
+        help="StationXML of miniSEED files (default: the *.xml beside each file)",
+    )
+    parser.add_argument(
+        "--water-level",
+        type=float,
+        metavar="DECIBEL",
+        help="take the full response out of miniSEED files, with this water level "
+        "(default: divide by the sensitivity)",
     )
     parser.add_argument(
         "--band-pass",
@@ -54,10 +67,15 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
 
 
 def read_options(options: argparse.Namespace) -> ReadOptions:
-    """Return what the user stated about text files."""
+    """Return what the user stated about the files."""
     from rockframe.ingest import ReadOptions
 
-    return ReadOptions(units=options.units, time_step=options.time_step)
+    return ReadOptions(
+        units=options.units,
+        time_step=options.time_step,
+        station_xml=options.station_xml,
+        water_level=options.water_level,
+    )
 
 
 def band_pass(options: argparse.Namespace) -> BandPass:

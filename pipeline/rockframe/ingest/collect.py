@@ -10,6 +10,7 @@ from rockframe.errors import InputError, RockframeError
 from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue, with_facts
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.registry import read_file
+from rockframe.ingest.stationxml import is_station_xml
 from rockframe.record import Record
 
 Catalogue = Mapping[str, CatalogueEntry]
@@ -51,7 +52,7 @@ def collect(
     ----------
     paths : iterable of str or Path
         Files, and folders of files; of a folder, the regular files in it, by name, without hidden
-        ones and its `catalogue.csv`.
+        ones, its `catalogue.csv` and StationXML.
     options : ReadOptions
         Units and time step of files that do not state them.
     catalogue : mapping of str to CatalogueEntry, optional
@@ -126,7 +127,12 @@ def _sources(
 
 
 def _may_be_record(file: Path) -> bool:
-    return file.is_file() and not file.name.startswith(".") and file.name != CATALOGUE
+    return (
+        file.is_file()
+        and not file.name.startswith(".")
+        and file.name != CATALOGUE
+        and not is_station_xml(file)
+    )
 
 
 def _require_new(path: Path, records: list[Record], owners: Mapping[str, str]) -> None:

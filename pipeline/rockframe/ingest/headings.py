@@ -23,6 +23,7 @@ _SPELLINGS: Final = {
     "g": "g",
     "gal": "gal",
     **{f"cm{per}": "cm/s2" for per in _PER_SECOND_SQUARED},
+    **{f"mm{per}": "mm/s2" for per in _PER_SECOND_SQUARED},
     **{f"m{per}": "m/s2" for per in _PER_SECOND_SQUARED},
 }
 _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."

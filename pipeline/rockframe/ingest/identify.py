@@ -63,6 +63,52 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
     return [stem[: _LONGEST - len(end)] + end for end in ends]
 
 
+def with_ending(path: Path, endings: Sequence[str]) -> Path:
+    """Return a path whose stem is the whole name, but for an ending that is one of the format's.
+
+    What stands behind the last point of a name may be a component or a day; cutting it off would
+    give several files one identifier.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    endings : sequence of str
+        Endings of the format, in lower case, with the point.
+
+    Examples
+    --------
+    >>> with_ending(Path("AOM0170806140843.EW"), [".knet"]).stem
+    'AOM0170806140843.EW'
+    >>> with_ending(Path("CLC.HNE.sac"), [".sac"]).stem
+    'CLC.HNE'
+    """
+    return path if path.suffix.lower() in endings else path.with_name(f"{path.name}{endings[0]}")
+
+
+def seed_direction(code: str) -> tuple[Orientation, float]:
+    """Return what a SEED channel code says of its direction: its third letter, if Z, N or E.
+
+    Parameters
+    ----------
+    code : str
+        The code, as in ``HNE``.
+
+    Returns
+    -------
+    orientation : Orientation
+    azimuth : float
+        Clockwise from north [degree]; NaN if vertical or unstated.
+
+    Examples
+    --------
+    >>> seed_direction("HNE"), seed_direction("HN1")
+    ((<Orientation.HORIZONTAL: 0>, 90.0), (<Orientation.UNSTATED: 2>, nan))
+    """
+    named = len(code) == 3 and code[2] in {"Z", "N", "E"}
+    return direction(code[2] if named else "")
+
+
 def direction(component: str) -> tuple[Orientation, float]:
     """Return what a component's name says of its direction; nothing is guessed.
 

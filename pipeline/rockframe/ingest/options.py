@@ -16,28 +16,35 @@ _SAME_STEP: Final = 1e-9
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Units and time step of files that do not state them.
+    """Units and time step of files that do not state them, and the response of their instrument.
 
     Parameters
     ----------
     units : str, optional
-        Acceleration units: ``g``, ``gal``, ``cm/s2`` or ``m/s2``.
+        Acceleration units: ``g``, ``gal``, ``cm/s2``, ``mm/s2`` or ``m/s2``.
     time_step : float, optional
         Interval between samples [s].
+    station_xml : Path, optional
+        StationXML file of the stations of miniSEED files; without it, those beside each file.
+    water_level : float, optional
+        If given, the full response is taken out of miniSEED records, with this water level [dB];
+        without it, samples are divided by the sensitivity alone.
 
     Raises
     ------
     ParameterError
-        If the units are unknown or the time step is not positive and finite.
+        If the units are unknown, or the time step or the water level not positive and finite.
 
     Examples
     --------
-    >>> ReadOptions(units="g", time_step=0.01)
-    ReadOptions(units='g', time_step=0.01)
+    >>> ReadOptions(units="g", time_step=0.01).units
+    'g'
     """
 
     units: str | None = None
     time_step: float | None = None
+    station_xml: Path | None = None
+    water_level: float | None = None
 
     def __post_init__(self) -> None:
         if self.units is not None:
@@ -45,6 +52,9 @@ class ReadOptions:
         step = self.time_step
         if step is not None and not (math.isfinite(step) and step > 0.0):
             raise ParameterError(f"Invalid time step {step!r} s. Must be positive and finite.")
+        level = self.water_level
+        if level is not None and not (math.isfinite(level) and level > 0.0):
+            raise ParameterError(f"Invalid water level {level!r} dB. Must be positive and finite.")
 
 
 #: Nothing added: files must state everything themselves.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.ingest.lines import bad_number, is_number
 
 #: Headers and samples may come from different roundings of a number in single precision.
 _SINGLE: Final = 2.0**-22
@@ -145,3 +146,50 @@ def require_peak(
             "in the file. Must agree.",
             line=stated.line,
         )
+
+
+def require_printed_peak(
+    path: Path,
+    stated: str,
+    samples: NDArray[np.float64],
+    units: str,
+    line: int,
+    *,
+    signed: bool = False,
+    share: float = 0.0,
+) -> None:
+    """Refuse samples whose peak is not the one that the header prints, whenever it was.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    stated : str
+        The peak as printed in the header.
+    samples : array, shape (samples,)
+        Acceleration, in the units of the stated peak.
+    units : str
+        These units, for the error.
+    line : int
+        Line of the header.
+    signed : bool
+        Whether the sign of the stated peak is that of the sample; otherwise it says nothing.
+    share : float
+        Relative difference that is allowed besides that of the last printed digit [1].
+
+    Raises
+    ------
+    InputError
+        If the stated peak is no number, or is another one.
+
+    Examples
+    --------
+    >>> require_printed_peak(Path("a.ASC"), "0.31", np.array([0.1, -0.4]), "cm/s2", 38)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file. ...
+    """
+    token = stated.encode("latin-1", "replace")
+    if not is_number(token):
+        raise bad_number(path, token, line, "peak acceleration")
+    peak = StatedPeak(value=Printed.of(stated), units=units, line=line, signed=signed)
+    require_peak(path, samples, 1.0, peak, share * abs(peak.value.value))

@@ -9,7 +9,20 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest import cosmos, csmip_v1, csmip_v2, peer_at2, smc, text
+from rockframe.ingest import (
+    afad,
+    cosmos,
+    csmip_v1,
+    csmip_v2,
+    esm,
+    geonet,
+    knet,
+    miniseed,
+    peer_at2,
+    sac,
+    smc,
+    text,
+)
 from rockframe.ingest.lines import is_utf16
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.record import Record
@@ -101,6 +114,54 @@ FORMATS: Final = (
         extensions=(".csv", ".txt"),
         sniff=text.sniff,
         read=text.read,
+    ),
+    Format(
+        name="knet",
+        obspy_name="KNET",
+        description="K-NET and KiK-net ASCII, uncorrected, one component, offset left",
+        extensions=(".EW", ".NS", ".UD", ".EW1", ".EW2"),
+        sniff=knet.sniff,
+        read=knet.read,
+    ),
+    Format(
+        name="esm_dyna",
+        obspy_name="ESMDYNA",
+        description="ESM and ITACA, DYNA 1.2 ASCII in cm/s2",
+        extensions=(".ASC",),
+        sniff=esm.sniff,
+        read=esm.read,
+    ),
+    Format(
+        name="geonet",
+        obspy_name="GEONET",
+        description="GeoNet V1A and V2A in mm/s2, three components",
+        extensions=(".V1A", ".V2A"),
+        sniff=geonet.sniff,
+        read=geonet.read,
+    ),
+    Format(
+        name="afad",
+        obspy_name="AFAD",
+        description="AFAD (Turkish network), raw, three columns in gal",
+        extensions=(".txt",),
+        sniff=afad.sniff,
+        read=afad.read,
+    ),
+    Format(
+        name="sac",
+        obspy_name="SAC",
+        description="SAC, binary or alphanumeric; needs --units",
+        extensions=(".sac",),
+        sniff=sac.sniff,
+        read=sac.read,
+    ),
+    Format(
+        name="miniseed",
+        obspy_name="MSEED",
+        description="miniSEED 2 with StationXML beside it or in --station-xml",
+        extensions=(".mseed",),
+        sniff=miniseed.sniff,
+        read=miniseed.read,
     ),
 )
 

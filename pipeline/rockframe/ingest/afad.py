@@ -1,0 +1,182 @@
+"""AFAD (Turkish national network, NSMN): a header, then three columns N-S, E-W, U-D in gal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_TOP: Final = re.compile(r"STRONG GROUND MOTION RECORDS OF T.{1,2}RK", re.I)
+_COMPONENTS: Final = ("N-S", "E-W", "U-D")
+_LONGEST_HEADER: Final = 30
+_PEAKS: Final = re.compile(r"\((?P<component>[NEU]-[SWD])\)\s*(?P<peak>[^\s()]+)")
+_COUNT: Final = "NUMBER OF DATA"
+_STEP: Final = "SAMPLING INTERVAL (sec)"
+_PEAK: Final = "RAW PGA VALUES (gal)"
+_MAGNITUDE: Final = re.compile(r"\s*(?P<size>\d+(?:\.\d+)?)\b")
+
+
+@dataclass(frozen=True)
+class _Header:
+    """Values by key, as printed, with the line of each, and the number of lines."""
+
+    path: Path
+    values: Mapping[str, str]
+    lines: Mapping[str, int]
+    count: int
+
+    def require(self, key: str) -> str:
+        if not self.values.get(key):
+            raise InputError(self.path, f"no {key!r} in the header. Must be stated.")
+        return self.values[key]
+
+    def invalid(self, key: str, must: str) -> InputError:
+        message = f"{key} {self.values[key]!r}. Must be {must}."
+        return InputError(self.path, message, line=self.lines[key])
+
+
+def sniff(head: bytes) -> bool:
+    r"""Whether a file's beginning is that of an AFAD file of three columns.
+
+    Parameters
+    ----------
+    head : bytes
+        At most the first 4096 bytes.
+
+    Examples
+    --------
+    >>> sniff(b"STRONG GROUND MOTION RECORDS OF TURKIYE\r\nPLACE : AYDIN\r\n")
+    True
+    """
+    lines = head_lines(head)
+    return bool(lines) and bool(_TOP.match(lines[0].strip()))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Read the three components of an AFAD file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for names and errors.
+    data : bytes
+        Its contents.
+    options : ReadOptions
+        Must agree with the header.
+
+    Raises
+    ------
+    InputError
+        If the header lacks a line, number or peaks of the samples are not as stated, or a row is
+        not of three numbers.
+
+    Examples
+    --------
+    >>> read(Path("0921.txt"), b"STRONG GROUND MOTION RECORDS OF TURKIYE\n", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: 0921.txt: no line 'N-S E-W U-D' in the first 30 lines. Must ...
+    """
+    text = text_of(path, data)
+    header = _header(path, text)
+    units = settle_units(path, "gal", options, header.lines.get(_PEAK))
+    table = _table(header, text)
+    step = header.require(_STEP)
+    if not is_number(step.encode("latin-1", "replace")):
+        raise header.invalid(_STEP, "a number")
+    time_step = settle_time_step(path, float(step), options, header.lines[_STEP])
+    _require_peaks(header, table)
+    size = _MAGNITUDE.match(header.values.get("EARTHQUAKE MAGNITUDE", ""))
+    records = []
+    for column, record_id in enumerate(record_ids(path, _COMPONENTS)):
+        orientation, azimuth = direction(_COMPONENTS[column])
+        records.append(
+            Record(
+                record_id=record_id,
+                acceleration=table[:, column] * acceleration_factor(units),
+                time_step=time_step,
+                uncorrected=True,
+                component=_COMPONENTS[column],
+                orientation=orientation,
+                azimuth=azimuth,
+                event=header.values.get("EARTHQUAKE DATE", ""),
+                station=header.values.get("STATION ID", ""),
+                start_time=_start_time(header.values.get("RECORD TIME", "")),
+                magnitude=float(size["size"]) if size else np.nan,
+            )
+        )
+    return records
+
+
+def _header(path: Path, text: bytes) -> _Header:
+    values: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    for number, row in enumerate(text.split(b"\n", _LONGEST_HEADER)[:_LONGEST_HEADER], 1):
+        line = row.decode("latin-1")
+        if line.split() == list(_COMPONENTS):
+            return _Header(path, values, lines, number)
+        key, colon, value = line.partition(":")
+        if colon:
+            values[key.strip()] = value.strip()
+            lines[key.strip()] = number
+    raise InputError(
+        path,
+        f"no line 'N-S E-W U-D' in the first {_LONGEST_HEADER} lines. "
+        "Must stand above the columns of samples.",
+    )
+
+
+def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
+    """Samples [gal], shape (samples, 3)."""
+    rest = text.split(b"\n", header.count)
+    body = rest[header.count].rstrip() if len(rest) > header.count else b""
+    values = parse_numbers(header.path, body, header.count + 1)
+    # A number lost here and one gained there would shift what lies between into other columns.
+    for line, row in enumerate(body.split(b"\n") if body else [], header.count + 1):
+        found = len(row.split())
+        if found != len(_COMPONENTS):
+            raise InputError(header.path, f"{found} columns. Must be 3.", line=line)
+    stated = header.require(_COUNT)
+    if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
+        raise header.invalid(_COUNT, "a whole number of 2 or more")
+    rows = values.size // len(_COMPONENTS)
+    if int(stated) != rows:
+        message = f"{_COUNT} {stated} in the header, {rows} rows in the file. Must be equal."
+        raise InputError(header.path, message, line=header.lines[_COUNT])
+    return values.reshape(rows, len(_COMPONENTS))
+
+
+def _require_peaks(header: _Header, table: NDArray[np.float64]) -> None:
+    stated = {found["component"]: found["peak"] for found in _PEAKS.finditer(header.require(_PEAK))}
+    for column, component in enumerate(_COMPONENTS):
+        if component not in stated:
+            raise header.invalid(_PEAK, f"three values, one for ({component})")
+        line = header.lines[_PEAK]
+        require_printed_peak(
+            header.path, stated[component], table[:, column], f"gal {component}", line
+        )
+
+
+def _start_time(stated: str) -> str:
+    """Time of the first sample, ISO 8601 UTC; empty unless stated in GMT."""
+    time, _, zone = stated.partition(" (")
+    if zone != "GMT)":
+        return ""
+    try:
+        start = datetime.strptime(time, "%d/%m/%Y %H:%M:%S.%f").replace(tzinfo=UTC)
+    except ValueError:
+        return ""
+    return f"{start:%Y-%m-%dT%H:%M:%S.%f}Z"

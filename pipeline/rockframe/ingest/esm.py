@@ -1,0 +1,214 @@
+"""ESM and ITACA, DYNA 1.2 ASCII: 64 lines `KEY: value`, then one column of samples in cm/s2."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.identify import record_ids, seed_direction, with_ending
+from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_KEY: Final = re.compile(r"(?P<key>[A-Z][A-Z0-9_^/]*):(?P<value>.*)")
+_MARKS: Final = ("NDATA:", "SAMPLING_INTERVAL_S:", "HEADER_FORMAT:")
+#: The header has 64 lines; a file without samples is searched no further than this.
+_LONGEST_HEADER: Final = 100
+#: Numbers of fixed decimals that touch: a sign right behind a digit begins the next one.
+_TOUCHING: Final = re.compile(rb"(?<=\d)(?=[-+])")
+_NEEDED: Final = (
+    "HEADER_FORMAT",
+    "DATA_TYPE",
+    "UNITS",
+    "SAMPLING_INTERVAL_S",
+    "NDATA",
+    "PGA_CM/S^2",
+    "PROCESSING",
+)
+
+
+@dataclass(frozen=True)
+class _Header:
+    """Values by key, as printed, with the line of each, and the number of lines."""
+
+    path: Path
+    values: Mapping[str, str]
+    lines: Mapping[str, int]
+    count: int
+
+    def get(self, key: str) -> str:
+        return self.values.get(key, "")
+
+    def number(self, key: str) -> float:
+        """A number that may be left out: NaN if it is."""
+        token = self.get(key)
+        if not token:
+            return math.nan
+        if not is_number(token.encode()):
+            raise self.invalid(key, "a number")
+        return float(token)
+
+    def require(self, key: str, value: str) -> None:
+        if self.values[key] != value:
+            raise self.invalid(key, value)
+
+    def invalid(self, key: str, must: str) -> InputError:
+        message = f"{key} {self.values[key]!r}. Must be {must}."
+        return InputError(self.path, message, line=self.lines[key])
+
+
+def sniff(head: bytes) -> bool:
+    r"""Whether a file's beginning is that of an ESM or ITACA file, of acceleration or its siblings.
+
+    Parameters
+    ----------
+    head : bytes
+        At most the first 4096 bytes.
+
+    Examples
+    --------
+    >>> sniff(b"EVENT_NAME: GREECE\nSAMPLING_INTERVAL_S: 0.005000\nNDATA: 3\n")
+    True
+    """
+    lines = head_lines(head)
+    return (
+        bool(lines)
+        and lines[0].startswith("EVENT_NAME:")
+        and any(line.startswith(_MARKS) for line in lines)
+    )
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Read the one component of an ESM or ITACA file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for names and errors.
+    data : bytes
+        Its contents.
+    options : ReadOptions
+        Must agree with the header.
+
+    Raises
+    ------
+    InputError
+        If the header is no DYNA 1.2 of acceleration in cm/s2, a key is missing, or NDATA, duration
+        or PGA are not those of the samples.
+
+    Examples
+    --------
+    >>> read(Path("a.VEL.ASC"), b"EVENT_NAME: GREECE\nDATA_TYPE: VELOCITY\n", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.VEL.ASC:2: DATA_TYPE 'VELOCITY'. Must be ACCELERATION.
+    """
+    text = text_of(path, data)
+    header = _header(path, text)
+    units = settle_units(path, "cm/s2", options, header.lines["UNITS"])
+    step = settle_time_step(
+        path, header.number("SAMPLING_INTERVAL_S"), options, header.lines["SAMPLING_INTERVAL_S"]
+    )
+    samples = _samples(header, text)
+    _require_count(header, samples.size, step)
+    line = header.lines["PGA_CM/S^2"]
+    require_printed_peak(path, header.get("PGA_CM/S^2"), samples, "cm/s2", line)
+    component = header.get("STREAM")
+    orientation, azimuth = seed_direction(component)
+    magnitude = header.number("MAGNITUDE_W")
+    return [
+        Record(
+            record_id=record_ids(with_ending(path, [".asc"]), [component])[0],
+            acceleration=samples * acceleration_factor(units),
+            time_step=step,
+            uncorrected=_is_uncorrected(header),
+            component=component,
+            orientation=orientation,
+            azimuth=azimuth,
+            event=header.get("EVENT_NAME") or header.get("EVENT_ID"),
+            station=header.get("STATION_CODE"),
+            network=header.get("NETWORK"),
+            start_time=_start_time(header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS")),
+            magnitude=header.number("MAGNITUDE_L") if math.isnan(magnitude) else magnitude,
+            epicentral_distance=header.number("EPICENTRAL_DISTANCE_KM"),
+        )
+    ]
+
+
+def _header(path: Path, text: bytes) -> _Header:
+    values: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    count = 0
+    for number, row in enumerate(text.split(b"\n", _LONGEST_HEADER)[:_LONGEST_HEADER], 1):
+        found = _KEY.match(row.decode("utf-8", "replace"))
+        if not found:
+            break
+        if found["key"] in values:
+            message = f"key {found['key']} again. Must be stated once."
+            raise InputError(path, message, line=number)
+        values[found["key"]] = found["value"].strip()
+        lines[found["key"]] = count = number
+    header = _Header(path, values, lines, count)
+    if values.get("DATA_TYPE", "ACCELERATION") != "ACCELERATION":
+        raise header.invalid("DATA_TYPE", "ACCELERATION")
+    for key in _NEEDED:
+        if key not in values:
+            raise InputError(path, f"no {key} in {count} lines of header. Must be stated.")
+    header.require("HEADER_FORMAT", "DYNA 1.2")
+    header.require("UNITS", "cm/s^2")
+    return header
+
+
+def _samples(header: _Header, text: bytes) -> NDArray[np.float64]:
+    """Samples [cm/s2]."""
+    rest = text.split(b"\n", header.count)
+    body = rest[header.count] if len(rest) > header.count else b""
+    if _TOUCHING.search(body):
+        body = _TOUCHING.sub(b" ", body)
+    return parse_numbers(header.path, body, header.count + 1)
+
+
+def _require_count(header: _Header, samples: int, step: float) -> None:
+    stated = header.get("NDATA")
+    if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
+        raise header.invalid("NDATA", "a whole number of 2 or more")
+    if int(stated) != samples:
+        message = f"NDATA {stated} in the header, {samples} samples in the file. Must be equal."
+        raise InputError(header.path, message, line=header.lines["NDATA"])
+    duration = header.number("DURATION_S")
+    # The last sample may or may not be counted; durations are printed to 5 ms.
+    if abs(duration - samples * step) > 1.5 * step + 0.005:
+        message = (
+            f"DURATION_S {duration:g} in the header, {samples} samples at {step:g} s in the file, "
+            f"that is {samples * step:g} s. Must be equal."
+        )
+        raise InputError(header.path, message, line=header.lines["DURATION_S"])
+
+
+def _is_uncorrected(header: _Header) -> bool:
+    """Whether the header says that nothing was done; if it says nothing, whether a baseline was."""
+    processing = header.get("PROCESSING").lower()
+    if processing:
+        return processing.startswith("none")
+    return header.get("BASELINE_CORRECTION") != "BASELINE REMOVED"
+
+
+def _start_time(stated: str) -> str:
+    """Time of the first sample, ISO 8601 UTC, as finely as stated; empty if none is."""
+    day, _, time = stated.partition(".")
+    try:
+        start = datetime.strptime(day, "%Y%m%d_%H%M%S").replace(tzinfo=UTC)
+    except ValueError:
+        return ""
+    fraction = f".{time}" if re.fullmatch(r"\d{1,6}", time, re.ASCII) else ""
+    return f"{start:%Y-%m-%dT%H:%M:%S}{fraction}Z"

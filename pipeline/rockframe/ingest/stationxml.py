@@ -1,0 +1,251 @@
+"""The response of an instrument, from the StationXML that stands beside a waveform."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.record import Orientation
+
+#: How the first bytes of a StationXML file are known.
+_MARK: Final = b"<FDSNStationXML"
+_HEAD: Final = 4096
+#: Largest StationXML file that is read [bytes].
+_LARGEST: Final = 64_000_000
+#: Metres per second squared of one unit, by prefix of the metre.
+_PREFIXES: Final = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
+_UNITS: Final = re.compile(
+    r"(?P<prefix>[cmun]?)m/(?P<per>s(?:ec)?(?P<square>\*\*2|\^2|2|/s(?:ec)?)?|\(s\*\*2\))", re.I
+)
+_COUNTS: Final = frozenset(["count", "counts"])
+#: What reading damaged XML raises, beside obspy's own; lxml's errors are syntax errors.
+_JUNK: Final = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+#: Dips up to this are horizontal, from the next on vertical [degree].
+_FLAT: Final = 10.0
+_STEEP: Final = 80.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelResponse:
+    """What StationXML states of a channel.
+
+    Parameters
+    ----------
+    source : str
+        Name of the StationXML file.
+    counts : float
+        Counts of one m s-2 [counts s2 m-1].
+    units : str
+        Units of acceleration as stated.
+    sample_rate : float
+        Samples per second [Hz]; NaN if unstated.
+    orientation : Orientation
+        By the dip.
+    azimuth : float
+        Clockwise from north [degree]; NaN unless horizontal.
+    response : obspy.core.inventory.Response
+        All stages.
+
+    Examples
+    --------
+    >>> ChannelResponse(source="CI.CLC.xml", counts=213945.0, units="M/S**2").counts
+    213945.0
+    """
+
+    source: str
+    counts: float
+    units: str
+    sample_rate: float = math.nan
+    orientation: Orientation = Orientation.UNSTATED
+    azimuth: float = math.nan
+    response: Any = None
+
+
+def is_station_xml(path: Path) -> bool:
+    """Whether a file is StationXML, by what is in it; not if it cannot be read.
+
+    Parameters
+    ----------
+    path : Path
+        Any file.
+
+    Examples
+    --------
+    >>> is_station_xml(Path("CI.CLC..HNE.mseed"))
+    False
+    """
+    if path.suffix.lower() != ".xml":
+        return False
+    try:
+        with path.open("rb") as stream:
+            return _MARK in stream.read(_HEAD)
+    except OSError:
+        return False
+
+
+def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
+    """Return the response of a trace's channel in the time of the trace.
+
+    Parameters
+    ----------
+    path : Path
+        The waveform's file; without a given StationXML, all those in its folder are looked at.
+    trace : obspy.Trace
+        The waveform.
+    given : Path or None
+        The StationXML to look at.
+
+    Raises
+    ------
+    InputError
+        If none describes the channel at that time, several do differently, or the sensitivity is
+        not one of acceleration in counts.
+
+    Examples
+    --------
+    >>> from obspy import Trace
+    >>> find_response(Path("lost/CLC.mseed"), Trace(header={"station": "CLC"}), None)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: lost/CLC.mseed: no StationXML of .CLC.. at 1970-01-01T00:00:00...
+    """
+    try:
+        return _found(path, trace, given)
+    except InputError as error:
+        if error.path == path:
+            raise
+        # The waveform is what is refused, and what a table of rejections names.
+        raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
+
+
+def _found(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
+    files = _candidates(path, trace.stats.station) if given is None else [given]
+    found = [(file, channel) for file in files for channel in _channels(file, trace)]
+    if not found:
+        looked = ", ".join(file.name for file in files) or "none that names the station"
+        raise InputError(
+            path,
+            f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked}). "
+            "Must be a *.xml beside the file, or given with --station-xml.",
+        )
+    file, channel = found[0]
+    for other_file, other in found[1:]:
+        if _facts(other) != _facts(channel) or other.response != channel.response:
+            raise InputError(
+                path,
+                f"{trace.id} is described in {file.name} and otherwise in {other_file.name}. "
+                "Must be one description.",
+            )
+    return _described(file, channel, trace)
+
+
+def _candidates(path: Path, station: str) -> list[Path]:
+    """StationXML files of the folder that name the station."""
+    folder = path.parent
+    if not folder.is_dir():
+        return []
+    named = re.compile(rb"code\s*=\s*[\"']" + re.escape(station.encode()) + rb"[\"']")
+    files = sorted(file for file in folder.iterdir() if file.is_file() and is_station_xml(file))
+    return [file for file in files if named.search(_content(file))]
+
+
+def _content(file: Path) -> bytes:
+    try:
+        size = file.stat().st_size
+        if size > _LARGEST:
+            raise InputError(file, f"{size} bytes. Must be at most {_LARGEST}.")
+        return file.read_bytes()
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError(file, f"cannot be opened ({reason}). Must be readable.") from error
+
+
+@lru_cache(maxsize=8)
+def _inventory(file: Path, content: bytes) -> Any:
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise InputError(file, "XML with a document type. Must be plain StationXML.")
+    with warnings.catch_warnings():
+        # obspy tells of odd but harmless entries, and Python of how obspy finds its readers.
+        warnings.simplefilter("ignore")
+        from obspy import read_inventory
+        from obspy.core.util.obspy_types import ObsPyException
+
+        try:
+            return read_inventory(BytesIO(content), format="STATIONXML")
+        except (*_JUNK, ObsPyException) as error:
+            shown = " ".join(str(error).split())[:120]
+            raise InputError(
+                file, f"cannot be read as StationXML ({shown}). Must be undamaged."
+            ) from error
+
+
+def _channels(file: Path, trace: Any) -> list[Any]:
+    """Channels of the trace's four codes whose epoch holds the whole trace."""
+    stats = trace.stats
+    return [
+        channel
+        for network in _inventory(file, _content(file))
+        if network.code == stats.network
+        for station in network
+        if station.code == stats.station
+        for channel in station
+        if (channel.code, channel.location_code) == (stats.channel, stats.location)
+        and (channel.start_date is None or channel.start_date <= stats.starttime)
+        and (channel.end_date is None or stats.endtime <= channel.end_date)
+    ]
+
+
+def _facts(channel: Any) -> tuple[object, ...]:
+    return channel.azimuth, channel.dip, channel.sample_rate
+
+
+def _described(file: Path, channel: Any, trace: Any) -> ChannelResponse:
+    response = channel.response
+    sensitivity = response.instrument_sensitivity if response else None
+    if sensitivity is None or sensitivity.value is None:
+        raise InputError(file, f"{trace.id} has no sensitivity. Must be stated.")
+    value, units = float(sensitivity.value), str(sensitivity.input_units or "")
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(file, f"sensitivity {value:g} of {trace.id}. Must be positive and finite.")
+    if str(sensitivity.output_units).strip().lower() not in _COUNTS:
+        raise InputError(
+            file, f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
+        )
+    orientation, azimuth = _direction(channel)
+    return ChannelResponse(
+        source=file.name,
+        counts=value / _metres_per_second_squared(file, trace.id, units),
+        units=units,
+        sample_rate=float(channel.sample_rate or math.nan),
+        orientation=orientation,
+        azimuth=azimuth,
+        response=response,
+    )
+
+
+def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
+    found = _UNITS.fullmatch(units.strip())
+    if not found:
+        raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2.")
+    if not (found["square"] or found["per"].startswith("(")):
+        raise InputError(
+            file, f"sensitivity of {name} per {units!r}: a velocity. Must be an acceleration."
+        )
+    return _PREFIXES[found["prefix"].lower()]
+
+
+def _direction(channel: Any) -> tuple[Orientation, float]:
+    if channel.dip is None:
+        return Orientation.UNSTATED, math.nan
+    if abs(channel.dip) >= _STEEP:
+        return Orientation.VERTICAL, math.nan
+    if abs(channel.dip) <= _FLAT:
+        azimuth = math.nan if channel.azimuth is None else float(channel.azimuth)
+        return Orientation.HORIZONTAL, azimuth
+    return Orientation.UNSTATED, math.nan

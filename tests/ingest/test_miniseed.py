@@ -1,0 +1,273 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.ingest import ReadOptions, collect, read_bytes, read_file
+from rockframe.record import Orientation
+
+# obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+START = "2019-07-06T03:19:23.0383"
+COUNTS = (0, 1000, -3000, 2000)
+Write = Callable[..., Path]
+
+
+def trace(counts: Any = COUNTS, channel: str = "HNE", start: str = START, **header: Any) -> Any:
+    from obspy import Trace, UTCDateTime
+
+    codes = {"network": "CI", "station": "CLC", "channel": channel, "delta": 0.01}
+    begin = {"starttime": UTCDateTime(start)}
+    return Trace(np.array(counts, dtype=np.int32), {**codes, **begin, **header})
+
+
+def mseed(*traces: Any, **options: Any) -> bytes:
+    from obspy import Stream
+
+    target = BytesIO()
+    Stream(list(traces or [trace()])).write(target, format="MSEED", **{"reclen": 512, **options})
+    return target.getvalue()
+
+
+def channel_xml(
+    code: str = "HNE",
+    value: str = "1000.0",
+    units: str = "M/S**2",
+    dip: str = "0.0",
+    rate: str = "100.0",
+    epoch: str = 'startDate="2012-04-13T17:28:00"',
+    output: str = "COUNTS",
+) -> str:
+    return f"""<Channel code="{code}" locationCode="" {epoch}>
+<Latitude>35.8</Latitude><Longitude>-117.6</Longitude><Elevation>775</Elevation><Depth>0</Depth>
+<Azimuth>90.0</Azimuth><Dip>{dip}</Dip><SampleRate>{rate}</SampleRate>
+<Response><InstrumentSensitivity><Value>{value}</Value><Frequency>0.03</Frequency>
+<InputUnits><Name>{units}</Name></InputUnits><OutputUnits><Name>{output}</Name></OutputUnits>
+</InstrumentSensitivity></Response></Channel>"""
+
+
+def station_xml(*channels: str) -> str:
+    return f"""<?xml version="1.0"?>
+<FDSNStationXML xmlns="http://www.fdsn.org/xml/station/1" schemaVersion="1.1">
+<Source>test</Source><Created>2019-08-02T10:45:47</Created><Network code="CI">
+<Station code="CLC"><Latitude>35.8</Latitude><Longitude>-117.6</Longitude>
+<Elevation>775</Elevation><Site><Name>China Lake</Name></Site>
+{"".join(channels or [channel_xml()])}</Station></Network></FDSNStationXML>"""
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Write a miniSEED file with StationXML beside it; `None` writes none."""
+
+    def _write(data: bytes | None = None, xml: str | None = "") -> Path:
+        path = tmp_path / "CI.CLC..HNE.mseed"
+        path.write_bytes(mseed() if data is None else data)
+        if xml is not None:
+            (tmp_path / "CI.CLC.xml").write_text(xml or station_xml())
+        return path
+
+    return _write
+
+
+def test_facts(write: Write) -> None:
+    [record] = read_file(write())
+    assert record.acceleration.tolist() == [0.0, 1.0, -3.0, 2.0]
+    assert (record.record_id, record.component, record.azimuth) == ("CI.CLC..HNE", "HNE", 90.0)
+    assert (record.station, record.network, record.time_step) == ("CLC", "CI", 0.01)
+    assert (record.start_time, record.uncorrected) == ("2019-07-06T03:19:23.038300Z", True)
+    assert record.processing == ("divided by the sensitivity of 1000 counts per m/s2 (CI.CLC.xml)",)
+
+
+@given(st.lists(st.integers(-(2**28), 2**28), min_size=2, max_size=300))
+def test_round_trip(tmp_path_factory: pytest.TempPathFactory, counts: list[int]) -> None:
+    xml = tmp_path_factory.getbasetemp() / "round-trip.xml"
+    xml.write_text(station_xml())
+    data = mseed(trace(counts), encoding="INT32")
+    [record] = read_bytes("a.mseed", data, ReadOptions(station_xml=xml))
+    assert record.acceleration.tolist() == [count / 1000.0 for count in counts]
+
+
+@pytest.mark.parametrize(
+    ("units", "factor"),
+    [("m/s**2", 1.0), ("m/s^2", 1.0), ("M/S/S", 1.0), ("m/(s**2)", 1.0), ("cm/s**2", 1e-2),
+     ("mm/s2", 1e-3), ("nm/s**2", 1e-9), ("NM/S**2", 1e-9)],
+)  # fmt: skip
+def test_units_of_the_sensitivity(write: Write, units: str, factor: float) -> None:
+    [record] = read_file(write(xml=station_xml(channel_xml(units=units))))
+    assert record.acceleration == pytest.approx([0.0, factor, -3 * factor, 2 * factor])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"units": "M/S"}, r"per 'M/S': a velocity\. Must be an acceleration"),
+        ({"units": "M/SEC"}, r"a velocity\. Must be an acceleration"),
+        ({"units": "G"}, r"sensitivity of CI\.CLC\.\.HNE per 'G'\. Must be per m/s\*\*2"),
+        ({"value": "0.0"}, r"sensitivity 0 of CI\.CLC\.\.HNE\. Must be positive and finite"),
+        ({"value": "NaN"}, r"sensitivity nan of CI\.CLC\.\.HNE\. Must be positive|cannot be read"),
+        ({"output": "V"}, r"sensitivity of CI\.CLC\.\.HNE to 'V'\. Must be to counts"),
+        ({"rate": "200.0"}, r"100 samples a second in the file, 200 in CI\.CLC\.xml"),
+        ({"code": "HNN"}, r"no StationXML of CI\.CLC\.\.HNE at 2019-07.*looked at: CI\.CLC\.xml"),
+        ({"epoch": 'startDate="2019-07-07T00:00:00"'}, r"no StationXML of CI\.CLC\.\.HNE at"),
+        ({"epoch": 'endDate="2019-07-06T03:19:23.05"'}, r"no StationXML of CI\.CLC\.\.HNE at"),
+    ],
+)
+def test_station_xml_that_does_not_fit(write: Write, changes: dict[str, str], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_file(write(xml=station_xml(channel_xml(**changes))))
+
+
+def test_no_station_xml(write: Write) -> None:
+    with pytest.raises(InputError, match=r"looked at: none that names .* with --station-xml"):
+        read_file(write(xml=None))
+
+
+def test_station_xml_elsewhere(write: Write, tmp_path: Path) -> None:
+    xml = tmp_path / "metadata.d" / "all.xml"
+    xml.parent.mkdir()
+    xml.write_text(station_xml())
+    assert len(read_file(write(xml=None), ReadOptions(station_xml=xml))) == 1
+
+
+@pytest.mark.parametrize(
+    ("xml", "message"),
+    [
+        (station_xml()[:700], r"mseed: StationXML b\.xml: cannot be read as StationXML"),
+        ("<!DOCTYPE a>" + station_xml(), r"XML with a document type\. Must be plain"),
+        (station_xml(channel_xml(), channel_xml(value="2.0")), r"described in .* and otherwise in"),
+    ],
+)
+def test_damaged_station_xml(write: Write, tmp_path: Path, xml: str, message: str) -> None:
+    (tmp_path / "b.xml").write_text(xml)
+    with pytest.raises(InputError, match=message):
+        read_file(write(xml=None), ReadOptions(station_xml=tmp_path / "b.xml"))
+
+
+def test_a_description_given_twice_is_one(write: Write, tmp_path: Path) -> None:
+    (tmp_path / "again.xml").write_text(station_xml())
+    assert len(read_file(write())) == 1
+
+
+def test_vertical(write: Write) -> None:
+    [record] = read_file(write(xml=station_xml(channel_xml(dip="-90.0"))))
+    assert record.orientation is Orientation.VERTICAL
+
+
+def test_lost_station_xml(write: Write, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"mseed: StationXML c\.xml: cannot be opened \(No such"):
+        read_file(write(), ReadOptions(station_xml=tmp_path / "c.xml"))
+
+
+@pytest.mark.parametrize("channel", ["HHE", "BHZ"])
+def test_seismometer(write: Write, channel: str) -> None:
+    with pytest.raises(InputError, match=rf"channel '{channel}' is a velocity, of a seismometer"):
+        read_file(write(mseed(trace(channel=channel))))
+
+
+def test_channels(write: Write) -> None:
+    data = mseed(trace(), trace(channel="HNN"))
+    path = write(data, station_xml(channel_xml(), channel_xml("HNN", value="500.0")))
+    records = read_file(path)
+    assert [record.record_id for record in records] == [
+        "CI.CLC..HNE-CI.CLC..HNE",
+        "CI.CLC..HNE-CI.CLC..HNN",
+    ]
+    assert [record.acceleration[1] for record in records] == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("start", "what"), [("2019-07-06T03:19:24", "gap"), ("2019-07-06T03:19:23.05", "overlap")]
+)
+def test_pieces(write: Write, start: str, what: str) -> None:
+    data = mseed(trace()) + mseed(trace(start=start))
+    with pytest.raises(
+        InputError, match=rf"{what} in CI\.CLC\.\.HNE: 2019-07-06T03:19:23\.068300Z to {start}"
+    ):
+        read_file(write(data))
+
+
+def test_records_in_line_are_one_piece(write: Write) -> None:
+    data = mseed(trace()) + mseed(trace(start="2019-07-06T03:19:23.0783"))
+    assert read_file(write(data))[0].acceleration.size == 8
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: data[:-1], r"511 bytes in the record at byte 512\. Must be 512"),
+        (lambda data: data + b"x" * 60, r"no header at byte 1024\. Must be that of a miniSEED"),
+        (lambda data: data[:512] + bytes(512), r"no header at byte 512"),
+        (lambda data: data[:46] + bytes(2) + data[48:], r"no length in the record at byte 0"),
+        (lambda data: data[:30] + b"\0\1" + data[32:], r"obspy's MSEED reader fails|in the head"),
+        (lambda data: data[:200] + bytes(200) + data[400:], r"obspy's MSEED reader fails \("),
+        (lambda data: data[:8] + b"\xff" + data[9:], r"no header at byte 0"),
+    ],
+)
+def test_damaged(write: Write, change: Callable[[bytes], bytes], message: str) -> None:
+    rough = np.random.default_rng(1).integers(-9000, 9000, 350)
+    data = mseed(trace(rough), encoding="STEIM2")
+    assert len(data) == 1024
+    with pytest.raises(InputError, match=message):
+        read_file(write(change(data)))
+
+
+def test_not_finite(write: Write) -> None:
+    piece = trace()
+    piece.data = np.array([0.0, np.nan, 1.0], dtype=np.float32)
+    with pytest.raises(InputError, match=r"CI\.CLC\.\.HNE holds NaN or infinity"):
+        read_file(write(mseed(piece)))
+
+
+def test_log_messages(write: Write) -> None:
+    piece = trace()
+    piece.data = np.frombuffer(b"clock locked", dtype="|S1")
+    with pytest.raises(InputError, match=r"Must be 2 numbers or more"):
+        read_file(write(mseed(piece)))
+
+
+def test_full_response_needs_stages(write: Write) -> None:
+    with pytest.raises(InputError, match=r"no stages of CI\.CLC\.\.HNE in CI\.CLC\.xml"):
+        read_file(write(), ReadOptions(water_level=60.0))
+
+
+def test_units_must_agree(write: Write) -> None:
+    with pytest.raises(InputError, match=r"units 'g' given, but the file states 'm/s2'"):
+        read_file(write(), ReadOptions(units="g"))
+
+
+def test_station_xml_is_no_record(write: Write) -> None:
+    path = write()
+    (path.parent / "quakes.xml").write_text("<quakeml/>")
+    records, rejections = collect([path.parent])
+    assert [record.record_id for record in records] == ["CI.CLC..HNE"]
+    assert [rejection.file for rejection in rejections] == ["quakes.xml"]
+
+
+def test_options_of_the_command_line(write: Write, tmp_path: Path) -> None:
+    from rockframe.cli.main import main
+
+    path, output = write(), tmp_path / "records.nc"
+    xml = tmp_path / "given" / "CI.CLC.xml"
+    xml.parent.mkdir()
+    (tmp_path / "CI.CLC.xml").rename(xml)
+    arguments = ["ingest", str(path), "--output", str(output), "--station-xml", str(xml)]
+    assert main([*arguments, "--water-level", "60"]) == 2
+    long = mseed(trace(np.random.default_rng(1).integers(-9000, 9000, 3000)))
+    path.write_bytes(long)
+    assert main(arguments) == 0
+    assert output.is_file()
+
+
+@pytest.mark.parametrize("level", [0.0, -60.0, float("nan")])
+def test_water_level(level: float) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid water level .* dB\. Must be positive"):
+        ReadOptions(water_level=level)

@@ -1,0 +1,169 @@
+from __future__ import annotations
+
+import math
+import struct
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.errors import InputError
+from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.record import Orientation
+
+PATH = Path("CJ.T001230.HNE.sac")
+IN_G = ReadOptions(units="g")
+SAMPLES = (0.125, -0.25, 0.5)
+#: Bytes of header fields: floats, integers.
+DEPMAX, CMPAZ, CMPINC = 4 * 2, 4 * 57, 4 * 58
+NZYEAR, NVHDR, NPTS, IFTYPE, IDEP, LEVEN = (4 * (70 + place) for place in (0, 6, 9, 15, 16, 35))
+
+
+def sac(
+    samples: tuple[float, ...] = SAMPLES, order: str = "<", fields: dict[int, float] | None = None
+) -> bytes:
+    """A file at 0.02 s; `fields` are integers or floats by their byte."""
+    floats = [-12345.0] * 70
+    floats[0], floats[1], floats[2], floats[5] = 0.02, min(samples), max(samples), 0.0
+    floats[57], floats[58] = 90.0, 90.0
+    integers = [-12345] * 40
+    integers[:6] = [2019, 187, 3, 19, 52, 0]
+    integers[6], integers[9], integers[15], integers[35] = 6, len(samples), 1, 1
+    names = b"T001230 " + b"-12345  " * 19 + b"HNE\x0045  " + b"CJ\x00345  " + b"-12345  " * 2
+    data = bytearray(
+        struct.pack(f"{order}70f40i", *floats, *integers)
+        + names
+        + struct.pack(f"{order}{len(samples)}f", *samples)
+    )
+    for place, value in (fields or {}).items():
+        struct.pack_into(f"{order}{'f' if place < 280 else 'i'}", data, place, value)
+    return bytes(data)
+
+
+def obspy_stream(data: bytes, **changes: Any) -> Any:
+    from obspy import read
+
+    [trace] = read(BytesIO(data), format="SAC")
+    trace.stats.sac.update(changes)
+    return trace
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_facts(order: str) -> None:
+    [record] = read_bytes(PATH, sac(order=order), IN_G)
+    assert record.acceleration.tolist() == [9.81 * sample for sample in SAMPLES]
+    # The step of the header, which is in single precision.
+    assert record.time_step == 0.019999999552965164
+    assert (record.record_id, record.component) == ("CJ.T001230.HNE", "HNE")
+    assert (record.station, record.network, record.event) == ("T001230", "CJ", "")
+    assert (record.orientation, record.azimuth) == (Orientation.HORIZONTAL, 90.0)
+    assert record.start_time == "2019-07-06T03:19:52.000000Z"
+    assert math.isnan(record.magnitude)
+
+
+@given(
+    st.lists(st.floats(-1e6, 1e6, width=32), min_size=2, max_size=40), st.sampled_from(["<", ">"])
+)
+def test_round_trip(samples: list[float], order: str) -> None:
+    [record] = read_bytes(PATH, sac(tuple(samples), order), ReadOptions(units="m/s2"))
+    assert record.acceleration.tolist() == samples
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_obspy_reads_the_same() -> None:
+    trace = obspy_stream(sac())
+    assert trace.data.tolist() == list(SAMPLES)
+    assert trace.stats.npts == 3
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_alphanumeric_as_obspy_writes_it() -> None:
+    target = BytesIO()
+    obspy_stream(sac()).write(target, format="SACXY")
+    [record] = read_bytes(PATH, target.getvalue(), IN_G)
+    assert record.acceleration.tolist() == [9.81 * sample for sample in SAMPLES]
+    assert (record.time_step, record.component, record.azimuth) == (0.02, "HNE", 90.0)
+    assert (record.station, record.network) == ("T001230", "CJ")
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_alphanumeric_cut_short() -> None:
+    target = BytesIO()
+    obspy_stream(sac(tuple(range(10)))).write(target, format="SACXY")
+    lines = target.getvalue().rstrip().split(b"\n")
+    with pytest.raises(InputError, match=r":16: NPTS 10 in the header, 5 samples in the file"):
+        read_bytes(PATH, b"\n".join(lines[:-1]), IN_G)
+
+
+@pytest.mark.parametrize(("offset", "uncorrected"), [(0.0, False), (1.0, True)])
+def test_an_offset_shows_that_nothing_was_corrected(offset: float, uncorrected: bool) -> None:
+    data = sac((offset + 0.25, offset - 0.5, offset + 0.25))
+    assert read_bytes(PATH, data, IN_G)[0].uncorrected is uncorrected
+
+
+def test_units_are_needed() -> None:
+    with pytest.raises(InputError, match=r"units unstated, as in every SAC file.*--units"):
+        read_bytes(PATH, sac())
+
+
+def test_a_step_given_in_full_agrees() -> None:
+    [record] = read_bytes(PATH, sac(), ReadOptions("g", 0.02))
+    assert record.time_step == 0.019999999552965164
+    with pytest.raises(InputError, match=r"time step 0\.01 s given, but the file states 0\.0199"):
+        read_bytes(PATH, sac(), ReadOptions("g", 0.01))
+
+
+@pytest.mark.parametrize("incidence", [0.0, 180.0])
+def test_vertical(incidence: float) -> None:
+    [record] = read_bytes(PATH, sac(fields={CMPINC: incidence}), IN_G)
+    assert record.orientation is Orientation.VERTICAL
+
+
+def test_direction_by_the_name_where_unstated() -> None:
+    [record] = read_bytes(PATH, sac(fields={CMPINC: -12345.0, CMPAZ: -12345.0}), IN_G)
+    assert record.azimuth == 90.0
+
+
+def test_the_end_of_the_name_may_be_the_component() -> None:
+    assert read_bytes("CLC.HNE", sac(), IN_G)[0].record_id == "CLC.HNE"
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({NPTS: 4}, r"NPTS 4 in the header, 3 samples in the file\. Must be equal"),
+        ({NPTS: -1}, r"NPTS -1 in the header, 3 samples in the file"),
+        ({NVHDR: 7}, r"SAC header version 7\. Must be 6"),
+        ({IDEP: 7}, r"IDEP 7 is velocity\. Must be an acceleration"),
+        ({IDEP: 6}, r"IDEP 6 is displacement\. Must be an acceleration"),
+        ({LEVEN: 0}, r"LEVEN 0, IFTYPE 1\. Must be 1 and 1: an evenly sampled time series"),
+        ({IFTYPE: 4}, r"LEVEN 1, IFTYPE 4\. Must be 1 and 1"),
+        ({DEPMAX: 0.75}, r"DEPMAX 0\.75 in the header, 0\.5 in the samples\. Must be equal"),
+        ({4 * 6: 0.4}, r"E 0\.4 s in the header, but 3 samples at 0\.02 s from 0 s end at 0\.04 s"),
+        ({0: 0.0}, r"time step 0\.0 s\. Must be positive"),
+        ({0: math.nan}, r"time step nan s\. Must be positive"),
+        ({632: 0}, r"DEPMAX|samples"),
+    ],
+)
+def test_damaged(fields: dict[int, float], message: str) -> None:
+    data = sac((9.0, -0.25, 0.5) if 632 in fields else SAMPLES, fields=fields)
+    with pytest.raises(InputError, match=message):
+        read_bytes(PATH, data, IN_G)
+
+
+def test_cut() -> None:
+    with pytest.raises(InputError, match=r"NPTS 3 in the header, 2\.5 samples in the file"):
+        read_bytes(PATH, sac()[:-2], IN_G)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1e35])
+def test_not_finite(value: float) -> None:
+    with pytest.raises(InputError, match=r"sample 2 is .*Must be finite and below 1e30"):
+        read_bytes(PATH, sac()[:-8] + struct.pack("<2f", value, 0.5), IN_G)
+
+
+def test_an_unset_time_stays_unknown() -> None:
+    assert read_bytes(PATH, sac(fields={NZYEAR: -12345}), IN_G)[0].start_time == ""
