@@ -11,7 +11,7 @@ import numpy as np
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.ingest import CatalogueEntry, ReadOptions, Rejection, collect
+from rockframe.ingest import CatalogueEntry, Limits, ReadOptions, Rejection, collect
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
 from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record
@@ -55,6 +55,9 @@ def ingest_stage(
     catalogue: Mapping[str, CatalogueEntry] | None = None,
     band: BandPass | None = None,
     progress: Callable[[str], None] | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+    strict: bool = False,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
 
@@ -74,6 +77,13 @@ def ingest_stage(
         Corner frequencies for uncorrected records.
     progress : callable, optional
         Called with the name of each file.
+    workers : int, optional
+        Most processes that read files, by default one for each core; 0 reads in this one, where a
+        crash of a reader is a crash of the run. The output is the same.
+    limits : Limits, optional
+        Time and memory that reading a file may take.
+    strict : bool
+        Write nothing if a file is rejected.
 
     Returns
     -------
@@ -83,10 +93,19 @@ def ingest_stage(
     Raises
     ------
     InputError
-        If a path does not exist, or no record went through: then nothing is written.
+        If a path does not exist, no record went through, or one was rejected and `strict`: then
+        nothing is written.
     """
     band = band or BandPass()
-    read, rejections = collect(paths, options or ReadOptions(), catalogue, progress)
+    read, rejections = collect(
+        paths,
+        options or ReadOptions(),
+        catalogue,
+        progress,
+        workers=workers,
+        limits=limits,
+        strict=strict,
+    )
     records: list[Record] = []
     rejected = list(rejections)
     for record in read:
@@ -94,6 +113,8 @@ def ingest_stage(
             records.append(_processed(record, band))
         except ParameterError as error:
             rejected.append(Rejection(file=record.source_file, reason=str(error)))
+    if strict and rejected:
+        raise InputError(rejected[0].file, rejected[0].reason, rejected[0].line)
     if not records:
         first, others = rejected[0], len(rejected) - 1
         more = f" ({others} more files were rejected too.)" if others else ""

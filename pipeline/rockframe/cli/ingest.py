@@ -33,6 +33,8 @@ def run(options: argparse.Namespace) -> int:
             catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
             band=band_pass(options),
             progress=progress,
+            workers=options.workers,
+            strict=options.strict,
         )
     summary: list[dict[str, Any]] = [
         {

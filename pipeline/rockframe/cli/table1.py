@@ -84,6 +84,8 @@ def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
             catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
             band=band_pass(options),
             progress=reading,
+            workers=options.workers,
+            strict=options.strict,
         )
     with progress_bar("matching pulses") as progress:
         pulse_stage(
