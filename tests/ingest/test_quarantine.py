@@ -145,10 +145,14 @@ def children() -> set[str]:
 
 def test_interrupt_leaves_no_orphan() -> None:
     program = (
-        "import sys, time\n"
+        "import time\n"
+        "from contextlib import closing\n"
         "from rockframe.ingest.quarantine import Limits, serve\n"
-        "served = serve(map, [(print, ['up']), (time.sleep, [60])], 1, Limits())\n"
-        "next(served); print('up', flush=True); next(served)\n"
+        "calls = [(abs, [-1]), (time.sleep, [60])]\n"
+        "with closing(serve(map, calls, 1, Limits())) as served:\n"
+        "    next(served)\n"
+        "    print('up', flush=True)\n"
+        "    next(served)\n"
     )
     parent = subprocess.Popen(
         [sys.executable, "-c", program],

@@ -125,8 +125,9 @@ def serve(
 
     Examples
     --------
-    >>> served = serve(os._exit, [(3,)], 1, Limits())
-    >>> next(served).failure
+    >>> from contextlib import closing
+    >>> with closing(serve(os._exit, [(3,)], 1, Limits())) as served:
+    ...     next(served).failure
     'crashed its reader (exit status 3). Must be readable.'
     """
     idle: SimpleQueue[_Worker] = SimpleQueue()
