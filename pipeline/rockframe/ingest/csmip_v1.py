@@ -123,7 +123,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     channels = _channels(path, text_of(path, data).split(b"\n"))
     stated = _CHANNELS.search(channels[0].header[4])
     # One channel alone is a file cut up by its owner; some of several are a file cut short.
-    if stated and 1 < len(channels) < int(stated["count"]):
+    if stated and 1 != len(channels) != int(stated["count"]):
         raise InputError(
             path,
             f"{stated['count']} channels in the header, {len(channels)} in the file. "
