@@ -19,15 +19,15 @@ from pathlib import Path
 from rockframe.ingest import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "ingest"))
 #: Larger seeds are fed only to a format that has no smaller one [bytes].
 LARGEST_SEED = 40_000
 
 
 def good_files() -> Iterator[bytes]:
     """Good files of many formats."""
-    damage, made = import_module("damage"), import_module("conftest")
-    yield from (damage.good_at2(), damage.good_table(), b"0.1\n-0.2\n0.3\n", made._v1())
+    damage = import_module("damage")
+    v1 = "\r\n".join(import_module("conftest").v1_channel()).encode()
+    yield from (damage.good_at2(), damage.good_table(), b"0.1\n-0.2\n0.3\n", v1)
     folders = (ROOT / "records" / "ridgecrest2019", ROOT.parent / "shared" / "records" / "formats")
     for folder in folders:
         for path in sorted(folder.rglob("*")):
@@ -85,6 +85,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=int, default=30)
     parser.add_argument("targets", nargs="*", help="by default all")
     options = parser.parse_args()
+    sys.path.insert(0, str(ROOT / "tests" / "ingest"))
     findings = ROOT / "outputs" / "fuzz"
     findings.mkdir(parents=True, exist_ok=True)
     failed = False
