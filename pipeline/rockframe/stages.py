@@ -113,6 +113,7 @@ def ingest_stage(
             records.append(_processed(record, band))
         except ParameterError as error:
             rejected.append(Rejection(file=record.source_file, reason=str(error)))
+    del read  # the samples before correction need not wait for the end of the run
     if strict and rejected:
         raise InputError(rejected[0].file, rejected[0].reason, rejected[0].line)
     if not records:

@@ -78,12 +78,23 @@ def read_columns(
     text = b"".join(rows)
     if b"_" not in text and text.count(b".") == count:
         try:
-            samples = np.frombuffer(text, dtype=f"S{columns.width}").astype(np.float64)
+            samples = np.array(_fields(text, columns.width), dtype=np.float64)
         except ValueError:
             raise _first_bad_column(path, rows, columns, line) from None
-        if are_finite(samples):
+        if samples.size == count and are_finite(samples):
             return samples
     raise _first_bad_column(path, rows, columns, line)
+
+
+def _fields(text: bytes, width: int) -> list[bytes]:
+    """The tokens of all columns, each of which must hold one."""
+    columns = np.frombuffer(text, dtype=np.uint8).reshape(-1, width)
+    if not (columns > ord(" ")).any(axis=1).all():
+        raise ValueError("an empty column")
+    # Numbers that touch come apart by a blank between the columns.
+    apart = np.full((len(columns), width + 1), ord(" "), dtype=np.uint8)
+    apart[:, 1:] = columns
+    return apart.tobytes().split()
 
 
 def _require_layout(path: Path, rows: list[bytes], columns: Columns, count: int, line: int) -> None:

@@ -23,8 +23,8 @@ T = TypeVar("T")
 #: Exit status of a worker whose memory did not suffice.
 OUT_OF_MEMORY: Final = 86
 _MEGABYTE: Final = 1 << 20
-#: A further worker pays for its start (0.15 s) from this much text on [bytes].
-_BYTES_A_WORKER: Final = 8 * _MEGABYTE
+#: A further worker pays for its start (0.2 s) from this much text on [bytes].
+_BYTES_A_WORKER: Final = 16 * _MEGABYTE
 _LONGEST_REASON: Final = 200
 
 

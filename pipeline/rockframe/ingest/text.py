@@ -164,10 +164,24 @@ def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
 
 
 def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
-    tokens = [row.split(separator) for row in rows]
-    if set(map(len, tokens)) != {columns} or any(b"_" in row for row in rows):
+    text = (separator or b"\n").join(rows)
+    if separator:
+        ragged = {row.count(separator) for row in rows} != {columns - 1}
+    else:
+        ragged = bool((_tokens_a_line(text + b"\n") != columns).any())
+    if ragged or b"_" in text:
         raise ValueError("ragged rows, or underscores in numbers")
-    return np.array(tokens, dtype=np.float64)
+    return np.array(text.split(separator), dtype=np.float64).reshape(-1, columns)
+
+
+def _tokens_a_line(text: bytes) -> NDArray[np.int64]:
+    """Tokens between white space, shape (lines,)."""
+    codes = np.frombuffer(text, dtype=np.uint8)
+    blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
+    starts = ~blank
+    starts[1:] &= blank[:-1]
+    until: NDArray[np.int64] = np.cumsum(starts)[codes == ord("\n")]
+    return np.diff(until, prepend=0)
 
 
 def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:
