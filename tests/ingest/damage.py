@@ -122,6 +122,7 @@ def dressed(kind: str, data: bytes) -> list[Case]:
 
 
 def at2_cases() -> list[Case]:
+    """Damaged PEER files; a long function because it is a table."""
     good = good_at2()
 
     def size(old: bytes, new: bytes) -> bytes:
