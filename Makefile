@@ -5,9 +5,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 MADE := $(VENV)/.made
 OUTPUT ?= outputs/table1
+SECONDS ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 test check format bench clean
+.PHONY: help setup table1 test check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -16,6 +17,7 @@ help:
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
+	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
 	@echo "make setup    make the virtual environment $(VENV) from requirements.lock"
 	@echo "make clean    remove the virtual environment, caches and outputs"
 
@@ -49,6 +51,10 @@ format: $(MADE)
 
 bench: $(MADE)
 	@$(BIN)/python tests/benchmarks/bench.py --output outputs/bench.json
+
+fuzz: $(MADE)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[fuzz]'
+	@$(BIN)/python tests/fuzz/run.py --seconds $(SECONDS)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis

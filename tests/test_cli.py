@@ -188,6 +188,18 @@ def test_one_bad_file_among_good_ones_is_listed_and_status_1(
     assert [row["status"] for row in listed] == ["accepted", "rejected"]
 
 
+def test_strict_writes_nothing_and_status_2(
+    motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = motion.with_name("bad.csv")
+    bad.write_text("0.1\ninf\n")
+    output = motion.with_name("records.nc")
+    words = ("--units", "g", "--time-step", "0.01", "--output", output)
+    assert run("ingest", motion, bad, *words, "--strict", "--workers", "1") == 2
+    assert "error: bad.csv:2: acceleration 'inf'" in capsys.readouterr().err
+    assert not output.exists()
+
+
 def test_a_record_that_is_not_the_papers_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.ingest import CATALOGUE, ReadOptions, Rejection, collect, read_catalogue
+from rockframe.ingest import CATALOGUE, Limits, ReadOptions, Rejection, collect, read_catalogue
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
 from rockframe.provenance import refuse_overwriting, sha256_of, whole_file
 from rockframe.record import Orientation, Record
@@ -66,6 +66,9 @@ def ingest_stage(
     band: BandPass | None = None,
     all_uncorrected: bool = False,
     progress: Callable[[str], None] | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+    strict: bool = False,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
 
@@ -87,6 +90,13 @@ def ingest_stage(
         Take every record for uncorrected, whatever its format says.
     progress : callable, optional
         Called with the name of each file.
+    workers : int, optional
+        Most processes that read files, by default one for each core; 0 reads in this one, where a
+        crash of a reader is a crash of the run. The output is the same.
+    limits : Limits, optional
+        Time and memory that reading a file may take.
+    strict : bool
+        Write nothing if a file is rejected.
 
     Returns
     -------
@@ -97,7 +107,7 @@ def ingest_stage(
     ------
     InputError
         If a path does not exist, an output would replace an input or a list that is not ours, or
-        no record went through: then nothing is written.
+        no record went through, or one was rejected and `strict`: then nothing is written.
     """
     band, options = band or BandPass(), options or ReadOptions()
     beside = output.with_suffix(".csv")
@@ -105,7 +115,9 @@ def ingest_stage(
     refuse_overwriting((output, beside), (*_files(paths), *catalogues))
     _refuse_strange_list(beside)
     entries = read_catalogue(catalogue) if catalogue else None
-    read, rejections = collect(paths, options, entries, progress)
+    read, rejections = collect(
+        paths, options, entries, progress, workers=workers, limits=limits, strict=strict
+    )
     records: list[Record] = []
     rejected = list(rejections)
     for record in read:
@@ -113,6 +125,9 @@ def ingest_stage(
             records.append(_processed(record, band, all_uncorrected))
         except ParameterError as error:
             rejected.append(Rejection(file=record.source_file, reason=str(error)))
+    del read  # the samples before correction need not wait for the end of the run
+    if strict and rejected:
+        raise InputError(rejected[0].file, rejected[0].reason, rejected[0].line)
     if not records:
         first, others = rejected[0], len(rejected) - 1
         more = f" ({others} more rejected.)" if others else ""

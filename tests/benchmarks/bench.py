@@ -7,6 +7,7 @@ written as one flat JSON object.
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import math
 import os
@@ -16,19 +17,41 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pywt
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from rockframe import Pulse, RockingFrame, bundled_records, match_pulse, read_file, respond
+from rockframe.ingest import read_bytes
 from rockframe.matching import _coefficient
 from rockframe.rocking import GroundAcceleration
 from rockframe.units import GRAVITY
 from rockframe.wavelets import WAVELETS
 
+KNET_HEADER = (
+    "Origin Time       2008/06/14 08:43:00",
+    "Lat.              39.028",
+    "Long.             140.880",
+    "Depth. (km)       8",
+    "Mag.              7.2",
+    "Station Code      AOM000",
+    "Station Lat.      40.0000",
+    "Station Long.     139.0000",
+    "Station Height(m) 42",
+    "Record Time       2008/06/14 08:44:18",
+    "Sampling Freq(Hz) 100Hz",
+    "Duration Time(s)  80",
+    "Dir.              E-W",
+    "Scale Factor      3920(gal)/6182761",
+    "Max. Acc. (gal)   100.000",
+    "Last Correction   2008/06/14 08:44:03",
+    "Memo.             ",
+)
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 
@@ -156,17 +179,100 @@ def commands() -> dict[str, float]:
     return results
 
 
+def sample_files(samples: int) -> dict[str, bytes]:
+    """One file of each kind, of the same noise."""
+    noise = np.random.default_rng(1).normal(0.0, 0.1, samples)
+    scientific = [f"{a:15.7E}" for a in noise]
+    at2 = ["".join(scientific[i : i + 5]) for i in range(0, samples, 5)]
+    fixed = [f"{a:.6f}".replace("0.", ".", 1).rjust(9) for a in noise]
+    v1 = (bundled_records() / "Ridgecrest2019-CCC.V1").read_bytes().split(b"\r\n")[:28]
+    v1[10] = v1[10].replace(b"10000", b"%5d" % samples)
+    v1[13:20] = [b"".join([b"    0"] * 16)] * 7
+    v1[27] = v1[27].replace(b"10000", b"%5d" % samples)
+    v1 += ["".join(fixed[i : i + 8]).encode() for i in range(0, samples, 8)] + [b"/&", b""]
+    counts = [f"{round(1e6 * a):9d}" for a in noise]
+    knet = ["".join(counts[i : i + 8]) for i in range(0, samples, 8)]
+    sizes = f"NPTS= {samples}, DT= .0050 SEC"
+    units = "ACCELERATION TIME SERIES IN UNITS OF G"
+    table = [f"{0.005 * i:.3f},{a:.7E}" for i, a in enumerate(noise)]
+    return {
+        "at2": "\n".join(
+            ["PEER", "Event, 1/2/2003, Station, 090", units, sizes, *at2, ""]
+        ).encode(),
+        "fixed_columns": b"\r\n".join(v1),
+        "text": "\n".join(["time_s,acc_g", *table, ""]).encode(),
+        "knet": "\n".join([*KNET_HEADER, *knet, ""]).encode(),
+    }
+
+
+def parsing() -> dict[str, float]:
+    """Megabytes of text a second on one core, and ratios to what others make of the same noise."""
+    from obspy.io.nied.knet import _read_knet_ascii
+
+    files = sample_files(8000)
+
+    def speed(data: bytes, read: Callable[[bytes], object]) -> float:
+        return len(data) / 1e6 / best_of(lambda: read(data), repeats=7, calls=5)
+
+    knet = speed(files["knet"], lambda data: _read_knet_ascii(io.BytesIO(data)))
+    results = {"parse_obspy_knet_mb_s": knet}
+    for name in ("at2", "fixed_columns", "text"):
+        own = speed(files[name], lambda data: read_bytes("noise", data))
+        results[f"parse_{name}_mb_s"] = own
+        results[f"parse_{name}_over_obspy_knet"] = own / knet
+    for name, head, comma in (("at2", 4, None), ("fixed_columns", 28, None), ("text", 1, ",")):
+        loadtxt = speed(files[name], partial(numpy_table, head=head, separator=comma))
+        frame = speed(files[name], partial(pandas_table, head=head, separator=comma or r"\s+"))
+        results[f"parse_{name}_over_loadtxt"] = results[f"parse_{name}_mb_s"] / loadtxt
+        results[f"parse_{name}_over_pandas"] = results[f"parse_{name}_mb_s"] / frame
+    return results
+
+
+def numpy_table(data: bytes, head: int, separator: str | None) -> object:
+    """Numbers as numpy.loadtxt reads them."""
+    return np.loadtxt(io.BytesIO(data), skiprows=head, delimiter=separator, comments="/")
+
+
+def pandas_table(data: bytes, head: int, separator: str) -> object:
+    """Numbers as pandas.read_csv reads them."""
+    return pandas.read_csv(
+        io.BytesIO(data), skiprows=head, header=None, sep=separator, comment="/", dtype=float
+    )
+
+
+def ingesting() -> dict[str, float]:
+    """100 and 1,000 AT2 files of 8,000 samples into records.nc: time, largest memory of parent."""
+    results = {}
+    data = sample_files(8000)["at2"]
+    measure = "import resource, sys; from rockframe.cli.main import main; main(sys.argv[1:]); "
+    measure += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    with tempfile.TemporaryDirectory() as folder:
+        records = Path(folder, "records")
+        records.mkdir()
+        for count in (100, 1000):
+            for number in range(count):
+                (records / f"R{number:04d}.AT2").write_bytes(data)
+            words = ["ingest", str(records), "--output", f"{folder}/records.nc"]
+            start = time.perf_counter()
+            done = subprocess.run(
+                [sys.executable, "-c", measure, *words], check=True, capture_output=True, text=True
+            )
+            results[f"ingest_{count}_files_s"] = time.perf_counter() - start
+            results[f"ingest_{count}_files_peak_memory_mb"] = int(done.stdout.split()[-1]) / 1024.0
+    return results
+
+
 def main() -> None:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, required=True)
     output: Path = parser.parse_args().output
     results: dict[str, float] = {}
-    for part in (commands, kernel, continuous_pulse, pulses):
+    for part in (commands, kernel, continuous_pulse, pulses, parsing, ingesting):
         measured = part()
         results |= measured
         for name, value in measured.items():
-            print(f"{name:28s} {value:12.5g}", flush=True)
+            print(f"{name:34s} {value:12.5g}", flush=True)
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     print(f"written to {output}")

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest import FORMATS, ReadOptions, read_bytes
 
 Lines = list[str]
 PATH = Path("CCC.V1")
@@ -121,3 +121,9 @@ def test_lost_channel(v1: Callable[..., bytes], channel: Callable[..., Lines]) -
 def test_options_must_agree(v1: Callable[..., bytes]) -> None:
     with pytest.raises(InputError, match=r":28: time step 0.02 s given, but the file states 0.01"):
         read_bytes(PATH, v1(), ReadOptions(time_step=0.02))
+
+
+def test_blank_lines_alone() -> None:
+    known = next(known for known in FORMATS if known.name == "csmip_v1")
+    with pytest.raises(InputError, match=r"nothing but blank lines\. Must hold a channel"):
+        read_bytes("blank.V1", b"\n \n", file_format=known)

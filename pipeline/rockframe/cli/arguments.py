@@ -64,6 +64,16 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="CSV of event, station, magnitude and distance of each file "
         "(default: catalogue.csv of the folder)",
     )
+    parser.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="most processes that read files at once, each file apart from the rest; "
+        "0 reads without that protection (default: one for each core)",
+    )
+    parser.add_argument(
+        "--strict", action="store_true", help="stop at the first rejected file; write nothing"
+    )
 
 
 def read_options(options: argparse.Namespace) -> ReadOptions:

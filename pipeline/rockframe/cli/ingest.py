@@ -32,6 +32,8 @@ def run(options: argparse.Namespace) -> int:
             band=band_pass(options),
             all_uncorrected=options.uncorrected,
             progress=progress,
+            workers=options.workers,
+            strict=options.strict,
         )
     summary: list[dict[str, Any]] = [
         {
@@ -41,6 +43,7 @@ def run(options: argparse.Namespace) -> int:
             "time_step_s": record.time_step,
             "pga_g": peak(record.acceleration) / GRAVITY,
             "pgv_m_s": peak(integrate(record.acceleration, record.time_step)),
+            "corrected_here": record.uncorrected or options.uncorrected,
             "processing": list(record.processing),
         }
         for record in result.records
@@ -57,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
                 f"{row['time_step_s']:g}",
                 number(row["pga_g"], 3),
                 number(row["pgv_m_s"], 3),
-                "corrected here" if row["processing"] else "as given",
+                "corrected here" if row["corrected_here"] else "as given",
             ]
             for row in summary
         ]

@@ -101,6 +101,8 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             band=band_pass(options),
             all_uncorrected=options.uncorrected,
             progress=reading,
+            workers=options.workers,
+            strict=options.strict,
         )
     with progress_bar("matching pulses") as progress:
         without_pulse = pulse_stage(

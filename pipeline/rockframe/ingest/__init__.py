@@ -1,14 +1,15 @@
 """Files of strong-motion archives into records: each format recognised, checked, and read once."""
 
+from rockframe.ingest.attempt import Rejection as Rejection
 from rockframe.ingest.catalogue import CATALOGUE as CATALOGUE
 from rockframe.ingest.catalogue import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.catalogue import read_catalogue as read_catalogue
 from rockframe.ingest.catalogue import with_facts as with_facts
-from rockframe.ingest.collect import Rejection as Rejection
 from rockframe.ingest.collect import collect as collect
 from rockframe.ingest.options import ReadOptions as ReadOptions
+from rockframe.ingest.quarantine import Limits as Limits
+from rockframe.ingest.reading import read_file as read_file
 from rockframe.ingest.registry import FORMATS as FORMATS
 from rockframe.ingest.registry import Format as Format
 from rockframe.ingest.registry import read_bytes as read_bytes
-from rockframe.ingest.registry import read_file as read_file
 from rockframe.ingest.registry import sniff_format as sniff_format

@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
-from rockframe.errors import InputError, RockframeError
+from rockframe.errors import InputError
+from rockframe.ingest.attempt import Outcome, Rejection, attempt
 from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue, with_facts
+from rockframe.ingest.containers import printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.registry import read_file
+from rockframe.ingest.quarantine import Limits, Served, serve, worker_count
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.record import Record
 
 Catalogue = Mapping[str, CatalogueEntry]
-
-
-@dataclass(frozen=True)
-class Rejection:
-    """A file that gave no records.
-
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    reason : str
-        Why, in words.
-    line : int, optional
-        Line number in the file, counted from 1.
-
-    Examples
-    --------
-    >>> Rejection("FSD172.VT2", "is a velocity time series. Must be an acceleration.", line=3).line
-    3
-    """
-
-    file: str
-    reason: str
-    line: int | None = None
 
 
 def collect(
@@ -45,20 +24,32 @@ def collect(
     options: ReadOptions = NO_OPTIONS,
     catalogue: Catalogue | None = None,
     progress: Callable[[str], None] | None = None,
+    *,
+    workers: int | None = 0,
+    limits: Limits | None = None,
+    strict: bool = False,
 ) -> tuple[list[Record], list[Rejection]]:
-    r"""Read files and folders of records.
+    r"""Read files, archives and folders of records.
 
     Parameters
     ----------
     paths : iterable of str or Path
-        Files, and folders of files; of a folder, the regular files in it, by name, without hidden
-        ones, its `catalogue.csv` and StationXML.
+        Files, ZIP and gzip archives, and folders of such; of a folder, the regular files in it, by
+        name, without hidden ones, its `catalogue.csv` and StationXML.
     options : ReadOptions
         Units and time step of files that do not state them.
     catalogue : mapping of str to CatalogueEntry, optional
-        Facts by name of file. By default a folder's own `catalogue.csv`, for the files in it.
+        Facts by name of file; an archive's are its members'. By default a folder's own
+        `catalogue.csv`, for the files in it.
     progress : callable, optional
-        Called with the name of each file before it is read.
+        Called with the name of each file, in the order of the paths.
+    workers : int, optional
+        Most worker processes that read at once, so that a crash, a hang or a lack of memory is a
+        rejection; None is one for each core, 0 reads in this process. The result is the same.
+    limits : Limits, optional
+        Time and memory of a worker.
+    strict : bool
+        Let the first rejection be an error.
 
     Returns
     -------
@@ -71,7 +62,10 @@ def collect(
     Raises
     ------
     InputError
-        If a path does not exist, a folder holds no files, or its catalogue cannot be read.
+        If a path does not exist, a folder holds no files, or its catalogue cannot be read; and if
+        `strict`, for the first file that is rejected.
+    ParameterError
+        If the number of workers is negative.
 
     Examples
     --------
@@ -84,21 +78,65 @@ def collect(
     (['shake'], ['notes.md'])
     """
     sources = [source for path in paths for source in _sources(Path(path), catalogue)]
+    files = [path for path, _ in sources]
     records: list[Record] = []
     rejections: list[Rejection] = []
     owners: dict[str, str] = {}
-    for path, entry in sources:
-        if progress is not None:
-            progress(path.name)
-        try:
-            found = read_file(path, options)
-            _require_new(path, found, owners)
-        except RockframeError as error:
-            rejections.append(_rejection(path, error))
-            continue
-        owners.update((record.record_id.casefold(), path.name) for record in found)
-        records += [with_facts(record, entry) if entry else record for record in found]
+    with closing(_outcomes(files, options, worker_count(workers, files), limits)) as outcomes:
+        for path, entry in sources:
+            if progress is not None:
+                progress(printable(path.name))
+            for outcome in next(outcomes):
+                settled = _settled(outcome, owners)
+                if not isinstance(settled, Rejection):
+                    records += [with_facts(r, entry) if entry else r for r in settled]
+                elif strict:
+                    raise InputError(settled.file, settled.reason, settled.line)
+                else:
+                    rejections.append(settled)
     return records, rejections
+
+
+def _outcomes(
+    files: Sequence[Path], options: ReadOptions, workers: int, limits: Limits | None
+) -> Generator[list[Outcome], None, None]:
+    """What became of each file, in their order."""
+    if workers == 0:
+        for path in files:
+            yield list(attempt(path, options))
+        return
+    calls = [(path, options) for path in files]
+    with closing(serve(attempt, calls, workers, limits or Limits())) as served:
+        for path, of_file in zip(files, served, strict=True):
+            yield _received(path, of_file)
+
+
+def _received(path: Path, served: Served[Outcome]) -> list[Outcome]:
+    # An array comes out of a pickle writable; a record makes it read-only again.
+    outcomes: list[Outcome] = [
+        outcome if isinstance(outcome, Rejection) else [replace(record) for record in outcome]
+        for outcome in served.values
+    ]
+    if served.failure:
+        before = f"after {len(outcomes)} members, the rest is unread: " if outcomes else ""
+        outcomes.append(Rejection(printable(path.name), before + served.failure))
+    return outcomes
+
+
+def _settled(outcome: Outcome, owners: dict[str, str]) -> Outcome:
+    """The outcome, unless another file has a record of the same name; new names are noted."""
+    if isinstance(outcome, Rejection):
+        return outcome
+    for record in outcome:
+        owner = owners.get(record.record_id.casefold())
+        if owner is not None:
+            return Rejection(
+                record.source_file,
+                f"record identifier {record.record_id!r} is already that of a record of "
+                f"{owner!r}. Must differ, in more than case.",
+            )
+    owners.update((record.record_id.casefold(), record.source_file) for record in outcome)
+    return outcome
 
 
 def _sources(
@@ -133,20 +171,3 @@ def _may_be_record(file: Path) -> bool:
         and file.name != CATALOGUE
         and not is_station_xml(file)
     )
-
-
-def _require_new(path: Path, records: list[Record], owners: Mapping[str, str]) -> None:
-    for record in records:
-        owner = owners.get(record.record_id.casefold())
-        if owner is not None:
-            raise InputError(
-                path,
-                f"record identifier {record.record_id!r} is already that of a record of "
-                f"{owner!r}. Must differ, in more than case.",
-            )
-
-
-def _rejection(path: Path, error: RockframeError) -> Rejection:
-    if isinstance(error, InputError):
-        return Rejection(path.name, error.reason, error.line)
-    return Rejection(path.name, str(error))

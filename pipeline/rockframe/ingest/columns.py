@@ -81,13 +81,24 @@ def read_columns(
     if b"_" not in text and text.count(b".") == (0 if columns.integers else count):
         kind = np.int64 if columns.integers else np.float64
         try:
-            numbers = np.frombuffer(text, dtype=f"S{columns.width}").astype(kind)
+            numbers = np.array(_fields(text, columns.width), dtype=kind)
             samples = numbers.astype(np.float64)
         except (ValueError, OverflowError):
             raise _first_bad_column(path, rows, columns, line) from None
-        if are_finite(samples):
+        if samples.size == count and are_finite(samples):
             return samples
     raise _first_bad_column(path, rows, columns, line)
+
+
+def _fields(text: bytes, width: int) -> list[bytes]:
+    """The tokens of all columns, each of which must hold one."""
+    columns = np.frombuffer(text, dtype=np.uint8).reshape(-1, width)
+    if not (columns > ord(" ")).any(axis=1).all():
+        raise ValueError("an empty column")
+    # Numbers that touch come apart by a blank between the columns.
+    apart = np.full((len(columns), width + 1), ord(" "), dtype=np.uint8)
+    apart[:, 1:] = columns
+    return apart.tobytes().split()
 
 
 def require_layout(

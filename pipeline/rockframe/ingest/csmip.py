@@ -163,7 +163,7 @@ def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
     rockframe.errors.InputError: CCC.V1:5: 3 channels in the header, 2 in the file. Must be ...
     """
     stated = CHANNELS.search(stated_in)
-    if stated and 1 < found < int(stated["count"]):
+    if stated and 1 != found != int(stated["count"]):
         raise InputError(
             path,
             f"{stated['count']} channels in the header, {found} in the file. "

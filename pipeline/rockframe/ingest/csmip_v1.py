@@ -113,6 +113,8 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
     """Cut the file where its `/&` lines and its headers say."""
     while lines and not lines[-1].strip():
         lines.pop()
+    if not lines:
+        raise InputError(path, "nothing but blank lines. Must hold a channel.")
     channels = []
     top = 0
     while top < len(lines):

@@ -17,6 +17,8 @@ _END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 #: No acceleration or time is as large in any unit; products of smaller ones stay finite.
 _LARGEST: Final = 1e30
+#: So many numbers of one form before the last show that it should have that form.
+_ENOUGH: Final = 10
 #: Numbers are parsed in pieces of this many bytes, so that memory stays flat.
 _BLOCK: Final = 1 << 22
 
@@ -174,7 +176,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
     Raises
     ------
     InputError
-        With the line and the token, if one is not a finite number.
+        With the line and the token, if one is not a finite number; if the text ends within one.
 
     Examples
     --------
@@ -189,7 +191,57 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
     # float() takes the underscores of Python's own literals; no archive writes them.
     if b"_" in body or not are_finite(values):
         raise _first_bad_number(path, body, first_line)
+    require_whole_end(path, body, first_line)
     return values
+
+
+def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1) -> None:
+    r"""Refuse a text that ends within its last number, which would read as another number.
+
+    Only a text without a last line end is looked at, whose numbers before the last are all printed
+    with as many digits, the last with fewer.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    body : bytes
+        Numbers separated by white space or commas.
+    first_line : int
+        Line number of the first of them.
+    columns : int
+        Columns of a table; those of the last are compared.
+
+    Raises
+    ------
+    InputError
+        With the line and the number.
+
+    Examples
+    --------
+    >>> require_whole_end(Path("motion.AT2"), b" 1.25E-02" * 20 + b" 1.25E-0", 5)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: motion.AT2:5: the file ends within '1.25E-0'. Must have as many ...
+    """
+    if not body or body[-1:].isspace():
+        return
+    tokens = body[-4096:].replace(b",", b" ").split()[1:]
+    last, *others = [_digits(token) for token in tokens[::-columns][: _ENOUGH + 1]] or [(0, 0)]
+    if len(others) < _ENOUGH or len(set(others)) > 1:
+        return
+    if last[0] < others[0][0] or last[1] < others[0][1]:
+        shown = tokens[-1].decode("latin-1")
+        raise InputError(
+            path,
+            f"the file ends within {shown!r}. Must have as many digits as the numbers before it.",
+            line=first_line + body.count(b"\n"),
+        )
+
+
+def _digits(token: bytes) -> tuple[int, int]:
+    """Characters after the decimal point, and of the exponent."""
+    number, _, exponent = token.lower().partition(b"e")
+    return len(number.partition(b".")[2]), len(exponent)
 
 
 def _first_bad_number(path: Path, body: bytes, first_line: int) -> InputError:

@@ -12,7 +12,8 @@ import numpy as np
 
 from rockframe.errors import InputError
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.registry import FORMATS, HEAD, Format, read_bytes, read_file, sniff_format
+from rockframe.ingest.reading import read_file
+from rockframe.ingest.registry import FORMATS, HEAD, Format, read_bytes, sniff_format
 from rockframe.record import Record
 
 with warnings.catch_warnings():

@@ -29,8 +29,6 @@ from rockframe.record import Record
 
 #: Formats are recognised by at most this many bytes.
 HEAD: Final = 4096
-#: Largest file that is read [bytes].
-LARGEST: Final = 256_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,56 +235,6 @@ def read_bytes(
         replace(record, source_file=path.name, source_format=chosen.name, source_sha256=digest)
         for record in chosen.read(path, data, options)
     ]
-
-
-def read_file(
-    path: str | Path,
-    options: ReadOptions = NO_OPTIONS,
-    file_format: Format | None = None,
-) -> list[Record]:
-    r"""Read the records of a file: one, or one a channel.
-
-    Parameters
-    ----------
-    path : str or Path
-        A regular file of at most 256 MB.
-    options : ReadOptions
-        Units and time step, if the file does not state them.
-    file_format : Format, optional
-        The reader to use; by default that of the one format that recognises the file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, empty, too large, of unknown format, or damaged.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "shake.csv")
-    ...     _ = path.write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
-    ...     [record] = read_file(path)
-    >>> record.time_step, record.acceleration
-    (0.01, array([0.   , 1.962]))
-    """
-    path = Path(path)
-    try:
-        return read_bytes(path, _load(path), options, file_format)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
-
-
-def _load(path: Path) -> bytes:
-    if not path.exists():
-        raise InputError(path, "no such file. Must exist.")
-    if not path.is_file():
-        raise InputError(path, "not a regular file. Must be one.")
-    size = path.stat().st_size
-    if size > LARGEST:
-        raise InputError(path, f"{size} bytes. Must be at most {LARGEST}.")
-    return path.read_bytes()
 
 
 def _beginning(head: bytes) -> str:

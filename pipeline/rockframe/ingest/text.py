@@ -24,7 +24,14 @@ from rockframe.ingest.headings import (
     read_headings,
 )
 from rockframe.ingest.identify import record_ids
-from rockframe.ingest.lines import are_finite, bad_number, head_lines, is_number, text_of
+from rockframe.ingest.lines import (
+    are_finite,
+    bad_number,
+    head_lines,
+    is_number,
+    require_whole_end,
+    text_of,
+)
 from rockframe.ingest.options import ReadOptions, settle_units
 from rockframe.ingest.timing import time_step_of
 from rockframe.record import Record
@@ -34,6 +41,8 @@ Float = NDArray[np.float64]
 
 #: Rows parsed at a time, so that memory stays flat.
 _ROWS: Final = 1 << 16
+#: Rows whose form is compared with that of the last.
+_ROWS_OF_END: Final = 20
 _STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
 
 
@@ -110,6 +119,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     quantities, stated = read_headings(path, layout.names, layout.columns, names_line)
     factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
     table = _parse(path, layout, quantities)
+    if not data[-1:].isspace():
+        end = layout.rows[-_ROWS_OF_END:]
+        line = layout.first_line + len(layout.rows) - len(end)
+        require_whole_end(path, b"\n".join(end), line, layout.columns)
     _require_count(path, layout, len(table))
     return [
         Record(
@@ -151,10 +164,24 @@ def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
 
 
 def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
-    tokens = [row.split(separator) for row in rows]
-    if set(map(len, tokens)) != {columns} or any(b"_" in row for row in rows):
+    text = (separator or b"\n").join(rows)
+    if separator:
+        ragged = {row.count(separator) for row in rows} != {columns - 1}
+    else:
+        ragged = bool((_tokens_a_line(text + b"\n") != columns).any())
+    if ragged or b"_" in text:
         raise ValueError("ragged rows, or underscores in numbers")
-    return np.array(tokens, dtype=np.float64)
+    return np.array(text.split(separator), dtype=np.float64).reshape(-1, columns)
+
+
+def _tokens_a_line(text: bytes) -> NDArray[np.int64]:
+    """Tokens between white space, shape (lines,)."""
+    codes = np.frombuffer(text, dtype=np.uint8)
+    blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
+    starts = ~blank
+    starts[1:] &= blank[:-1]
+    until: NDArray[np.int64] = np.cumsum(starts)[codes == ord("\n")]
+    return np.diff(until, prepend=0)
 
 
 def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:

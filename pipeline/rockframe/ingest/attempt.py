@@ -1,0 +1,95 @@
+"""What becomes of one file: records or a rejection, for itself or for each member of an archive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from rockframe.errors import InputError, RockframeError
+from rockframe.ingest.containers import Content, contents, printable
+from rockframe.ingest.options import ReadOptions
+from rockframe.ingest.reading import load, read_content
+from rockframe.record import Record
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A file that gave no records.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    reason : str
+        Why, in words.
+    line : int, optional
+        Line number in the file, counted from 1.
+
+    Examples
+    --------
+    >>> Rejection("FSD172.VT2", "is a velocity time series. Must be an acceleration.", line=3).line
+    3
+    """
+
+    file: str
+    reason: str
+    line: int | None = None
+
+
+Outcome = list[Record] | Rejection
+
+
+def attempt(path: Path, options: ReadOptions) -> Iterator[Outcome]:
+    r"""Read a file; what is wrong with it is a value, not an error.
+
+    Parameters
+    ----------
+    path : Path
+        A record file, or an archive of such.
+    options : ReadOptions
+        Units and time step of files that do not state them.
+
+    Yields
+    ------
+    list of Record or Rejection
+        One for the file, or one for each member of the archive, in its order.
+
+    Examples
+    --------
+    >>> from rockframe.ingest.options import NO_OPTIONS
+    >>> list(attempt(Path("lost.AT2"), NO_OPTIONS))
+    [Rejection(file='lost.AT2', reason='no such file. Must exist.', line=None)]
+    """
+    try:
+        for content in contents(path, load(path)):
+            yield _outcome(content, options)
+    except RockframeError as error:
+        yield rejection(printable(path.name), error)
+
+
+def rejection(name: str, error: RockframeError) -> Rejection:
+    """Return the row of a file that could not be read.
+
+    Parameters
+    ----------
+    name : str
+        What the table calls the file.
+    error : RockframeError
+        Why it could not be read.
+
+    Examples
+    --------
+    >>> rejection("a.csv", InputError("/records/a.csv", "empty file.", line=1))
+    Rejection(file='a.csv', reason='empty file.', line=1)
+    """
+    if isinstance(error, InputError):
+        return Rejection(name, error.reason, error.line)
+    return Rejection(name, str(error))
+
+
+def _outcome(content: Content, options: ReadOptions) -> Outcome:
+    try:
+        return read_content(content, options)
+    except RockframeError as error:
+        return rejection(content.name, error)

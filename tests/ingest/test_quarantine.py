@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.ingest import Limits, ReadOptions, attempt, collect
+from rockframe.ingest.quarantine import serve, worker_count
+from rockframe.stages import ingest_stage
+
+TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
+#: A reader that does what the name of the file says; workers import it from the test's folder.
+READER = """
+import os, time
+from rockframe.ingest import attempt as real
+
+def attempt(path, options):
+    if "crash" in path.name:
+        os.abort()
+    if "hang" in path.name:
+        time.sleep(60)
+    if "bug" in path.name:
+        raise IndexError("list index out of range")
+    if "print" in path.name:
+        print("a reader that prints")
+    yield from real.attempt(path, options)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "records").mkdir()
+    for name in "abcdef":
+        (tmp_path / "records" / f"{name}.csv").write_text(TABLE)
+    return tmp_path / "records"
+
+
+@pytest.fixture
+def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "bad_reader.py").write_text(READER)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    import bad_reader  # type: ignore[import-not-found]
+
+    # The package has a function of the module's name.
+    monkeypatch.setattr(sys.modules["rockframe.ingest.collect"], "attempt", bad_reader.attempt)
+
+
+@pytest.fixture
+def many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let small inputs have several workers."""
+    monkeypatch.setattr("rockframe.ingest.quarantine._BYTES_A_WORKER", 1)
+
+
+@pytest.mark.usefixtures("bad_reader", "many")
+def test_a_bad_file_is_a_row_and_the_others_are_read(folder: Path) -> None:
+    for name in ("bug", "crash", "hang", "print"):
+        (folder / f"c-{name}.csv").write_text(TABLE)
+    records, rejections = collect([folder], workers=2, limits=Limits(seconds=1.0))
+    assert [r.record_id for r in records] == ["a", "b", "c-print", "c", "d", "e", "f"]
+    assert [(r.file, r.reason) for r in rejections] == [
+        (
+            "c-bug.csv",
+            "crashed its reader (IndexError: list index out of range). Must be readable.",
+        ),
+        ("c-crash.csv", "crashed its reader (signal 6, Aborted). Must be readable."),
+        ("c-hang.csv", "took longer than 1 s to read. Must be readable in less."),
+    ]
+
+
+def test_memory(folder: Path) -> None:
+    rows = "".join(f"{i / 100:.2f},0.1\n" for i in range(400_000))
+    (folder / "large.csv").write_text("time_s,acc_g\n" + rows)
+    records, [rejection] = collect([folder], workers=1, limits=Limits(memory=24 << 20))
+    assert len(records) == 6
+    assert rejection.reason == "took more than 24 MB of memory to read. Must be readable in less."
+
+
+@pytest.mark.usefixtures("many")
+def test_the_same_bytes_however_many_workers(bundled_records: Path, tmp_path: Path) -> None:
+    outputs = []
+    for workers in (0, 1, 3):
+        path = tmp_path / f"{workers}.nc"
+        ingest_stage([bundled_records], path, workers=workers)
+        outputs.append((path.read_bytes(), path.with_suffix(".csv").read_bytes()))
+    assert outputs[0] == outputs[1] == outputs[2]
+
+
+def test_samples_stay_read_only(folder: Path) -> None:
+    records, _ = collect([folder], workers=1)
+    assert not records[0].acceleration.flags.writeable
+
+
+def test_strict(folder: Path, tmp_path: Path) -> None:
+    (folder / "b.csv").write_text("time_s,acc_g\n0.00,nan\n0.01,0.1\n")
+    for workers in (0, 1):
+        with pytest.raises(InputError, match=r"b\.csv:2: acceleration 'nan'"):
+            ingest_stage([folder], tmp_path / "out.nc", workers=workers, strict=True)
+    assert not (tmp_path / "out.nc").exists()
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_strict_minds_records_that_cannot_be_processed(folder: Path, tmp_path: Path) -> None:
+    (folder / "still.csv").write_text("time_s,acc_g\n0.00,0.0\n0.01,0.0\n")
+    with pytest.raises(InputError, match=r"still\.csv: all 2 samples"):
+        ingest_stage([folder], tmp_path / "out.nc", workers=0, strict=True)
+
+
+def test_values_before_a_crash_are_kept() -> None:
+    with closing(serve(os.walk, [("/proc/self/task",)], 1, Limits())) as served:
+        assert next(served).failure == ""
+    with closing(serve(map, [(os._exit, [7])], 1, Limits())) as served:
+        assert next(served).failure == "crashed its reader (exit status 7). Must be readable."
+
+
+def test_a_dead_worker_is_replaced() -> None:
+    calls = [(os.kill, [os.getpid()], [0]), (os._exit, [3]), (abs, [-1])]
+    with closing(serve(map, calls, 1, Limits())) as served:
+        assert [(list(s.values), bool(s.failure)) for s in served] == [
+            ([None], False),
+            ([], True),
+            ([1], False),
+        ]
+
+
+def test_closing_ends_the_workers() -> None:
+    before = children()
+    with closing(serve(map, [(abs, [-1]), (time.sleep, [60])], 2, Limits())) as served:
+        assert list(next(served).values) == [1]
+        assert children() > before
+    assert children() == before
+
+
+def children() -> set[str]:
+    lists = [path.read_text().split() for path in Path("/proc/self/task").glob("*/children")]
+    return {child for of_thread in lists for child in of_thread}
+
+
+def test_interrupt_leaves_no_orphan() -> None:
+    program = (
+        "import time\n"
+        "from contextlib import closing\n"
+        "from rockframe.ingest.quarantine import Limits, serve\n"
+        "calls = [(abs, [-1]), (time.sleep, [60])]\n"
+        "with closing(serve(map, calls, 1, Limits())) as served:\n"
+        "    next(served)\n"
+        "    print('up', flush=True)\n"
+        "    next(served)\n"
+    )
+    parent = subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    assert parent.stdout is not None
+    parent.stdout.readline()
+    os.killpg(parent.pid, signal.SIGINT)  # as a terminal does
+    parent.wait(10)
+    parent.stdout.close()
+    with pytest.raises(ProcessLookupError):
+        os.killpg(parent.pid, 0)
+
+
+def test_limits_must_be_positive() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid limits 0 s.*Must be positive"):
+        Limits(seconds=0)
+
+
+def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = sorted(folder.iterdir())
+    assert worker_count(0, files) == 0
+    assert worker_count(None, files) == 1
+    monkeypatch.setattr("rockframe.ingest.quarantine._BYTES_A_WORKER", 1)
+    assert worker_count(4, files) == 4
+    assert worker_count(9, files) == 6
+    with pytest.raises(ParameterError, match=r"Invalid number of workers -1\. Must be 0 or more"):
+        worker_count(-1, files)
+
+
+def test_attempt_is_what_workers_import() -> None:
+    [outcome] = attempt.attempt(Path("lost.AT2"), ReadOptions())
+    assert outcome == attempt.Rejection("lost.AT2", "no such file. Must exist.")
