@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from rockframe.errors import InputError, RockframeError
 from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue, with_facts
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.registry import read_file
 from rockframe.record import Record
+
+#: Files of a folder that tell of records and hold none: the catalogue, and what a fetch leaves.
+NO_RECORDS: Final = frozenset([CATALOGUE, "request.json", "event.quakeml", "channels.stationxml"])
 
 Catalogue = Mapping[str, CatalogueEntry]
 
@@ -51,7 +55,7 @@ def collect(
     ----------
     paths : iterable of str or Path
         Files, and folders of files; of a folder, the regular files in it, by name, without hidden
-        ones and its `catalogue.csv`.
+        ones, its `catalogue.csv`, and what `rockframe fetch` leaves beside the records.
     options : ReadOptions
         Units and time step of files that do not state them.
     catalogue : mapping of str to CatalogueEntry, optional
@@ -126,7 +130,7 @@ def _sources(
 
 
 def _may_be_record(file: Path) -> bool:
-    return file.is_file() and not file.name.startswith(".") and file.name != CATALOGUE
+    return file.is_file() and not file.name.startswith(".") and file.name not in NO_RECORDS
 
 
 def _require_new(path: Path, records: list[Record], owners: Mapping[str, str]) -> None:
