@@ -87,7 +87,7 @@ def test_no_cut_is_read(cut: int) -> None:
     cut %= len(body)
     if cut % 512 == 0:
         return
-    with pytest.raises(InputError, match="truncated: the last record|no miniSEED record at byte"):
+    with pytest.raises(InputError, match=r"truncated: the last record|no miniSEED record at byte"):
         read_whole("x", body[:cut])
 
 

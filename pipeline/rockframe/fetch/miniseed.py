@@ -60,8 +60,9 @@ Must be whole records.
             warnings.simplefilter("error", InternalMSEEDWarning)
             return read(BytesIO(body), format="MSEED")
     except (ObsPyException, InternalMSEEDWarning, ValueError, TypeError) as error:
+        words = " ".join(str(error).split())
         raise InputError(
-            name, f"samples cannot be unpacked ({error}). Must be sound miniSEED."
+            name, f"samples cannot be unpacked ({words}). Must be sound miniSEED."
         ) from error
 
 

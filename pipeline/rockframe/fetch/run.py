@@ -139,7 +139,7 @@ Must begin with http:// or https://, or be a short name that obspy knows (as SCE
     span = _span(request, event)
     listed = _listed(session, request, event, span)
     rows = [
-        Coverage(what=code, reason="not listed by the station service for this span")
+        Coverage(what=code, reason="not listed by the station service for this span and radius")
         for code in unlisted(request, listed)
     ]
     for _, channels in groupby(listed, key=lambda channel: (channel.network, channel.station)):
