@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -87,7 +89,9 @@ def test_no_cut_is_read(cut: int) -> None:
     cut %= len(body)
     if cut % 512 == 0:
         return
-    with pytest.raises(InputError, match=r"truncated: the last record|no miniSEED record at byte"):
+    with pytest.raises(
+        InputError, match=r"truncated: the last record|no sound miniSEED record at byte"
+    ):
         read_whole("x", body[:cut])
 
 
@@ -97,3 +101,13 @@ def test_damaged_samples_are_refused() -> None:
     body[700] ^= 0xFF
     with pytest.raises(InputError, match=r"samples cannot be unpacked .* Must be sound miniSEED."):
         read_whole("x", bytes(body))
+
+
+@given(place=st.integers(0, 511), value=st.integers(0, 255))
+@settings(max_examples=60, deadline=None)
+def test_a_damaged_record_is_read_or_refused(place: int, value: int) -> None:
+    body = bytearray(miniseed(waveform("CLC", "HNE", str(START), 5.0)))
+    body[place] = value
+    with suppress(InputError):  # nothing else may escape, a warning neither
+        stream = read_whole("x", bytes(body))
+        assert measure("XX.CLC.--.HNE", (str(START), str(START + 5.0)), stream).verdict

@@ -151,7 +151,7 @@ def unreachable(reason: str) -> Problem:
     >>> unreachable("connection refused").reason[:31]
     'no answer (connection refused).'
     """
-    return Problem(Kind.UNAVAILABLE, f"no answer ({_one_line(reason)}). {_AGAIN}", passing=True)
+    return Problem(Kind.UNAVAILABLE, f"no answer ({one_line(reason)}). {_AGAIN}", passing=True)
 
 
 def slow(seconds: float) -> Problem:
@@ -168,11 +168,18 @@ def slow(seconds: float) -> Problem:
 
 
 def _words(body: bytes) -> str:
-    said = _one_line(re.sub("<[^>]*>", " ", body.decode("utf-8", "replace")))
+    said = one_line(re.sub("<[^>]*>", " ", body.decode("utf-8", "replace")))
     return f" ({said})" if said else ""
 
 
-def _one_line(text: str) -> str:
+def one_line(text: str) -> str:
+    r"""Return somebody else's words as one line, without control characters, cut if long.
+
+    Examples
+    --------
+    >>> one_line("Error 400:\n\tno such channel")
+    'Error 400: no such channel'
+    """
     line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return line if len(line) <= _LONGEST_WORDS else line[: _LONGEST_WORDS - 3] + "..."
 

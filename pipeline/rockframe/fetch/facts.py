@@ -97,6 +97,8 @@ Must be an event.
         raise ServiceError(url, f"{len(events)} events {event_id!r}. Must be one.")
     origin = _settled(events[0].preferred_origin(), events[0].origins)
     magnitude = _settled(events[0].preferred_magnitude(), events[0].magnitudes)
+    if magnitude is not None and magnitude.mag is None:
+        magnitude = None
     if origin is None or None in (origin.time, origin.latitude, origin.longitude):
         raise ServiceError(
             url,

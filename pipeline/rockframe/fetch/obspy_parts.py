@@ -17,5 +17,4 @@ with warnings.catch_warnings():
     from obspy.clients.fdsn.header import FDSNException as FDSNException
     from obspy.core.util.obspy_types import ObsPyException as ObsPyException
     from obspy.geodetics import gps2dist_azimuth as gps2dist_azimuth
-    from obspy.io.mseed import InternalMSEEDWarning as InternalMSEEDWarning
     from obspy.io.mseed.util import get_record_information as get_record_information
