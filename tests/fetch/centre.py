@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
@@ -33,6 +33,7 @@ class Reply:
     headers: dict[str, str] = field(default_factory=dict)
     keep_back: int = 0  # bytes announced but not sent
     pause: float = 0.0  # before the body [s]
+    drip: float = 0.0  # before each 512 bytes of it [s]
 
 
 def waveform(
@@ -140,7 +141,12 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         if reply.pause and self.server.hush.wait(reply.pause):
             return
-        self.wfile.write(reply.body[: len(reply.body) - reply.keep_back])
+        body = reply.body[: len(reply.body) - reply.keep_back]
+        with suppress(BrokenPipeError, ConnectionResetError):  # the client may have had enough
+            for start in range(0, len(body), 512):
+                self.wfile.write(body[start : start + 512])
+                if reply.drip and self.server.hush.wait(reply.drip):
+                    return
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
         """Say nothing."""
@@ -154,6 +160,7 @@ class DataCentre:
     asked: list[str]
     waveforms: dict[tuple[str, str], list[Reply]] = field(default_factory=dict)
     stations: dict[str, tuple[float, float]] = field(default_factory=lambda: dict(STATIONS))
+    responses: list[Reply] = field(default_factory=list)
     before_all: list[Reply] = field(default_factory=list)
 
     def answer(self, service: str, query: dict[str, str]) -> Reply:
@@ -162,6 +169,8 @@ class DataCentre:
             return self.before_all.pop(0)
         if service == "event":
             return Reply(body=quakeml()) if query["eventid"] == "xx1" else Reply(204)
+        if service == "station" and query["level"] == "response" and self.responses:
+            return self.responses[0]
         if service == "station":
             asked = query["station"].split(",")
             known = {k: v for k, v in self.stations.items() if k in asked or "*" in asked}

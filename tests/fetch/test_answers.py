@@ -14,7 +14,7 @@ import pytest
 from rockframe.errors import RockframeError, ServiceError
 from rockframe.fetch import Fetched, Request, fetch
 
-from .centre import MSEED, DataCentre, Reply, miniseed, waveform
+from .centre import MSEED, STATIONS, DataCentre, Reply, miniseed, stationxml, waveform
 
 Make = Callable[..., Request]
 START = "2019-07-06T03:19:43.000000Z"
@@ -153,6 +153,31 @@ def test_a_slow_answer_ends(centre: DataCentre, run: Run) -> None:
     with pytest.raises(ServiceError, match=r"not answered in full within 0.2 s. Must be tried ag"):
         run(timeout=0.2)
     assert len(centre.queries("dataselect")) == 4
+
+
+def test_an_answer_that_drips_ends(centre: DataCentre, run: Run) -> None:
+    centre.waveforms["CLC", "HNE"] = [Reply(body=SOUND, content_type=MSEED, drip=0.05)]
+    with pytest.raises(ServiceError, match=r"not answered in full within 0.2 s. Must be tried ag"):
+        run(timeout=0.2)
+
+
+@pytest.mark.parametrize(
+    ("answer", "what", "words"),
+    [
+        (reply(204), "XX.CLC", "no StationXML: answered 204: no data."),
+        (Reply(body=b"<html/>"), "XX.CLC", "no StationXML: answer of 7 bytes is no StationXML."),
+        (Reply(body=stationxml(STATIONS, ("HNE", "HNN"))), "XX.CLC.--.HNZ", "without sensitivity"),
+    ],
+)
+def test_waveforms_without_stationxml_are_said(
+    centre: DataCentre, run: Run, answer: Reply, what: str, words: str
+) -> None:
+    centre.responses = [answer]
+    fetched, _ = run()
+    assert len(fetched.channels) == 3
+    assert fetched.coverage[-1].what == what
+    assert words in fetched.coverage[-1].verdict
+    assert not fetched.complete
 
 
 def test_a_silent_address(request_of: Make, output: Path) -> None:
