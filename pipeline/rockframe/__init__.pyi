@@ -14,6 +14,7 @@ from .rocking import GroundAcceleration as GroundAcceleration
 from .rocking import Response as Response
 from .rocking import Verdict as Verdict
 from .rocking import respond as respond
+from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
 from .stages import pulse_stage as pulse_stage
 from .stages import respond_stage as respond_stage

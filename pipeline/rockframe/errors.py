@@ -38,3 +38,26 @@ class InputError(RockframeError):
         self.line = line
         where = str(path) if line is None else f"{path}:{line}"
         super().__init__(f"{where}: {message}")
+
+
+class ServiceError(RockframeError):
+    """A data centre gave no answer, or none that can be used.
+
+    Parameters
+    ----------
+    url : str
+        What was asked of it.
+    message : str
+        What it answered, and what to do.
+
+    Examples
+    --------
+    >>> raise ServiceError("https://data.example", "answered 204: no data. Must be held there.")
+    Traceback (most recent call last):
+    rockframe.errors.ServiceError: https://data.example: answered 204: no data. Must be held there.
+    """
+
+    def __init__(self, url: str, message: str) -> None:
+        self.url = url
+        self.reason = message
+        super().__init__(f"{url}: {message}")

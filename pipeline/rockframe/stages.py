@@ -6,13 +6,22 @@ import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.ingest import CATALOGUE, Limits, ReadOptions, Rejection, collect, read_catalogue
+from rockframe.ingest import (
+    CATALOGUE,
+    CatalogueEntry,
+    Limits,
+    ReadOptions,
+    Rejection,
+    collect,
+    read_catalogue,
+    write_catalogue,
+)
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
 from rockframe.provenance import refuse_overwriting, sha256_of, whole_file
 from rockframe.record import Orientation, Record
@@ -33,6 +42,9 @@ from rockframe.study import SHIPPED_STRUCTURES, read_structures
 from rockframe.units import GRAVITY
 from rockframe.wavelets import WAVELETS
 
+if TYPE_CHECKING:
+    from rockframe.fetch import Fetched, Request
+
 #: Columns of the list of inputs.
 _LIST_COLUMNS: Final = ("file", "record_id", "status", "line", "reason")
 #: No ground has moved with a fraction of this [m s-2]; gal read as g does.
@@ -43,6 +55,41 @@ Progress = Callable[[int, int], None]
 
 def _silent(_done: int, _total: int) -> None:
     """Report progress to nobody."""
+
+
+def fetch_stage(
+    request: Request,
+    folder: Path,
+    *,
+    timeout: float,
+    progress: Callable[[str], None] | None = None,
+) -> Fetched:
+    """Fetch records into a folder that `ingest_stage` reads, with a `catalogue.csv` of the event.
+
+    Parameters
+    ----------
+    request : Request
+        What to fetch.
+    folder : Path
+        New, empty, or that of an earlier run of the same request.
+    timeout : float
+        Longest time for one answer [s].
+    progress : callable, optional
+        Called with the name of each file that is asked for.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or cannot be written to.
+    ServiceError
+        If nothing came in, or a service stays silent or refuses what it is asked.
+    """
+    from rockframe.fetch import fetch  # obspy's client: the other stages need not wait for it
+
+    fetched = fetch(request, folder, timeout=timeout, progress=progress)
+    entries = [CatalogueEntry(**facts) for facts in fetched.facts()]
+    write_catalogue(folder / CATALOGUE, entries)
+    return fetched
 
 
 @dataclass(frozen=True)

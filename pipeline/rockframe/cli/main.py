@@ -13,10 +13,10 @@ from importlib.metadata import version
 from types import FrameType
 from typing import NoReturn
 
-from rockframe.cli import formats, ingest, pulse, respond, table1
+from rockframe.cli import fetch, formats, ingest, pulse, respond, table1
 from rockframe.errors import RockframeError
 
-_VERBS = (table1, ingest, pulse, respond, formats)
+_VERBS = (table1, fetch, ingest, pulse, respond, formats)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -31,7 +31,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="rockframe",
         description="From strong-motion records to the rocking response of free-standing frames: "
         "pulses, histories, stability verdicts.",
-        epilog="Exit status: 0 done; 1 done, but some records were rejected (they are listed); "
+        epilog="Exit status: 0 done; 1 done, but some records were rejected or are missing (they "
+        "are listed); "
         "2 something for you to mend, said in one line.",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, TextIO
 
 from rockframe.errors import InputError
+from rockframe.provenance import whole_file
 from rockframe.record import Record
 
 #: Name of the catalogue in a folder of records.
@@ -103,6 +104,40 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from error
     return entries
+
+
+def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
+    """Write a catalogue that `read_catalogue` reads; unknown is an empty cell.
+
+    Parameters
+    ----------
+    path : Path
+        Where to write it.
+    entries : iterable of CatalogueEntry
+        One a file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "catalogue.csv")
+    ...     write_catalogue(path, [CatalogueEntry(file="PUL164.AT2", magnitude=6.6)])
+    ...     read_catalogue(path)["PUL164.AT2"].magnitude
+    6.6
+    """
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for entry in entries:
+            cells = [getattr(entry, column.removesuffix("_km")) for column in COLUMNS]
+            writer.writerow(
+                "" if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells
+            )
 
 
 def with_facts(record: Record, entry: CatalogueEntry) -> Record:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.attempt import Outcome, Rejection, attempt
@@ -15,6 +16,9 @@ from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.quarantine import Limits, Served, serve, worker_count
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.record import Record
+
+#: Files of a folder that tell of records and hold none: the catalogue, and what a fetch leaves.
+NO_RECORDS: Final = frozenset([CATALOGUE, "request.json", "event.quakeml", "channels.stationxml"])
 
 Catalogue = Mapping[str, CatalogueEntry]
 
@@ -35,7 +39,8 @@ def collect(
     ----------
     paths : iterable of str or Path
         Files, ZIP and gzip archives, and folders of such; of a folder, the regular files in it, by
-        name, without hidden ones, its `catalogue.csv` and StationXML.
+        name, without hidden ones, its `catalogue.csv`, StationXML, and what `rockframe fetch`
+        leaves beside the records.
     options : ReadOptions
         Units and time step of files that do not state them.
     catalogue : mapping of str to CatalogueEntry, optional
@@ -168,6 +173,6 @@ def _may_be_record(file: Path) -> bool:
     return (
         file.is_file()
         and not file.name.startswith(".")
-        and file.name != CATALOGUE
+        and file.name not in NO_RECORDS
         and not is_station_xml(file)
     )

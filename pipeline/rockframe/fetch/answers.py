@@ -1,0 +1,198 @@
+"""What the answers of a service mean, in one line each, with what to do."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from email.message import Message
+from email.utils import parsedate_to_datetime
+from enum import Enum, auto
+from typing import Final
+
+#: Longest part of a service's own words that is repeated in an error [characters].
+_LONGEST_WORDS: Final = 200
+#: Answers that may be another one a little later.
+_PASSING: Final = frozenset([429, 500, 502, 503, 504])
+_AGAIN: Final = "Must be tried again later: the same command goes on where it stopped."
+_BY_HAND: Final = (
+    "needs a login or a permission, and rockframe sends none. "
+    "Must be downloaded by hand from the archive's site, then read with `rockframe ingest`."
+)
+
+
+class Kind(Enum):
+    """What kind of problem an answer is."""
+
+    NO_DATA = auto()
+    WITHHELD = auto()
+    TOO_MUCH = auto()
+    DAMAGED = auto()
+    MISTAKE = auto()
+    UNAVAILABLE = auto()
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Why an answer cannot be used.
+
+    Parameters
+    ----------
+    kind : Kind
+        What kind of problem.
+    reason : str
+        What was answered, and what to do.
+    passing : bool
+        Whether it may be gone at the next attempt.
+    wait : float
+        What the service asks to wait before it [s].
+
+    Examples
+    --------
+    >>> Problem(Kind.NO_DATA, "answered 204: no data. Must be held there.").passing
+    False
+    """
+
+    kind: Kind
+    reason: str
+    passing: bool = False
+    wait: float = 0.0
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One answer as it came in.
+
+    Parameters
+    ----------
+    url : str
+        What was asked, in full.
+    status : int
+        HTTP status; 0 if there was none.
+    headers : Message
+        Headers of the answer.
+    body : bytes
+        What came in.
+    problem : Problem, optional
+        What went wrong on the way.
+    """
+
+    url: str
+    status: int
+    headers: Message
+    body: bytes
+    problem: Problem | None = None
+
+
+def judge(heard: Heard, content: re.Pattern[str]) -> Problem | None:
+    """Return why an answer cannot be used, or None.
+
+    Parameters
+    ----------
+    heard : Heard
+        The answer.
+    content : pattern
+        Content types that the service may answer with.
+
+    Examples
+    --------
+    >>> heard = Heard("http://127.0.0.1/query", 413, Message(), b"")
+    >>> judge(heard, re.compile("application/xml")).reason[:31]
+    'answered 413: too much at once.'
+    """
+    if heard.problem is not None:
+        return heard.problem
+    if heard.status != 200:
+        return _of_status(heard)
+    if not heard.body:
+        return Problem(Kind.NO_DATA, "answered 200 with nothing: no data. " + _HELD)
+    # Without the header Message would say text/plain, which nobody stated.
+    given = heard.headers.get_content_type() if "Content-Type" in heard.headers else ""
+    if given and not content.fullmatch(given):
+        return Problem(
+            Kind.DAMAGED,
+            f"answered with content type {given!r} (a page for people, or a login?). "
+            f"Must be {content.pattern.split('|')[0]}: check the address of the service.",
+        )
+    return None
+
+
+_HELD: Final = "Must be codes and times that the service holds."
+
+
+def _of_status(heard: Heard) -> Problem:
+    status, said = heard.status, _words(heard.body)
+    if status in {204, 404}:
+        service = " (or no such service at this address)" if status == 404 else ""
+        return Problem(Kind.NO_DATA, f"answered {status}: no data{service}. {_HELD}")
+    if status in {401, 403}:
+        return Problem(Kind.WITHHELD, f"answered {status}: {_BY_HAND}")
+    if status in {413, 414}:
+        return Problem(
+            Kind.TOO_MUCH,
+            f"answered {status}: too much at once. Must be less: fewer stations or channels, "
+            "or a shorter span of time.",
+        )
+    if status in _PASSING:
+        wait = _retry_after(heard.headers)
+        asked = f" and asks to wait {wait:g} s" if wait else ""
+        reason = f"answered {status}{said}{asked}. {_AGAIN}"
+        return Problem(Kind.UNAVAILABLE, reason, passing=True, wait=wait)
+    if status == 400:
+        return Problem(Kind.MISTAKE, f"answered 400, bad request{said}. Must be asked otherwise.")
+    return Problem(Kind.MISTAKE, f"answered {status}{said}. Must be 200: check the address.")
+
+
+def unreachable(reason: str) -> Problem:
+    """Return the problem of a service that did not answer.
+
+    Examples
+    --------
+    >>> unreachable("connection refused").reason[:31]
+    'no answer (connection refused).'
+    """
+    return Problem(Kind.UNAVAILABLE, f"no answer ({one_line(reason)}). {_AGAIN}", passing=True)
+
+
+def slow(seconds: float) -> Problem:
+    """Return the problem of an answer that takes too long.
+
+    Examples
+    --------
+    >>> slow(60.0).passing
+    True
+    """
+    return Problem(
+        Kind.UNAVAILABLE, f"not answered in full within {seconds:g} s. {_AGAIN}", passing=True
+    )
+
+
+def _words(body: bytes) -> str:
+    said = one_line(re.sub("<[^>]*>", " ", body.decode("utf-8", "replace")))
+    return f" ({said})" if said else ""
+
+
+def one_line(text: str) -> str:
+    r"""Return somebody else's words as one line, without control characters, cut if long.
+
+    Examples
+    --------
+    >>> one_line("Error 400:\n\tno such channel")
+    'Error 400: no such channel'
+    """
+    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return line if len(line) <= _LONGEST_WORDS else line[: _LONGEST_WORDS - 3] + "..."
+
+
+def _retry_after(headers: Message) -> float:
+    """Seconds of the header Retry-After: a number, or a date; 0 without it."""
+    text = headers.get("Retry-After", "").strip()
+    if text.isascii() and text.isdecimal():
+        return float(text)
+    try:
+        until = parsedate_to_datetime(text)
+        # Against the service's own clock if it states it: ours may be wrong.
+        now = parsedate_to_datetime(headers["Date"]) if "Date" in headers else datetime.now(UTC)
+        return max((until - now).total_seconds(), 0.0)
+    except (ValueError, TypeError):  # no date, or one of the two without a zone
+        return 0.0

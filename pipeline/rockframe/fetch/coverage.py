@@ -1,0 +1,152 @@
+"""What came in, held against what was asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rockframe.fetch.obspy_parts import Stream, UTCDateTime
+
+
+@dataclass(frozen=True)
+class Break:
+    """A gap or an overlap.
+
+    Parameters
+    ----------
+    time : str
+        Where it ends, and the next samples begin (ISO 8601, UTC).
+    seconds : float
+        How long it is [s].
+
+    Examples
+    --------
+    >>> Break("2019-07-06T03:20:00.000000Z", 2.0).seconds
+    2.0
+    """
+
+    time: str
+    seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """What came in of one channel, or of the StationXML of one station.
+
+    Parameters
+    ----------
+    what : str
+        ``NET.STA.LOC.CHA`` of a channel, ``NET.STA`` of StationXML; a code that is not listed.
+    file : str
+        Name of its file; empty if nothing came in.
+    requested_start, requested_end, received_start, received_end : str
+        Spans (ISO 8601, UTC); empty if nothing came in.
+    samples : int
+        Samples that came in.
+    missing_start, missing_end : float
+        What is missing at the ends of the requested span [s].
+    gaps, overlaps : tuple of Break
+        Between the first and the last sample.
+    distance : float, optional
+        From the epicentre [km].
+    reason : str
+        Why nothing came in, or what came in cannot be used.
+
+    Examples
+    --------
+    >>> Coverage(what="CI.CLC.--.HNE", reason="answered 204: no data.").complete
+    False
+    """
+
+    what: str
+    file: str = ""
+    requested_start: str = ""
+    requested_end: str = ""
+    received_start: str = ""
+    received_end: str = ""
+    samples: int = 0
+    missing_start: float = 0.0
+    missing_end: float = 0.0
+    gaps: tuple[Break, ...] = ()
+    overlaps: tuple[Break, ...] = ()
+    distance: float | None = None
+    reason: str = ""
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that was asked for is there, once."""
+        return self.verdict == "complete"
+
+    @property
+    def verdict(self) -> str:
+        """What is wrong, in words, or ``complete``."""
+        found = [self.reason] if self.reason else []
+        if self.missing_start:
+            found.append(f"starts {self.missing_start:g} s late")
+        if self.missing_end:
+            found.append(f"ends {self.missing_end:g} s early")
+        found += [f"gap of {gap.seconds:g} s before {gap.time}" for gap in self.gaps]
+        found += [f"overlap of {over.seconds:g} s at {over.time}" for over in self.overlaps]
+        return "; ".join(found) or "complete"
+
+
+def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
+    """Compare the samples of one channel with the span that was asked for.
+
+    Parameters
+    ----------
+    what : str
+        ``NET.STA.LOC.CHA``, with ``--`` for a blank location.
+    span : tuple of str
+        Start and end that were asked for (ISO 8601, UTC).
+    stream : obspy.Stream
+        What came in. Services send whole miniSEED records, so it may begin earlier and end later.
+
+    Returns
+    -------
+    Coverage
+        A span within one sample of the requested one is whole.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from obspy import Trace
+    >>> stream = Stream([Trace(np.zeros(101, dtype=np.int32))])
+    >>> measure("..--.", ("1970-01-01T00:00:00Z", "1970-01-01T00:01:45Z"), stream).verdict
+    'ends 5 s early'
+    """
+    start, end = UTCDateTime(span[0]), UTCDateTime(span[1])
+    ids = {_named(trace) for trace in stream}
+    if ids != {what}:
+        return Coverage(
+            what=what,
+            requested_start=str(start),
+            requested_end=str(end),
+            reason=f"{', '.join(sorted(ids))} came in. Must be {what} alone",
+        )
+    first = min(trace.stats.starttime for trace in stream)
+    last = max(trace.stats.endtime for trace in stream)
+    step = max(trace.stats.delta for trace in stream)
+    rates = sorted({trace.stats.sampling_rate for trace in stream})
+    breaks = stream.get_gaps()  # [..., time before, time after, seconds, samples] each
+    return Coverage(
+        what=what,
+        requested_start=str(start),
+        requested_end=str(end),
+        received_start=str(first),
+        received_end=str(last),
+        samples=sum(trace.stats.npts for trace in stream),
+        missing_start=_beyond(first - start, step),
+        missing_end=_beyond(end - last, step),
+        gaps=tuple(Break(str(row[5]), round(row[6], 6)) for row in breaks if row[6] > 0.0),
+        overlaps=tuple(Break(str(row[5]), round(-row[6], 6)) for row in breaks if row[6] < 0.0),
+        reason="" if len(rates) == 1 else f"{len(rates)} sampling rates: {rates} Hz",
+    )
+
+
+def _named(trace: object) -> str:
+    network, station, location, channel = trace.id.split(".")  # type: ignore[attr-defined]
+    return f"{network}.{station}.{location or '--'}.{channel}"
+
+
+def _beyond(seconds: float, step: float) -> float:
+    return round(seconds, 6) if seconds > step else 0.0

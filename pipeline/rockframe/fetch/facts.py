@@ -1,0 +1,267 @@
+"""What the event service and the station service state, and nothing beyond it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any, Final
+
+from rockframe.errors import ParameterError, ServiceError
+from rockframe.fetch.obspy_parts import (
+    Inventory,
+    ObsPyException,
+    gps2dist_azimuth,
+    read_events,
+    read_inventory,
+)
+from rockframe.fetch.request import Event, Request
+
+#: What obspy's readers of XML raise on a file that is none of theirs.
+_UNREADABLE: Final = (
+    SyntaxError,  # lxml's, on what is no XML
+    ObsPyException,
+    ValueError,
+    TypeError,
+    AttributeError,
+    KeyError,
+)
+_QUAKEML: Final = re.compile(rb"<(\w+:)?quakeml[\s>].*<(\w+:)?eventParameters[\s>]", re.DOTALL)
+#: Codes that may become part of a file's name.
+_CODE: Final = re.compile(r"[A-Za-z0-9]{1,8}")
+
+
+@dataclass(frozen=True, order=True)
+class Channel:
+    """One channel that the station service lists.
+
+    Parameters
+    ----------
+    network, station, location, channel : str
+        Codes; the location is ``--`` if it is blank.
+    distance : float
+        From the epicentre [km], along the WGS84 geodesic; NaN without an event.
+
+    Examples
+    --------
+    >>> Channel("CI", "CLC", "--", "HNE", 5.1).name
+    'CI.CLC.--.HNE'
+    """
+
+    network: str
+    station: str
+    location: str
+    channel: str
+    distance: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """``NET.STA.LOC.CHA``."""
+        return f"{self.network}.{self.station}.{self.location}.{self.channel}"
+
+
+def read_event(url: str, body: bytes, event_id: str) -> Event:
+    """Read the facts of one event from QuakeML: what it prefers, or the only one.
+
+    Parameters
+    ----------
+    url : str
+        What was asked, for the error.
+    body : bytes
+        The answer.
+    event_id : str
+        Identifier that was asked for.
+
+    Raises
+    ------
+    ServiceError
+        If it is not QuakeML, not of one event, or no origin is preferred among several.
+
+    Examples
+    --------
+    >>> read_event("http://127.0.0.1", b"<html/>", "1")
+    Traceback (most recent call last):
+    rockframe.errors.ServiceError: http://127.0.0.1: answer of 7 bytes is no QuakeML. \
+Must be an event.
+    """
+    message = f"answer of {len(body)} bytes is no QuakeML. Must be an event."
+    if not _QUAKEML.search(body):  # obspy would raise a bare Exception
+        raise ServiceError(url, message)
+    try:
+        events = read_events(BytesIO(body), format="QUAKEML")
+    except _UNREADABLE:
+        raise ServiceError(url, message) from None
+    if len(events) != 1:
+        raise ServiceError(url, f"{len(events)} events {event_id!r}. Must be one.")
+    origin = _settled(events[0].preferred_origin(), events[0].origins)
+    magnitude = _settled(events[0].preferred_magnitude(), events[0].magnitudes)
+    if magnitude is not None and magnitude.mag is None:
+        magnitude = None
+    if origin is None or None in (origin.time, origin.latitude, origin.longitude):
+        raise ServiceError(
+            url,
+            f"event {event_id!r} with {len(events[0].origins)} origins, none preferred or whole. "
+            "Must be stated: --origin, --latitude, --longitude.",
+        )
+    names = [text.text for text in events[0].event_descriptions if text.text]
+    stated = " ".join((names or [event_id])[0].split())
+    kind = f" ({magnitude.magnitude_type})" if magnitude and magnitude.magnitude_type else ""
+    try:
+        return Event(
+            time=str(origin.time),
+            latitude=float(origin.latitude),
+            longitude=float(origin.longitude),
+            magnitude=math.nan if magnitude is None else float(magnitude.mag),
+            name=stated,
+            source=f"event {event_id} of {url.split('/fdsnws/')[0]}: origin, magnitude{kind}",
+        )
+    except ParameterError as error:
+        raise ServiceError(url, f"event {event_id!r}: {error}") from None
+
+
+def _settled(preferred: Any, stated: list[Any]) -> Any:
+    if preferred is not None:
+        return preferred
+    return stated[0] if len(stated) == 1 else None
+
+
+def read_stations(url: str, body: bytes) -> Inventory:
+    """Read StationXML.
+
+    Parameters
+    ----------
+    url : str
+        What was asked, for the error.
+    body : bytes
+        The answer.
+
+    Raises
+    ------
+    ServiceError
+        If it is not StationXML.
+
+    Examples
+    --------
+    >>> read_stations("http://127.0.0.1", b"<html/>")
+    Traceback (most recent call last):
+    rockframe.errors.ServiceError: http://127.0.0.1: answer of 7 bytes is no StationXML. \
+Must be of stations.
+    """
+    try:
+        return read_inventory(BytesIO(body), format="STATIONXML")
+    except _UNREADABLE:
+        message = f"answer of {len(body)} bytes is no StationXML. Must be of stations."
+        raise ServiceError(url, message) from None
+
+
+def list_channels(
+    url: str, inventory: Inventory, event: Event | None, request: Request
+) -> list[Channel]:
+    """List the channels of an inventory, by distance, then by name, each once.
+
+    Parameters
+    ----------
+    url : str
+        What was asked, for the error.
+    inventory : obspy.Inventory
+        What the station service states.
+    event : Event, optional
+        From where distances are measured.
+    request : Request
+        Its `radius_km` is the largest distance.
+
+    Raises
+    ------
+    ServiceError
+        If a code cannot be part of the name of a file.
+    """
+    found: set[Channel] = set()
+    for network, station, channel in _walk(inventory):
+        location = channel.location_code.strip() or "--"
+        for code in (network.code, station.code, channel.code, location.replace("--", "0")):
+            if not _CODE.fullmatch(code):
+                raise ServiceError(url, f"code {code!r}. Must be 1 to 8 letters and digits.")
+        distance = _distance(event, station)
+        if not distance > request.radius_km:
+            found.add(Channel(network.code, station.code, location, channel.code, distance))
+    by_distance = sorted(found, key=lambda c: (math.isnan(c.distance), c.distance, c.name))
+    return list({channel.name: channel for channel in by_distance}.values())
+
+
+def _walk(inventory: Inventory) -> Iterator[tuple[Any, Any, Any]]:
+    for network in inventory:
+        for station in network:
+            for channel in station:
+                yield network, station, channel
+
+
+def _distance(event: Event | None, station: Any) -> float:
+    if event is None:
+        return math.nan
+    metres, _, _ = gps2dist_azimuth(
+        event.latitude, event.longitude, float(station.latitude), float(station.longitude)
+    )
+    return float(metres) / 1000.0
+
+
+def unlisted(request: Request, channels: list[Channel]) -> list[str]:
+    """Return the codes asked for by name, without wild cards, that the station service lacks.
+
+    Parameters
+    ----------
+    request : Request
+        What was asked.
+    channels : list of Channel
+        What is listed.
+
+    Examples
+    --------
+    >>> request = Request(url="SCEDC", event_id="1", station="CLC,CCC", channel="HNE,HNN")
+    >>> unlisted(request, [Channel("CI", "CLC", "--", "HNE")])
+    ['*.CCC', 'CI.CLC.HNN']
+    """
+    stations = sorted({(channel.network, channel.station) for channel in channels})
+    absent = [
+        f"*.{code}" for code in _plain(request.station) if code not in {s for _, s in stations}
+    ]
+    absent += [
+        f"{code}.*" for code in _plain(request.network) if code not in {n for n, _ in stations}
+    ]
+    listed = {(c.network, c.station, c.channel) for c in channels}
+    absent += [
+        f"{network}.{station}.{code}"
+        for network, station in stations
+        for code in _plain(request.channel)
+        if (network, station, code) not in listed
+    ]
+    return absent
+
+
+def _plain(codes: str) -> list[str]:
+    return [code for code in codes.split(",") if not set(code) & set("?*")]
+
+
+def without_response(inventory: Inventory, channels: list[Channel]) -> list[str]:
+    """Return the names of the channels whose StationXML states no sensitivity and no response.
+
+    Parameters
+    ----------
+    inventory : obspy.Inventory
+        StationXML of a station.
+    channels : list of Channel
+        Those of the station.
+
+    Examples
+    --------
+    >>> without_response(Inventory([]), [Channel("CI", "CLC", "--", "HNE")])
+    ['CI.CLC.--.HNE']
+    """
+    stated = {
+        f"{network.code}.{station.code}.{channel.location_code.strip() or '--'}.{channel.code}"
+        for network, station, channel in _walk(inventory)
+        if channel.response is not None
+        and (channel.response.instrument_sensitivity or channel.response.response_stages)
+    }
+    return [channel.name for channel in channels if channel.name not in stated]

@@ -1,0 +1,148 @@
+"""The folder of a fetch: bytes as received, and `request.json`, which says what they are."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.fetch.answers import Heard
+from rockframe.provenance import sha256_of, whole_file
+
+#: What was asked for, and the SHA-256 of what came in.
+REQUEST: Final = "request.json"
+#: The event and the list of channels as received; of names that no reader takes for a record's.
+EVENT: Final = "event.quakeml"
+CHANNELS: Final = "channels.stationxml"
+
+
+@dataclass
+class Ledger:
+    """What a folder holds of a request; it grows with each answer, so that a rerun can go on.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    request : dict
+        What is asked for, as JSON values.
+    files : dict
+        By name: `url`, `sha256`, `bytes` of what was received.
+    received_at : dict
+        By name: when (ISO 8601, UTC). Here alone is the clock on the wall.
+    services : dict
+        By name: `url` and `version`.
+    """
+
+    folder: Path
+    request: dict[str, Any]
+    files: dict[str, dict[str, Any]] = field(default_factory=dict)
+    received_at: dict[str, str] = field(default_factory=dict)
+    services: dict[str, dict[str, str]] = field(default_factory=dict)
+
+    def kept(self, name: str) -> bytes | None:
+        """Return a file that was received before, if its bytes are still the same."""
+        stated = self.files.get(name)
+        path = self.folder / name
+        if stated is None or not path.is_file() or sha256_of(path) != stated["sha256"]:
+            return None
+        return path.read_bytes()
+
+    def keep(self, name: str, heard: Heard) -> None:
+        """Write a file whole, then the ledger.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written to.
+        """
+        with whole_file(self.folder / name) as partial:
+            partial.write_bytes(heard.body)
+        self.files[name] = {
+            "url": heard.url,
+            "sha256": sha256(heard.body).hexdigest(),
+            "bytes": len(heard.body),
+        }
+        self.received_at[name] = datetime.now(UTC).isoformat(timespec="seconds")
+        self.write()
+
+    def write(self, **found: Any) -> None:
+        """Write `request.json`, with what was found out.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written to.
+        """
+        document = {
+            "request": self.request,
+            "services": self.services,
+            "files": self.files,
+            "received_at": self.received_at,
+            "rockframe_version": version("rockframe"),
+            **found,
+        }
+        text = json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n"
+        with whole_file(self.folder / REQUEST) as partial:
+            partial.write_text(text, encoding="utf-8")
+
+
+def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
+    """Return the ledger of a folder: that of an earlier run of the same request, or a new one.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; made when the first file is written.
+    request : dict
+        What is asked for, as JSON values.
+
+    Raises
+    ------
+    InputError
+        If the folder holds another request, or files of unknown origin.
+
+    Examples
+    --------
+    >>> open_folder(Path("no-such-folder"), {"url": "SCEDC"}).files
+    {}
+    """
+    path = folder / REQUEST
+    try:
+        if not path.is_file():
+            if folder.exists() and any(folder.iterdir()):
+                raise InputError(
+                    folder, f"holds files but no {REQUEST}. Must be new, empty or an earlier fetch."
+                )
+            return Ledger(folder, request)
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(folder, f"cannot be opened: {error.strerror}.") from None
+    except ValueError as error:
+        raise InputError(path, f"is not JSON ({error}). Must be as written.") from None
+    return _ledger(path, document, request)
+
+
+def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
+    parts = ("request", "files", "received_at", "services")
+    if not isinstance(document, dict) or not all(
+        isinstance(document.get(part), dict) for part in parts
+    ):
+        raise InputError(path, f"lacks one of {', '.join(parts)}. Must be as written.")
+    before = document["request"]
+    different = sorted(
+        key for key in before.keys() | request.keys() if before.get(key) != request.get(key)
+    )
+    if different:
+        key = different[0]
+        raise InputError(
+            path,
+            f"holds another request: {key} {before.get(key)!r}, now {request.get(key)!r}. "
+            "Must be the same, or go to another folder.",
+        )
+    return Ledger(path.parent, request, *(document[part] for part in parts[1:]))

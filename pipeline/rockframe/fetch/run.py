@@ -1,0 +1,265 @@
+"""Event, stations, waveforms: asked for in turn, verified, and kept."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from io import BytesIO
+from itertools import groupby
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from rockframe.errors import InputError, ServiceError
+from rockframe.fetch.answers import Kind
+from rockframe.fetch.coverage import Coverage, measure
+from rockframe.fetch.facts import (
+    Channel,
+    list_channels,
+    read_event,
+    read_stations,
+    unlisted,
+    without_response,
+)
+from rockframe.fetch.fetched import Fetched
+from rockframe.fetch.folder import CHANNELS, EVENT, Ledger, open_folder
+from rockframe.fetch.miniseed import read_whole
+from rockframe.fetch.obspy_parts import UTCDateTime
+from rockframe.fetch.request import Event, Request, known
+from rockframe.fetch.service import TIMEOUT, Service, Sleep, open_service
+
+#: The shortest degree of latitude [km], so that a radius in degrees leaves no station out.
+_SHORTEST_DEGREE: Final = 110.5
+#: Problems that every other request would meet too; the rest are of one file and stop nothing.
+_OF_ALL_FILES: Final = frozenset([Kind.MISTAKE, Kind.UNAVAILABLE])
+
+T = TypeVar("T")
+Ask = Callable[[Any, BytesIO], None]
+Check = Callable[[str, bytes], T]
+
+
+@dataclass(frozen=True)
+class _Session:
+    """The services and the folder of one run."""
+
+    ledger: Ledger
+    services: dict[str, Service]
+    progress: Callable[[str], None]
+
+    def obtain(self, service: str, name: str, ask: Ask, check: Check[T]) -> tuple[T | None, str]:
+        """Return what `check` makes of a file, kept or sent now; or None and the reason."""
+        body = self.ledger.kept(name)
+        if body is not None:
+            return check(self.ledger.files[name]["url"], body), ""
+        self.progress(name)
+        heard = self.services[service].ask(ask)
+        if heard.problem is not None:
+            if heard.problem.kind in _OF_ALL_FILES:
+                raise ServiceError(heard.url, heard.problem.reason)
+            return None, heard.problem.reason
+        try:
+            found = check(heard.url, heard.body)
+        except (InputError, ServiceError) as error:
+            return None, error.reason
+        self._note_version(service)
+        self.ledger.keep(name, heard)
+        return found, ""
+
+    def require(self, service: str, name: str, ask: Ask, check: Check[T]) -> T:
+        """Return the same of a file without which nothing can go on."""
+        found, reason = self.obtain(service, name, ask, check)
+        if found is None:
+            raise ServiceError(f"{self.services[service].address} ({service} service)", reason)
+        return found
+
+    def _note_version(self, name: str) -> None:
+        if name not in self.ledger.services:
+            service = self.services[name]
+            self.ledger.services[name] = {"url": service.address, "version": service.version()}
+
+
+def fetch(
+    request: Request,
+    folder: Path,
+    *,
+    timeout: float = TIMEOUT,
+    sleep: Sleep = time.sleep,
+    progress: Callable[[str], None] | None = None,
+) -> Fetched:
+    """Fetch event, StationXML and waveforms into a folder; a rerun goes on where this one stopped.
+
+    Each channel is one file, ``NET.STA.LOC.CHA.mseed``, beside ``NET.STA.xml`` of its station, as
+    received. ``request.json`` says what was asked, and the SHA-256 of each file.
+
+    Parameters
+    ----------
+    request : Request
+        What to fetch.
+    folder : Path
+        New, empty, or that of an earlier run of the same request.
+    timeout : float
+        Longest time for one answer [s].
+    sleep : callable
+        Waits a number of seconds between attempts.
+    progress : callable, optional
+        Called with the name of each file that is asked for.
+
+    Returns
+    -------
+    Fetched
+        What came in, and what is missing.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or cannot be written to.
+    ParameterError
+        If an address is none.
+    ServiceError
+        If there is no such event or station, no waveform came in at all, or a service stays
+        silent or refuses what it is asked.
+
+    Examples
+    --------
+    >>> fetch(Request(url="moon", event_id="1", radius_km=10.0), Path("new"))
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid address 'moon' of the dataselect service. \
+Must begin with http:// or https://, or be a short name that obspy knows (as SCEDC, INGV).
+    """
+    ledger = open_folder(folder, request.document())
+    addresses = {
+        "dataselect": request.url,
+        "station": request.station_url or request.url,
+        "event": request.event_url or request.url,
+    }
+    services = {n: open_service(n, url, timeout, sleep) for n, url in addresses.items()}
+    session = _Session(ledger, services, progress or (lambda _name: None))
+    event = _event(session, request)
+    span = _span(request, event)
+    listed = _listed(session, request, event, span)
+    rows = [
+        Coverage(what=code, reason="not listed by the station service for this span and radius")
+        for code in unlisted(request, listed)
+    ]
+    for _, channels in groupby(listed, key=lambda channel: (channel.network, channel.station)):
+        rows += _fetch_station(session, list(channels), span)
+    received = {row.what for row in rows if row.file.endswith(".mseed")}
+    if not received:
+        address = services["dataselect"].address
+        raise ServiceError(address, f"no waveform came in: {rows[0].what}: {rows[0].reason}")
+    ledger.write(
+        event=None if event is None else known(asdict(event)),
+        coverage=[known(asdict(row)) | {"verdict": row.verdict} for row in rows],
+    )
+    return Fetched(event, tuple(c for c in listed if c.name in received), tuple(rows))
+
+
+def _event(session: _Session, request: Request) -> Event | None:
+    if not request.event_id:
+        return request.event
+
+    def ask(client: Any, answer: BytesIO) -> None:
+        client.get_events(eventid=request.event_id, filename=answer)
+
+    return session.require(
+        "event", EVENT, ask, lambda url, body: read_event(url, body, request.event_id)
+    )
+
+
+def _span(request: Request, event: Event | None) -> tuple[str, str]:
+    if event is None:
+        return request.start, request.end
+    origin = UTCDateTime(event.time)
+    return str(origin - request.before), str(origin + request.after)
+
+
+def _listed(
+    session: _Session, request: Request, event: Event | None, span: tuple[str, str]
+) -> list[Channel]:
+    radius = {"minradius": request.min_radius, "maxradius": request.max_radius}
+    if not math.isnan(request.radius_km):
+        radius["maxradius"] = min(request.radius_km / _SHORTEST_DEGREE, 180.0)
+    around = {name: value for name, value in radius.items() if not math.isnan(value)}
+    if around and event is not None:
+        around |= {"latitude": event.latitude, "longitude": event.longitude}
+
+    def ask(client: Any, answer: BytesIO) -> None:
+        client.get_stations(
+            network=request.network,
+            station=request.station,
+            location=request.location,
+            channel=request.channel,
+            starttime=UTCDateTime(span[0]),
+            endtime=UTCDateTime(span[1]),
+            level="channel",
+            filename=answer,
+            **around,
+        )
+
+    def check(url: str, body: bytes) -> list[Channel]:
+        return list_channels(url, read_stations(url, body), event, request)
+
+    listed = session.require("station", CHANNELS, ask, check)
+    if not listed:
+        raise ServiceError(
+            session.services["station"].address,
+            f"no channel {request.channel!r} within {request.radius_km:g} km. "
+            "Must be a larger radius or other codes.",
+        )
+    return listed
+
+
+def _fetch_station(
+    session: _Session, channels: list[Channel], span: tuple[str, str]
+) -> list[Coverage]:
+    station = f"{channels[0].network}.{channels[0].station}"
+    file = f"{station}.xml"
+
+    def ask(client: Any, answer: BytesIO) -> None:
+        client.get_stations(
+            network=channels[0].network,
+            station=channels[0].station,
+            location=",".join(sorted({channel.location for channel in channels})),
+            channel=",".join(sorted({channel.channel for channel in channels})),
+            starttime=UTCDateTime(span[0]),
+            endtime=UTCDateTime(span[1]),
+            level="response",
+            filename=answer,
+        )
+
+    rows = [_fetch_channel(session, channel, span) for channel in channels]
+    inventory, reason = session.obtain("station", file, ask, read_stations)
+    if inventory is None:
+        return [*rows, Coverage(what=station, reason=f"no StationXML: {reason}")]
+    silent = without_response(inventory, channels)
+    return rows + [
+        Coverage(what=name, file=file, reason="StationXML without sensitivity or response")
+        for name in silent
+    ]
+
+
+def _fetch_channel(session: _Session, channel: Channel, span: tuple[str, str]) -> Coverage:
+    file = f"{channel.name}.mseed"
+
+    def ask(client: Any, answer: BytesIO) -> None:
+        client.get_waveforms(
+            channel.network,
+            channel.station,
+            channel.location,
+            channel.channel,
+            UTCDateTime(span[0]),
+            UTCDateTime(span[1]),
+            filename=answer,
+        )
+
+    def check(_url: str, body: bytes) -> Coverage:
+        return replace(measure(channel.name, span, read_whole(file, body)), file=file)
+
+    row, reason = session.obtain("dataselect", file, ask, check)
+    distance = None if math.isnan(channel.distance) else channel.distance
+    if row is None:
+        row = Coverage(
+            what=channel.name, requested_start=span[0], requested_end=span[1], reason=reason
+        )
+    return replace(row, distance=distance)
