@@ -208,3 +208,17 @@ def test_mistakes_are_one_line(
     assert reason in error
     assert error.count("\n") == 1
     assert not output.exists()
+
+
+def test_what_is_fetched_can_be_ingested(
+    centre: DataCentre, request_of: Make, output: Path
+) -> None:
+    """Counts over the sensitivity that the centre states, with the event's facts beside them."""
+    fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
+    records, rejections = collect([output])
+    assert rejections == []
+    assert [record.component for record in records] == ["HNE", "HNN", "HNZ"]
+    for record in records:
+        assert abs(record.acceleration).max() == pytest.approx(1000.0 / 213500.0, rel=1e-3)
+        assert (record.event, record.magnitude) == ("Made up, California", 7.1)
+        assert record.uncorrected
