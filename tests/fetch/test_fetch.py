@@ -210,9 +210,7 @@ def test_mistakes_are_one_line(
     assert not output.exists()
 
 
-def test_what_is_fetched_can_be_ingested(
-    centre: DataCentre, request_of: Make, output: Path
-) -> None:
+def test_what_is_fetched_can_be_ingested(request_of: Make, output: Path) -> None:
     """Counts over the sensitivity that the centre states, with the event's facts beside them."""
     fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
     records, rejections = collect([output])
