@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,22 +12,23 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import CatalogueEntry, ReadOptions, Rejection, collect
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
-from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record
 from rockframe.results import (
     PULSES,
     RECORDS,
     RESPONSE,
+    Entry,
     input_hash,
     pulses_dataset,
     read_records,
     records_dataset,
     response_dataset,
     write,
+    write_entries,
 )
 from rockframe.rocking.response import Response, respond
-from rockframe.signals import BandPass, correct
-from rockframe.study import SHIPPED_STRUCTURES, read_structures
+from rockframe.signals import BandPass, correct, passport
+from rockframe.study import SHIPPED_STRUCTURES, PassportLimits, read_structures
 from rockframe.wavelets import WAVELETS
 
 #: Called with what is done and what there is to do in all.
@@ -41,10 +41,15 @@ def _silent(_done: int, _total: int) -> None:
 
 @dataclass(frozen=True)
 class Ingested:
-    """What became of the files: the records that went through, and the rejections."""
+    """What became of the files: the records that went through, and the rejections.
+
+    The entries are the rows of the table: one for each record and each rejected file, with the
+    record's passport where one was made.
+    """
 
     records: tuple[Record, ...]
     rejections: tuple[Rejection, ...]
+    entries: tuple[Entry, ...]
 
 
 def ingest_stage(
@@ -54,11 +59,13 @@ def ingest_stage(
     options: ReadOptions | None = None,
     catalogue: Mapping[str, CatalogueEntry] | None = None,
     band: BandPass | None = None,
+    limits: PassportLimits | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
 
-    Beside it goes a CSV file of the same name: every input, accepted or rejected, with the reason.
+    Each record gets a passport, and one with a verdict of rejection is rejected. Beside it goes a
+    CSV file of the same name: every input, accepted or rejected, with the reason and the checks.
 
     Parameters
     ----------
@@ -72,6 +79,8 @@ def ingest_stage(
         Facts about the files, by file name; otherwise each folder's own ``catalogue.csv``.
     band : BandPass, optional
         Corner frequencies for uncorrected records.
+    limits : PassportLimits, optional
+        Limits of the passport.
     progress : callable, optional
         Called with the name of each file.
 
@@ -86,28 +95,42 @@ def ingest_stage(
         If a path does not exist, or no record went through: then nothing is written.
     """
     band = band or BandPass()
+    limits = limits or PassportLimits()
     read, rejections = collect(paths, options or ReadOptions(), catalogue, progress)
-    records: list[Record] = []
-    rejected = list(rejections)
-    for record in read:
-        try:
-            records.append(_processed(record, band))
-        except ParameterError as error:
-            rejected.append(Rejection(file=record.source_file, reason=str(error)))
-    if not records:
+    inspected = [_inspected(record, band, limits) for record in read]
+    entries = [entry for _, entry in inspected] + [
+        Entry(r.file, "", reason=r.reason, line=r.line) for r in rejections
+    ]
+    rejected = [Rejection(e.file, e.reason, e.line) for e in entries if e.reason]
+    accepted = [(record, entry.passport) for record, entry in inspected if not entry.reason]
+    if not accepted:
         first, others = rejected[0], len(rejected) - 1
         more = f" ({others} more files were rejected too.)" if others else ""
         raise InputError(first.file, first.reason + more, first.line)
-    result = Ingested(tuple(records), tuple(rejected))
+    records = [record for record, _ in accepted]
     write(
-        records_dataset(records),
+        records_dataset(records, [passport for _, passport in accepted if passport]),
         output,
         RECORDS,
         input_sha256={record.source_file: record.source_sha256 for record in records},
-        parameters={"band_pass_hz": [band.low, band.high]},
+        parameters={"band_pass_hz": [band.low, band.high], "passport": limits.stated()},
     )
-    _write_list(result, output.with_suffix(".csv"))
-    return result
+    entries.sort(key=lambda entry: bool(entry.reason))
+    write_entries(entries, output.with_suffix(".csv"))
+    return Ingested(tuple(records), tuple(rejected), tuple(entries))
+
+
+def _inspected(record: Record, band: BandPass, limits: PassportLimits) -> tuple[Record, Entry]:
+    """The record after processing, and its row of the table; with a reason, it is rejected."""
+    file, name = record.source_file, record.record_id
+    try:
+        processed = _processed(record, band)
+        corners = band.corners(record.time_step) if record.uncorrected else None
+        checked = passport(record, processed, limits, corners)
+    except ParameterError as error:
+        return record, Entry(file, name, reason=str(error))
+    reason = " ".join(str(check) for check in checked.rejections)
+    return processed, Entry(file, name, checked, f"record {name!r}: {reason}" if reason else "")
 
 
 def _processed(record: Record, band: BandPass) -> Record:
@@ -120,17 +143,6 @@ def _processed(record: Record, band: BandPass) -> Record:
         return record
     corrected, steps = correct(record.acceleration, record.time_step, band)
     return replace(record, acceleration=corrected, processing=(*record.processing, *steps))
-
-
-def _write_list(result: Ingested, path: Path) -> None:
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["file", "record_id", "status", "line", "reason"])
-        for record in result.records:
-            writer.writerow([record.source_file, record.record_id, "accepted", "", ""])
-        for rejection in result.rejections:
-            line = "" if rejection.line is None else rejection.line
-            writer.writerow([rejection.file, "", "rejected", line, rejection.reason])
 
 
 def pulse_stage(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rockframe.ingest import ReadOptions
     from rockframe.signals import BandPass
+    from rockframe.study import PassportLimits
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -39,6 +40,12 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="CSV of event, station, magnitude and distance of each file "
         "(default: catalogue.csv of the folder)",
     )
+    parser.add_argument(
+        "--limits",
+        type=Path,
+        metavar="FILE",
+        help="TOML file with a [passport] table: limits of the checks of each record",
+    )
 
 
 def read_options(options: argparse.Namespace) -> ReadOptions:
@@ -53,6 +60,13 @@ def band_pass(options: argparse.Namespace) -> BandPass:
     from rockframe.signals import BandPass
 
     return BandPass(*options.band_pass)
+
+
+def passport_limits(options: argparse.Namespace) -> PassportLimits:
+    """Return the limits of the checks, the user's or the default ones."""
+    from rockframe.study import PassportLimits, read_limits
+
+    return read_limits(options.limits) if options.limits else PassportLimits()
 
 
 def add_structures(parser: argparse.ArgumentParser) -> None:

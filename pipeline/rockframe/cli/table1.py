@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
-    from rockframe.cli.arguments import band_pass, read_options
+    from rockframe.cli.arguments import band_pass, passport_limits, read_options
     from rockframe.cli.console import progress_bar, progress_names
     from rockframe.ingest import read_catalogue
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
@@ -83,6 +83,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> Ingested:
             options=read_options(options),
             catalogue=read_catalogue(options.catalogue) if options.catalogue else None,
             band=band_pass(options),
+            limits=passport_limits(options),
             progress=reading,
         )
     with progress_bar("matching pulses") as progress:
@@ -153,6 +154,7 @@ def _write_table(rows: Sequence[TableRow], path: Path) -> None:
 def _finish(
     options: argparse.Namespace, ingested: Ingested, folder: Path, outputs: Sequence[Path]
 ) -> None:
+    from rockframe.cli.arguments import passport_limits
     from rockframe.provenance import sha256_of, write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
@@ -163,6 +165,7 @@ def _finish(
         inputs=inputs | {structures.name: sha256_of(structures)},
         parameters={
             "band_pass_hz": list(options.band_pass),
+            "passport": passport_limits(options).stated(),
             "periods_s": list(options.periods),
             "structure": options.structure,
             "time_step_s": options.time_step,
