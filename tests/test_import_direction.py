@@ -13,7 +13,7 @@ FLOORS = (
     {"units", "provenance"},
     {"frame", "wavelets", "rocking.kernel"},
     {"record", "study"},
-    {"ingest", "fetch", "signals", "matching", "rocking"},
+    {"ingest", "fetch", "signals", "components", "matching", "rocking"},
     {"results"},
     {"stages", "figures", "paper"},
     {"cli"},

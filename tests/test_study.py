@@ -46,7 +46,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ("mass_ratio", "mass", r":6: unknown key 'mass'. Must be one of: name, height_m, width_m"),
-        ('name = "bent"', "", r":2: key 'name' missing. Must be stated for each structure"),
+        ('name = "bent"', "", r":2: key 'name' missing. Must be stated in each \[\[structure\]\]"),
         ("9.6", '"9.6"', r":4: height_m '9.6'. Must be a number"),
         ("9.6", "true", r":4: height_m True. Must be a number"),
         (
@@ -61,7 +61,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
         ("1.6", "10.0", r"Invalid slenderness 46.17 degrees .* Must be below 45.56 degrees"),
         ('"bent"', '"a bent"', r":3: name 'a bent'. Must be 1 to 64 letters"),
         ('"bent"', "7", r":3: name 7. Must be text in quotes"),
-        ("[[structure]]", "[structure]", r":2: no structures. Must hold one \[\[structure\]\]"),
+        ("[[structure]]", "[structure]", r":2: no \[\[structure\]\] table. Must hold one or more"),
         ("[[structure]]", "[[structures]]", r":2: unknown key 'structures'. Must be one of"),
         ("[[structure]]", "x = 3\n[[structure]]", r":2: unknown key 'x'. Must be one of"),
         ("9.6", "9.6.1", r"is not TOML"),
@@ -82,7 +82,7 @@ def test_a_name_stated_twice_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["structure = []", "", "structure = 3"])
 def test_no_structure_at_all_is_refused(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InputError, match=r"no structures. Must hold one"):
+    with pytest.raises(InputError, match=r"no \[\[structure\]\] table. Must hold one or more"):
         read_structures(written(tmp_path, text))
 
 

@@ -1,3 +1,8 @@
+from .components import HorizontalPair as HorizontalPair
+from .components import fault_components as fault_components
+from .components import pair_horizontals as pair_horizontals
+from .components import rotate as rotate
+from .components import rotd as rotd
 from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
@@ -14,10 +19,13 @@ from .rocking import GroundAcceleration as GroundAcceleration
 from .rocking import Response as Response
 from .rocking import Verdict as Verdict
 from .rocking import respond as respond
+from .signals import Passport as Passport
+from .signals import passport as passport
 from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
 from .stages import pulse_stage as pulse_stage
 from .stages import respond_stage as respond_stage
+from .study import PassportLimits as PassportLimits
 from .study import bundled_records as bundled_records
 from .study import read_structures as read_structures
 from .wavelets import WAVELETS as WAVELETS

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rockframe.ingest import read_file
 from rockframe.record import Record
-from rockframe.signals import BandPass, Float, correct
+from rockframe.signals import BandPass, correct
+
+Float = NDArray[np.float64]
 
 #: Natural frequency [Hz] and damping [1] of the sensor, from the header of CE89146.
 SENSOR = 1.0 / 0.0109, 0.67

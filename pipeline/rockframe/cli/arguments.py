@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rockframe.ingest import ReadOptions
     from rockframe.signals import BandPass
+    from rockframe.study import PassportLimits
 
 
 def path(text: str) -> Path:
@@ -74,6 +75,12 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict", action="store_true", help="stop at the first rejected file; write nothing"
     )
+    parser.add_argument(
+        "--limits",
+        type=path,
+        metavar="FILE",
+        help="TOML file with a [passport] table: limits of the checks of each record",
+    )
 
 
 def read_options(options: argparse.Namespace) -> ReadOptions:
@@ -93,6 +100,13 @@ def band_pass(options: argparse.Namespace) -> BandPass:
     from rockframe.signals import BandPass
 
     return BandPass(*options.band_pass)
+
+
+def passport_limits(options: argparse.Namespace) -> PassportLimits:
+    """Return the limits of the checks, the user's or the default ones."""
+    from rockframe.study import PassportLimits, read_limits
+
+    return read_limits(options.limits) if options.limits else PassportLimits()
 
 
 def add_structures(parser: argparse.ArgumentParser) -> None:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import add_reading, path
+
+if TYPE_CHECKING:
+    from rockframe.signals import Passport
+    from rockframe.stages import Ingested
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,11 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print what went through."""
-    from rockframe.cli.arguments import band_pass, read_options
-    from rockframe.cli.console import number, progress_names, show_json, show_rejections, show_table
-    from rockframe.signals import integrate, peak
+    from rockframe.cli.arguments import band_pass, passport_limits, read_options
+    from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages import ingest_stage
-    from rockframe.units import GRAVITY
 
     with progress_names("reading") as progress:
         result = ingest_stage(
@@ -31,11 +34,27 @@ def run(options: argparse.Namespace) -> int:
             catalogue=options.catalogue,
             band=band_pass(options),
             all_uncorrected=options.uncorrected,
+            passport_limits=passport_limits(options),
             progress=progress,
             workers=options.workers,
             strict=options.strict,
         )
-    summary: list[dict[str, Any]] = [
+    accepted = _accepted(result, options.uncorrected)
+    if options.json:
+        rejected = _rejected(result)
+        show_json({"accepted": accepted, "rejected": rejected, "output": str(options.output)})
+    else:
+        _show(accepted, options.output)
+    show_rejections(result.rejections)
+    return 1 if result.rejections else 0
+
+
+def _accepted(result: Ingested, all_uncorrected: bool) -> list[dict[str, Any]]:
+    from rockframe.signals import integrate, peak
+    from rockframe.units import GRAVITY
+
+    passports = {entry.record_id: entry.passport for entry in result.entries if not entry.reason}
+    return [
         {
             "record_id": record.record_id,
             "format": record.source_format,
@@ -43,16 +62,38 @@ def run(options: argparse.Namespace) -> int:
             "time_step_s": record.time_step,
             "pga_g": peak(record.acceleration) / GRAVITY,
             "pgv_m_s": peak(integrate(record.acceleration, record.time_step)),
-            "corrected_here": record.uncorrected or options.uncorrected,
+            "corrected_here": record.uncorrected or all_uncorrected,
             "processing": list(record.processing),
+            **_passport(passports[record.record_id]),
         }
         for record in result.records
     ]
-    if options.json:
-        rejected = [{"file": r.file, "line": r.line, "reason": r.reason} for r in result.rejections]
-        show_json({"accepted": summary, "rejected": rejected, "output": str(options.output)})
-    else:
-        rows = [
+
+
+def _rejected(result: Ingested) -> list[dict[str, Any]]:
+    return [
+        {
+            "file": entry.file,
+            "record_id": entry.record_id,
+            "line": entry.line,
+            "reason": entry.reason,
+            **_passport(entry.passport),
+        }
+        for entry in result.entries
+        if entry.reason
+    ]
+
+
+def _show(accepted: list[dict[str, Any]], output: Path) -> None:
+    from rockframe.cli.console import number, show_table
+
+    show_table(
+        f"{len(accepted)} record{'s' if len(accepted) > 1 else ''} in {output}",
+        [
+            *("record", "format", "samples>", "step [s]>", "PGA [g]>", "PGV [m/s]>"),
+            *("processing", "passport"),
+        ],
+        [
             [
                 str(row["record_id"]),
                 str(row["format"]),
@@ -61,13 +102,21 @@ def run(options: argparse.Namespace) -> int:
                 number(row["pga_g"], 3),
                 number(row["pgv_m_s"], 3),
                 "corrected here" if row["corrected_here"] else "as given",
+                row["passport"] + (": " if row["warnings"] else "") + ", ".join(row["warnings"]),
             ]
-            for row in summary
-        ]
-        show_table(
-            f"{len(summary)} record{'s' if len(summary) > 1 else ''} in {options.output}",
-            ["record", "format", "samples>", "step [s]>", "PGA [g]>", "PGV [m/s]>", "processing"],
-            rows,
-        )
-    show_rejections(result.rejections)
-    return 1 if result.rejections else 0
+            for row in accepted
+        ],
+    )
+
+
+def _passport(passport: Passport | None) -> dict[str, Any]:
+    """The verdict, the names of the warnings and all checks, as JSON has them."""
+    if passport is None:
+        return {"passport": None, "warnings": [], "checks": []}
+    return {
+        "passport": passport.verdict.name.lower(),
+        "warnings": list(passport.warnings),
+        "checks": [
+            {**vars(check), "verdict": check.verdict.name.lower()} for check in passport.checks
+        ],
+    }

@@ -71,13 +71,14 @@ def run(options: argparse.Namespace) -> int:
 
 def _require_sound(options: argparse.Namespace) -> None:
     """What can be known to be wrong is said before anything is computed."""
-    from rockframe.cli.arguments import band_pass, read_options
+    from rockframe.cli.arguments import band_pass, passport_limits, read_options
     from rockframe.errors import InputError
     from rockframe.stages import choose_structures
     from rockframe.study import SHIPPED_STRUCTURES
 
     read_options(options)
     band_pass(options)
+    passport_limits(options)
     choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)
     for source in options.records or []:
         home = source if source.is_dir() else source.parent
@@ -86,7 +87,7 @@ def _require_sound(options: argparse.Namespace) -> None:
 
 
 def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
-    from rockframe.cli.arguments import band_pass, read_options
+    from rockframe.cli.arguments import band_pass, passport_limits, read_options
     from rockframe.cli.console import progress_bar, progress_names
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
     from rockframe.study import SHIPPED_STRUCTURES, bundled_records
@@ -100,6 +101,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             catalogue=options.catalogue,
             band=band_pass(options),
             all_uncorrected=options.uncorrected,
+            passport_limits=passport_limits(options),
             progress=reading,
             workers=options.workers,
             strict=options.strict,
@@ -170,6 +172,7 @@ def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) ->
 
 def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> int:
     """Write the manifest; return the number of files of the run."""
+    from rockframe.cli.arguments import passport_limits
     from rockframe.provenance import sha256_of, write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
@@ -181,6 +184,7 @@ def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> in
         parameters={
             "all_uncorrected": options.uncorrected,
             "band_pass_hz": list(options.band_pass),
+            "passport": passport_limits(options).stated(),
             "periods_s": list(options.periods),
             "structure": options.structure,
             "time_step_s": options.time_step,

@@ -4,6 +4,9 @@ The only room that knows the datasets' variables, dimensions, units and attribut
 built by one function, written whole by `write`, and read back by one function.
 """
 
+from rockframe.results.entries import Entry as Entry
+from rockframe.results.entries import refuse_strange_entries as refuse_strange_entries
+from rockframe.results.entries import write_entries as write_entries
 from rockframe.results.files import PULSES as PULSES
 from rockframe.results.files import RECORDS as RECORDS
 from rockframe.results.files import RESPONSE as RESPONSE

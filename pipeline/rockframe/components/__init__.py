@@ -1,0 +1,9 @@
+"""The two horizontals of a station: pairing, rotation, and the sweep over all azimuths."""
+
+from rockframe.components.pair import HorizontalPair as HorizontalPair
+from rockframe.components.pairing import Unpaired as Unpaired
+from rockframe.components.pairing import pair_horizontals as pair_horizontals
+from rockframe.components.rotation import fault_components as fault_components
+from rockframe.components.rotation import rotate as rotate
+from rockframe.components.sweep import Sweep as Sweep
+from rockframe.components.sweep import rotd as rotd

@@ -1,0 +1,95 @@
+"""Which of many records belong together."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from rockframe.components.pair import HorizontalPair, sampling
+from rockframe.errors import ParameterError
+from rockframe.record import Orientation, Record
+
+
+@dataclass(frozen=True)
+class Unpaired:
+    """A horizontal record without a partner.
+
+    Parameters
+    ----------
+    record_id : str
+        Of the record.
+    reason : str
+        Why it has none, in words.
+    """
+
+    record_id: str
+    reason: str
+
+
+def pair_horizontals(
+    records: Iterable[Record],
+) -> tuple[tuple[HorizontalPair, ...], tuple[Unpaired, ...]]:
+    """Find the horizontal records that are two components of one motion.
+
+    Parameters
+    ----------
+    records : iterable of Record
+        Of any number of stations and events. Two belong together if they agree in event, station,
+        network, start time, time step and length, and their azimuths are 90 degrees apart.
+
+    Returns
+    -------
+    pairs : tuple of HorizontalPair
+        In the order of their first records; with the vertical of the same motion, if it is alone.
+    unpaired : tuple of Unpaired
+        Every other record that is not vertical, with the reason.
+
+    Examples
+    --------
+    >>> from rockframe import bundled_records, read_file
+    >>> pairs, unpaired = pair_horizontals(
+    ...     read_file(bundled_records() / "Ridgecrest2019-CCC.V1")
+    ... )
+    >>> [(pair.first.component, pair.second.component) for pair in pairs], unpaired
+    ([('090', '360')], ())
+    """
+    motions: defaultdict[tuple[str, ...], list[Record]] = defaultdict(list)
+    for record in records:
+        # Without a station nothing says that two records belong together.
+        alone = "" if record.station else record.record_id
+        motions[record.event, record.network, record.station, record.start_time, alone].append(
+            record
+        )
+    pairs: list[HorizontalPair] = []
+    unpaired: list[Unpaired] = []
+    for motion in motions.values():
+        known = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
+        unpaired += [
+            Unpaired(r.record_id, "direction unstated. Must be a horizontal of stated azimuth.")
+            for r in motion
+            if r.orientation is Orientation.UNSTATED
+        ]
+        try:
+            if known:
+                pairs.append(_pair(known, motion))
+        except ParameterError as error:
+            unpaired += [Unpaired(r.record_id, str(error)) for r in known]
+    return tuple(pairs), tuple(unpaired)
+
+
+def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
+    """The pair of a motion, or the reason why there is none."""
+    names = ", ".join(record.record_id for record in known)
+    where = f"of station {known[0].station!r}" if known[0].station else "without a stated station"
+    if len(known) == 1:
+        raise ParameterError(
+            f"{names} is the only horizontal {where} with this event and start time. Must be two."
+        )
+    if len(known) > 2:
+        raise ParameterError(f"{len(known)} horizontals {where}: {names}. Must be two.")
+    pair = HorizontalPair(*known)
+    verticals = [r for r in motion if r.orientation is Orientation.VERTICAL]
+    if len(verticals) != 1 or sampling(verticals[0]) != sampling(known[0]):
+        return pair
+    return replace(pair, vertical=verticals[0])

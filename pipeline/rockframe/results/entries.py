@@ -1,0 +1,100 @@
+"""records.csv: every record and every rejected file, with the reason and the checks."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.provenance import whole_file
+from rockframe.signals import Passport
+
+#: First columns of the table.
+_COLUMNS: Final = ("file", "record_id", "status", "line", "reason")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One row: a record, or a file that gave none.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    record_id : str
+        Of the record; empty if the file gave none.
+    passport : Passport, optional
+        Of the record, if one was made.
+    reason : str
+        Why it is rejected, in words; empty if it is accepted.
+    line : int, optional
+        Line number in the file, counted from 1.
+
+    Examples
+    --------
+    >>> Entry("FSD172.VT2", "", reason="is a velocity time series.", line=3).status
+    'rejected'
+    """
+
+    file: str
+    record_id: str
+    passport: Passport | None = None
+    reason: str = ""
+    line: int | None = None
+
+    @property
+    def status(self) -> str:
+        """``accepted`` or ``rejected``."""
+        return "rejected" if self.reason else "accepted"
+
+
+def write_entries(entries: Sequence[Entry], path: Path) -> None:
+    """Write the table: of each check its value, limit and verdict; what is not known is empty.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    made = [entry.passport for entry in entries if entry.passport is not None]
+    names = [check.name for check in made[0].checks] if made else []
+    heads = [f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")]
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([*_COLUMNS, "passport", *heads])
+        for entry in entries:
+            line = "" if entry.line is None else entry.line
+            known = [entry.file, entry.record_id, entry.status, line, entry.reason]
+            writer.writerow([*known, *_cells(entry.passport, len(heads))])
+
+
+def refuse_strange_entries(path: Path) -> None:
+    """Refuse to replace a file that has the name of the table and is something else.
+
+    Raises
+    ------
+    InputError
+        If there is such a file.
+    """
+    if not path.is_file():
+        return
+    with path.open("rb") as stream:
+        first = stream.readline().decode("latin-1").strip()
+    if first.split(",")[: len(_COLUMNS)] != list(_COLUMNS):
+        raise InputError(
+            path, "is in the place of the list of inputs, and is not one. Must be moved away."
+        )
+
+
+def _cells(passport: Passport | None, count: int) -> list[object]:
+    if passport is None:
+        return [""] * (1 + count)
+    cells: list[object] = [passport.verdict.name.lower()]
+    for check in passport.checks:
+        value = "" if math.isnan(check.value) else check.value
+        cells += [value, check.limit, check.verdict.name.lower()]
+    return cells

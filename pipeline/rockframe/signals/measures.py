@@ -1,0 +1,179 @@
+"""Intensity measures of an accelerogram, and signs of damage in its samples."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.signals.processing import integrate, peak
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+
+#: The first instants of a record [s]: a few samples at any usual rate, so that one that happens to
+#: be near zero hides nothing, and short beside the time strong motion takes to build up.
+OPENING: Final = 0.1
+#: An extreme is one of the instrument's range only if it is comparable to the peak: the rest
+#: between and after the pulses of a one-sided motion is an extreme too.
+_COMPARABLE: Final = 0.5
+
+
+def arias_intensity(acceleration: Float, time_step: float) -> float:
+    """Return I_A = pi / (2 g) times the integral of the squared acceleration [m s-1].
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Ground acceleration [m s-2].
+    time_step : float
+        Interval between samples [s].
+
+    References
+    ----------
+    Arias (1970), A measure of earthquake intensity, in Seismic Design for Nuclear Power Plants,
+    MIT Press, 438-483.
+
+    Examples
+    --------
+    >>> print(f"{arias_intensity(np.full(101, 1.0), 0.01):.4f}")
+    0.1601
+    """
+    return math.pi / (2.0 * GRAVITY) * float(integrate(acceleration**2, time_step)[-1])
+
+
+def significant_duration(
+    acceleration: Float, time_step: float, start: float = 0.05, end: float = 0.95
+) -> tuple[float, float]:
+    """Return when the integral of the squared acceleration passes two shares of its final value.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Ground acceleration [m s-2].
+    time_step : float
+        Interval between samples [s].
+    start, end : float
+        The two shares [1]: 0.05 and 0.95 bound D5-95, 0.05 and 0.75 bound D5-75.
+
+    Returns
+    -------
+    start, end : float
+        Times since the first sample [s]; the significant duration is their difference.
+
+    Raises
+    ------
+    ParameterError
+        Unless 0 < start < end < 1, or if all samples are zero.
+
+    References
+    ----------
+    Trifunac and Brady (1975), A study on the duration of strong earthquake ground motion,
+    BSSA 65(3), 581-626.
+
+    Examples
+    --------
+    >>> begin, finish = significant_duration(np.ones(1001), 0.01)
+    >>> print(f"{begin:.3f} {finish:.3f}")
+    0.500 9.500
+    """
+    if not 0.0 < start < end < 1.0:
+        raise ParameterError(
+            f"Invalid shares {start!r} and {end!r} of the Arias intensity. "
+            "Must be between 0 and 1, the lower one first."
+        )
+    growth = integrate((acceleration / _peak_of_motion(acceleration)) ** 2, time_step)
+    times = []
+    for target in (start * growth[-1], end * growth[-1]):
+        after = int(np.searchsorted(growth, target))
+        before = growth[after - 1]
+        times.append(time_step * (after - 1 + float((target - before) / (growth[after] - before))))
+    return times[0], times[1]
+
+
+def clipped_samples(acceleration: Float) -> int:
+    """Return the longest run of equal samples at the largest or the smallest value.
+
+    An instrument that runs out of range repeats its last value; 1 is what an unclipped record has.
+    An extreme less than half as far from the median as the other one is not looked at.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration as recorded, before any filter, in any unit.
+
+    Examples
+    --------
+    >>> clipped_samples(np.array([0.0, 2.0, 2.0, 2.0, 0.0, -2.0, 0.0]))
+    3
+    """
+    middle = float(np.median(acceleration))
+    extremes = {float(acceleration.min()), float(acceleration.max())}
+    furthest = max(abs(extreme - middle) for extreme in extremes)
+    return max(
+        _longest_run(acceleration == extreme)
+        for extreme in extremes
+        if abs(extreme - middle) >= _COMPARABLE * furthest
+    )
+
+
+def longest_constant(series: Float, time_step: float) -> float:
+    """Return the longest time over which a series does not change at all [s].
+
+    A gap that somebody filled, with zeros or with the last value, is such a time.
+
+    Parameters
+    ----------
+    series : array, shape (samples,)
+        Samples as recorded, in any unit.
+    time_step : float
+        Interval between samples [s].
+
+    Examples
+    --------
+    >>> longest_constant(np.array([1.0, 0.0, 0.0, 0.0, 2.0]), 0.5)
+    1.0
+    """
+    return time_step * _longest_run(np.diff(series) == 0.0)
+
+
+def opening_share(acceleration: Float, time_step: float) -> float:
+    """Return the peak of the first 0.1 s over the peak of all [1].
+
+    A record that starts late opens in the midst of the motion.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration without offset, not tapered, in any unit.
+    time_step : float
+        Interval between samples [s].
+
+    Raises
+    ------
+    ParameterError
+        If all samples are zero.
+
+    Examples
+    --------
+    >>> opening_share(np.r_[np.full(100, 0.25), 1.0], 0.01)
+    0.25
+    """
+    opening = acceleration[: max(1, round(OPENING / time_step))]
+    return peak(opening) / _peak_of_motion(acceleration)
+
+
+def _peak_of_motion(acceleration: Float) -> float:
+    largest = peak(acceleration)
+    if largest == 0.0:
+        raise ParameterError(f"all {acceleration.size} samples are zero. Must be a motion.")
+    return largest
+
+
+def _longest_run(held: NDArray[np.bool_]) -> int:
+    """Length of the longest row of truths."""
+    edges = np.flatnonzero(np.diff(np.r_[False, held, False]))
+    return int((edges[1::2] - edges[::2]).max(initial=0))

@@ -1,0 +1,196 @@
+"""The noise before the event, and the band in which the motion stands out of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+import scipy.signal
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+#: The record's first seconds set the level that the motion must rise above [s].
+_LISTEN: Final = 2.0
+#: Times that level: twice what Gaussian noise reaches in ten thousand samples.
+_ONSET: Final = 8.0
+#: Fourier amplitudes are averaged over bands of this share of an octave.
+_BANDS_PER_OCTAVE: Final = 3
+#: Share of the time before the onset that is left to an emergent arrival.
+_GUARD: Final = 0.2
+#: Noise is stationary: the levels of the four quarters of it differ by less than this factor. The
+#: tapered P waves of a record that was triggered differ by more.
+_STEADY: Final = 3.0
+_QUARTERS: Final = 4
+#: A band needs so many cycles in the window of noise to be judged.
+_CYCLES: Final = 2.0
+#: Share of a window under the cosine taper, both ends together.
+_TAPER: Final = 0.1
+#: Distance of the usable band from a filter's corner, as PEER states lowest usable frequencies.
+CORNER_MARGIN: Final = 1.25
+
+
+def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
+    """Return the length [s] and the noise level [unit of the samples] of the time before the event.
+
+    The event begins with the first sample further from the mean of the first 2 s than eight times
+    their root mean square. The noise is what lies before it, but for the last fifth, which is left
+    to an emergent arrival; its level is the root mean square about the mean.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration as recorded.
+    time_step : float
+        Interval between samples [s].
+
+    Returns
+    -------
+    length, level : float
+        0 and NaN if the event does not begin, begins within 2 s, or follows padding (samples all
+        equal) or a growing motion (quarters that differ by a factor of 3): then the noise is not
+        known.
+
+    Examples
+    --------
+    >>> hum = 0.001 * np.sin(0.7 * np.arange(500))
+    >>> length, level = pre_event(np.r_[hum, 1.0, -1.0], 0.01)
+    >>> print(f"{length:g} {level:.5f}")
+    4 0.00071
+    """
+    count = round(_LISTEN / time_step)
+    opening = acceleration[:count]
+    if count < 2 or np.ptp(opening) == 0.0:
+        return 0.0, math.nan
+    away = np.abs(acceleration - opening.mean()) > _ONSET * opening.std()
+    onset = int(away.argmax())
+    if onset < count:
+        return 0.0, math.nan
+    window = acceleration[: round((1.0 - _GUARD) * onset)]
+    noise = window - window.mean()
+    levels = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(noise, _QUARTERS)]
+    if max(levels) > _STEADY * min(levels):
+        return 0.0, math.nan
+    return time_step * window.size, float(noise.std())
+
+
+def signal_to_noise_band(
+    acceleration: Float, time_step: float, quiet: float, strong: tuple[float, float], ratio: float
+) -> tuple[float, float]:
+    """Return the band in which Fourier amplitudes of motion exceed those of the noise [Hz].
+
+    Both are root-mean-square amplitudes over thirds of an octave, the noise as it would be over
+    the time of the motion; the band is the unbroken one around the largest amplitude.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration as recorded.
+    time_step : float
+        Interval between samples [s].
+    quiet : float
+        Length of the noise at the beginning [s], as `pre_event` returns it.
+    strong : (float, float)
+        Times at which the strong motion begins and ends [s].
+    ratio : float
+        Least ratio of the amplitudes [1].
+
+    Returns
+    -------
+    low, high : float
+        Edges of the band [Hz]: 0 and infinity where nothing bounds it, because the lowest or the
+        highest band that can be judged (two cycles before the onset; the Nyquist frequency) still
+        stands out; both NaN if none does.
+
+    Examples
+    --------
+    >>> time = 0.01 * np.arange(4000)
+    >>> hum = 1e-3 * np.random.default_rng(1).standard_normal(4000)
+    >>> motion = np.where(time > 20, np.sin(2 * np.pi * 3 * time) * np.exp(-time / 50), 0.0)
+    >>> low, high = signal_to_noise_band(hum + motion, 0.01, 20.0, (21.0, 39.0), 3.0)
+    >>> low < 3 < high
+    True
+    """
+    onset = round(quiet / time_step)
+    first, last = (round(moment / time_step) for moment in strong)
+    if onset < 2 or last - first < 2:
+        return 0.0, math.inf
+    lowest = _CYCLES / quiet
+    count = math.floor(_BANDS_PER_OCTAVE * math.log2(0.5 / time_step / lowest))
+    if count < 1:
+        return 0.0, math.inf
+    edges = lowest * 2.0 ** (np.arange(count + 1) / _BANDS_PER_OCTAVE)
+    noise = _density(acceleration[:onset], time_step, edges)
+    motion = _density(acceleration[first:last], time_step, edges)
+    known = np.isfinite(noise) & np.isfinite(motion)
+    if not known.any():
+        return 0.0, math.inf
+    # A band too narrow for a window's resolution says nothing against the others.
+    stands_out = ~known | (motion >= ratio**2 * noise)
+    top = int(np.where(known, motion, -1.0).argmax())
+    if not stands_out[top]:
+        return math.nan, math.nan
+    below = np.flatnonzero(~stands_out[:top])
+    above = np.flatnonzero(~stands_out[top:])
+    low = float(edges[below[-1] + 1]) if below.size else 0.0
+    high = float(edges[top + above[0]]) if above.size else math.inf
+    return low, high
+
+
+def usable_periods(
+    time_step: float,
+    duration: float,
+    corners: tuple[float, float] | None,
+    band: tuple[float, float],
+) -> tuple[float, float]:
+    """Return the shortest and the longest period that a record is good for [s].
+
+    Parameters
+    ----------
+    time_step, duration : float
+        Of the record [s]: no period below two steps, none above the duration.
+    corners : (float, float) or None
+        Corners of the band-pass [Hz], if known; 1.25 times away from them is usable.
+    band : (float, float)
+        Band that stands out of the noise [Hz], as `signal_to_noise_band` returns it.
+
+    Returns
+    -------
+    shortest, longest : float
+        NaN where neither a corner nor the noise is known to bound it; both 0 if nothing is left.
+
+    References
+    ----------
+    Ancheta et al. (2013), PEER NGA-West2 database, PEER Report 2013/03: the factor 1.25.
+
+    Examples
+    --------
+    >>> usable_periods(0.01, 100.0, (0.1, 40.0), (0.0, 20.0))
+    (0.05, 8.0)
+    """
+    shortest = longest = math.nan
+    low, high = band
+    if math.isnan(low):
+        return 0.0, 0.0
+    if corners is not None:
+        shortest, longest = CORNER_MARGIN / corners[1], 1.0 / (CORNER_MARGIN * corners[0])
+    # fmax and fmin pass over a NaN.
+    if high < math.inf:
+        shortest = float(np.fmax(shortest, 1.0 / high))
+    if low > 0.0:
+        longest = float(np.fmin(longest, 1.0 / low))
+    shortest, longest = max(shortest, 2.0 * time_step), min(longest, duration)
+    return (0.0, 0.0) if shortest >= longest else (shortest, longest)
+
+
+def _density(window: Float, time_step: float, edges: Float) -> Float:
+    """Mean power of each band per hertz and second; NaN where a band holds no Fourier line."""
+    level = scipy.signal.detrend(window, type="linear")
+    taper = scipy.signal.windows.tukey(window.size, _TAPER)
+    power = np.abs(np.fft.rfft(level * taper)) ** 2 * time_step / np.square(taper).sum()
+    band = np.digitize(np.fft.rfftfreq(window.size, time_step), edges)
+    lines = np.bincount(band, minlength=edges.size + 1)[1:-1]
+    total = np.bincount(band, power, minlength=edges.size + 1)[1:-1]
+    mean: Float = np.divide(total, lines, out=np.full(lines.size, np.nan), where=lines > 0)
+    return mean

@@ -1,0 +1,275 @@
+"""The passport of a record: what was measured on it, and what each check says of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from rockframe.record import Record
+from rockframe.signals.measures import (
+    arias_intensity,
+    clipped_samples,
+    longest_constant,
+    opening_share,
+    significant_duration,
+)
+from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
+from rockframe.signals.processing import Float, integrate, peak
+from rockframe.study import PassportLimits
+
+
+class CheckVerdict(IntEnum):
+    """What a check says of a record; the values of the flag variable `passport`."""
+
+    OK = 0
+    WARN = 1
+    REJECT = 2
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of a record.
+
+    Parameters
+    ----------
+    name : str
+        What was measured.
+    value : float
+        Its value; NaN if the record does not allow to measure it, and then nothing is held
+        against the record.
+    limit : float
+        The limit that gave the verdict: that of rejection if the value is beyond it, else that of
+        the warning.
+    verdict : CheckVerdict
+        ``OK``, ``WARN`` or ``REJECT``.
+    unit : str
+        Unit of value and limit.
+    at_least : bool
+        Whether the value must not be below the limit; otherwise it must not be above.
+
+    Examples
+    --------
+    >>> print(Check("clipped_samples", 40.0, 25.0, CheckVerdict.REJECT, "1"))
+    clipped_samples 40. Must be at most 25.
+    """
+
+    name: str
+    value: float
+    limit: float
+    verdict: CheckVerdict
+    unit: str
+    at_least: bool = False
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        bound = "at least" if self.at_least else "at most"
+        return f"{self.name} {self.value:.4g}{unit}. Must be {bound} {self.limit:.4g}{unit}."
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """What is measured on a record; NaN is what the record does not allow to measure.
+
+    Parameters
+    ----------
+    peak_acceleration : float
+        After processing [m s-2].
+    arias_intensity : float
+        After processing [m s-1].
+    strong_start, strong_end, strong_end_75 : float
+        Times at which the Arias intensity passes 5, 95 and 75 % [s].
+    end_velocity, end_displacement : float
+        At the end of the record, from rest [m s-1], [m]: the drift of the baseline.
+    end_velocity_share, end_displacement_share : float
+        Their absolute values over the peaks of velocity and displacement [1].
+    clipped_samples : int
+        Longest run of equal samples at an extreme, before processing.
+    constant_time : float
+        Longest time without change, before processing, between 5 and 95 % of the Arias
+        intensity [s].
+    opening_share : float
+        Peak of the first 0.1 s over the peak, before the taper [1].
+    pre_event : float
+        Length of the noise before the event [s]; 0 if there is none.
+    noise_level : float
+        Its root mean square [m s-2].
+    usable_period_shortest, usable_period_longest : float
+        From the corners and the band above the noise [s]; both 0 if there is no such band.
+    """
+
+    peak_acceleration: float
+    arias_intensity: float
+    strong_start: float
+    strong_end: float
+    strong_end_75: float
+    end_velocity: float
+    end_displacement: float
+    end_velocity_share: float
+    end_displacement_share: float
+    clipped_samples: int
+    constant_time: float
+    opening_share: float
+    pre_event: float
+    noise_level: float
+    usable_period_shortest: float
+    usable_period_longest: float
+
+    @property
+    def significant_duration(self) -> float:
+        """D5-95 [s]."""
+        return self.strong_end - self.strong_start
+
+    @property
+    def significant_duration_75(self) -> float:
+        """D5-75 [s]."""
+        return self.strong_end_75 - self.strong_start
+
+
+@dataclass(frozen=True)
+class Passport:
+    """The measures of a record and the checks of them.
+
+    Parameters
+    ----------
+    measures : Measures
+        What was measured.
+    checks : tuple of Check
+        Always the same ones, in the same order.
+    """
+
+    measures: Measures
+    checks: tuple[Check, ...]
+
+    @property
+    def verdict(self) -> CheckVerdict:
+        """The worst of the checks."""
+        return max(check.verdict for check in self.checks)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Names of the checks that warn."""
+        return tuple(c.name for c in self.checks if c.verdict is CheckVerdict.WARN)
+
+    @property
+    def rejections(self) -> tuple[Check, ...]:
+        """The checks that reject."""
+        return tuple(c for c in self.checks if c.verdict is CheckVerdict.REJECT)
+
+    @property
+    def late_trigger(self) -> bool:
+        """Whether the record seems to begin in the midst of the motion."""
+        (check,) = (c for c in self.checks if c.name == "opening_share")
+        return check.verdict is not CheckVerdict.OK
+
+
+def passport(
+    before: Record,
+    after: Record,
+    limits: PassportLimits,
+    corners: tuple[float, float] | None = None,
+) -> Passport:
+    """Measure a record and hold it to the limits.
+
+    Parameters
+    ----------
+    before, after : Record
+        The record as its archive hands it out, and after processing here; the same one if there
+        was none. Clipping, gaps, noise and late trigger show before a filter hides them; intensity
+        and drift are of what goes on to the next stage.
+    limits : PassportLimits
+        Limits of warning and rejection.
+    corners : (float, float), optional
+        Corners of the band-pass [Hz], if they are known.
+
+    Raises
+    ------
+    ParameterError
+        If all samples are zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = 0.01 * np.arange(2001)
+    >>> wave = np.sin(np.pi * time) * np.sin(np.pi * time / 20)
+    >>> record = Record(record_id="wave", acceleration=wave, time_step=0.01)
+    >>> result = passport(record, record, PassportLimits())
+    >>> result.verdict.name, result.warnings
+    ('OK', ())
+    >>> print(f"{result.measures.significant_duration:.2f} s")
+    11.60 s
+    """
+    # Squares of absurd numbers overflow; the check of the peak says what is wrong with them.
+    with np.errstate(over="ignore", invalid="ignore"):
+        measures = _measure(before, after, limits.signal_to_noise_ratio, corners)
+    return Passport(measures, _judge(measures, limits))
+
+
+def _measure(
+    before: Record, after: Record, ratio: float, corners: tuple[float, float] | None
+) -> Measures:
+    step = after.time_step
+    start, end = significant_duration(after.acceleration, step)
+    velocity = integrate(after.acceleration, step)
+    displacement = integrate(velocity, step)
+    raw = before.acceleration
+    quiet, level = pre_event(raw, step)
+    band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)
+    shortest, longest = usable_periods(step, after.duration, corners, band)
+    strong = slice(int(start / step), int(end / step) + 2)
+    return Measures(
+        peak_acceleration=peak(after.acceleration),
+        arias_intensity=arias_intensity(after.acceleration, step),
+        strong_start=start,
+        strong_end=end,
+        strong_end_75=significant_duration(after.acceleration, step, 0.05, 0.75)[1],
+        end_velocity=float(velocity[-1]),
+        end_displacement=float(displacement[-1]),
+        end_velocity_share=_end_share(velocity),
+        end_displacement_share=_end_share(displacement),
+        clipped_samples=clipped_samples(raw),
+        constant_time=longest_constant(raw[strong], step),
+        # The offset of an uncorrected record is no motion.
+        opening_share=opening_share(raw - raw.mean() if before.uncorrected else raw, step),
+        pre_event=quiet,
+        noise_level=level,
+        usable_period_shortest=shortest,
+        usable_period_longest=longest,
+    )
+
+
+def _end_share(series: Float) -> float:
+    largest = peak(series)
+    return abs(float(series[-1])) / largest if largest > 0.0 else 0.0
+
+
+def _judge(measures: Measures, limits: PassportLimits) -> tuple[Check, ...]:
+    pga = measures.peak_acceleration
+    return (
+        _check("peak_acceleration", pga, "m s-2", limits),
+        _check("clipped_samples", measures.clipped_samples, "1", limits),
+        _check("constant_time", measures.constant_time, "s", limits),
+        _check("opening_share", measures.opening_share, "1", limits),
+        _check("end_velocity_share", measures.end_velocity_share, "1", limits),
+        _check("end_displacement_share", measures.end_displacement_share, "1", limits),
+        _check("signal_to_noise", pga / measures.noise_level, "1", limits, at_least=True),
+        _check("usable_period_longest", measures.usable_period_longest, "s", limits, at_least=True),
+        _check("significant_duration", measures.significant_duration, "s", limits, at_least=True),
+        _check("arias_intensity", measures.arias_intensity, "m s-1", limits, at_least=True),
+    )
+
+
+def _check(
+    name: str, value: float, unit: str, limits: PassportLimits, *, at_least: bool = False
+) -> Check:
+    warn: float = getattr(limits, f"{name}_warn")
+    reject: float = getattr(limits, f"{name}_reject")
+
+    def beyond(limit: float) -> bool:
+        return value < limit if at_least else value > limit
+
+    if beyond(reject):
+        return Check(name, float(value), reject, CheckVerdict.REJECT, unit, at_least)
+    verdict = CheckVerdict.WARN if beyond(warn) else CheckVerdict.OK
+    return Check(name, float(value), warn, verdict, unit, at_least)

@@ -1,0 +1,80 @@
+"""pulse: from records.nc to pulses.nc."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rockframe.errors import ParameterError
+from rockframe.ingest import Rejection
+from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
+from rockframe.provenance import refuse_overwriting
+from rockframe.record import Record
+from rockframe.results import PULSES, input_hash, pulses_dataset, read_records, write
+from rockframe.stages.common import Progress, horizontal, silent
+from rockframe.wavelets import WAVELETS
+
+
+def pulse_stage(
+    records_path: Path,
+    output: Path,
+    *,
+    shortest_period: float = SHORTEST_PERIOD,
+    longest_period: float = LONGEST_PERIOD,
+    progress: Progress = silent,
+) -> tuple[Rejection, ...]:
+    """Find the best pulse of each wavelet in each horizontal record: ``pulses.nc``.
+
+    Parameters
+    ----------
+    records_path, output : Path
+        Output of `ingest_stage`, and the netCDF file to write.
+    shortest_period, longest_period : float
+        Range of T_p that is searched [s].
+    progress : callable
+        Called with the number of records done and in all.
+
+    Returns
+    -------
+    tuple of Rejection
+        Records in which no pulse of these periods can be searched; they are left out.
+
+    Raises
+    ------
+    InputError
+        If the records cannot be read or the output not written.
+    ParameterError
+        If no record is horizontal, or none can be searched.
+    """
+    refuse_overwriting([output], [records_path])
+    records = horizontal(read_records(records_path), records_path)
+    matched: list[tuple[Record, list[PulseMatch]]] = []
+    rejections: list[Rejection] = []
+    for i, record in enumerate(records):
+        try:
+            matched.append((record, _matches(record, shortest_period, longest_period)))
+        except ParameterError as error:
+            rejections.append(Rejection(file=record.record_id, reason=str(error)))
+        progress(i + 1, len(records))
+    if not matched:
+        raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
+    write(
+        pulses_dataset([record for record, _ in matched], [matches for _, matches in matched]),
+        output,
+        PULSES,
+        input_sha256=input_hash(records_path),
+        parameters={"periods_s": [shortest_period, longest_period]},
+    )
+    return tuple(rejections)
+
+
+def _matches(record: Record, shortest_period: float, longest_period: float) -> list[PulseMatch]:
+    return [
+        match_pulse(
+            record.acceleration,
+            record.time_step,
+            name,
+            shortest_period=shortest_period,
+            longest_period=longest_period,
+        )
+        for name in WAVELETS
+    ]

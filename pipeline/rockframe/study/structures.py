@@ -1,0 +1,100 @@
+"""Files of structures, and what the package ships: its structures and its records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.study.toml import Strict, line_of, parse, read_text
+
+_PACKAGE: Final = Path(__file__).parents[1]
+#: The structures that the package ships.
+SHIPPED_STRUCTURES: Final = _PACKAGE / "data" / "structures.toml"
+
+
+def bundled_records() -> Path:
+    """Return the folder of the small real records that come with the package.
+
+    Examples
+    --------
+    >>> bundled_records().name
+    'ridgecrest2019'
+    """
+    installed = _PACKAGE / "data" / "ridgecrest2019"
+    if installed.is_dir():
+        return installed
+    return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
+
+
+class StructureEntry(Strict):
+    """One ``[[structure]]`` of a file of structures.
+
+    Parameters
+    ----------
+    name : str
+        What tables call it: letters, digits, points, hyphens, underscores.
+    height_m, width_m : float
+        Height and width of a column [m].
+    mass_ratio : float
+        Mass of the beam over that of all columns [1]; 0 is a column alone.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+    height_m: float
+    width_m: float
+    mass_ratio: float = 0.0
+
+
+class _StructuresFile(Strict):
+    structure: Annotated[tuple[StructureEntry, ...], Field(min_length=1, strict=False)]
+
+
+def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
+    """Read the structures of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        A file of ``[[structure]]`` tables; without it, the structures that are shipped.
+
+    Returns
+    -------
+    list of RockingFrame
+        In the order of the file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, has an unknown key or a wrong value, states a name
+        twice, or a structure that does not rock.
+
+    Examples
+    --------
+    >>> [frame.name for frame in read_structures()][:2]
+    ['bridge-bent', 'apollo-column']
+    """
+    text = read_text(path)
+    frames: dict[str, RockingFrame] = {}
+    for i, entry in enumerate(_entries(path, text)):
+        line = line_of(text, ("structure", i, "name"))
+        if entry.name in frames:
+            raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
+        try:
+            frames[entry.name] = RockingFrame(
+                height=entry.height_m,
+                width=entry.width_m,
+                mass_ratio=entry.mass_ratio,
+                name=entry.name,
+            )
+        except ParameterError as error:
+            raise InputError(path, str(error), line_of(text, ("structure", i))) from None
+    return list(frames.values())
+
+
+def _entries(path: Path, text: str) -> tuple[StructureEntry, ...]:
+    keys = tuple(StructureEntry.model_fields)
+    return parse(path, text, _StructuresFile, "[[structure]]", keys).structure

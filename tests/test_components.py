@@ -1,0 +1,226 @@
+"""Two horizontals: which belong together, and what a rotation keeps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rockframe
+from rockframe.components import (
+    HorizontalPair,
+    Sweep,
+    fault_components,
+    pair_horizontals,
+    rotate,
+    rotd,
+)
+from rockframe.errors import ParameterError
+from rockframe.record import Orientation, Record
+from rockframe.signals import integrate, peak
+
+angles = st.floats(-720.0, 720.0)
+
+
+def component(azimuth: float, seed: int = 0, **facts: Any) -> Record:
+    samples = np.random.default_rng(seed + int(azimuth)).standard_normal(500)
+    known = {"record_id": f"r{azimuth:g}", "station": "CCC", "start_time": "2019-07-06T03:19:40Z"}
+    return Record(
+        acceleration=samples,
+        time_step=0.01,
+        azimuth=azimuth,
+        orientation=Orientation.HORIZONTAL,
+        **(known | facts),
+    )
+
+
+PAIR = HorizontalPair(component(90.0), component(0.0))
+UP = replace(component(5.0, record_id="up"), orientation=Orientation.VERTICAL, azimuth=np.nan)
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "source", "sign"),
+    [
+        (0, "second", 1),
+        (90, "first", 1),
+        (180, "second", -1),
+        (270, "first", -1),
+        (360, "second", 1),
+    ],
+)
+def test_toward_its_own_azimuth_a_component_is_itself(
+    azimuth: float, source: str, sign: int
+) -> None:
+    recorded = getattr(PAIR, source).acceleration
+    np.testing.assert_array_equal(rotate(PAIR, azimuth).acceleration, sign * recorded)
+
+
+def test_azimuth_is_clockwise_from_north_and_positive_in_its_direction() -> None:
+    """A push to the north-east, recorded as north and east."""
+    north, east = (component(a, record_id=f"c{a:g}") for a in (0.0, 90.0))
+    push = np.array([1.0, 0.0, -2.0])
+    pair = HorizontalPair(replace(north, acceleration=push), replace(east, acceleration=push))
+    root = np.sqrt(2.0)
+    np.testing.assert_allclose(rotate(pair, 45.0).acceleration, root * push)
+    np.testing.assert_allclose(rotate(pair, 135.0).acceleration, 0.0, atol=1e-15)
+    np.testing.assert_allclose(rotate(pair, 225.0).acceleration, -root * push)
+
+
+@given(azimuth=angles)
+def test_energy_is_kept(azimuth: float) -> None:
+    one, other = (rotate(PAIR, azimuth + turn).acceleration for turn in (0.0, 90.0))
+    recorded = PAIR.first.acceleration**2 + PAIR.second.acceleration**2
+    np.testing.assert_allclose(one**2 + other**2, recorded, atol=1e-12)
+
+
+@given(azimuth=angles, recorded=angles, mirrored=st.booleans())
+def test_the_orientation_of_the_sensor_does_not_matter(
+    azimuth: float, recorded: float, mirrored: bool
+) -> None:
+    turn = -90.0 if mirrored else 90.0
+    turned = HorizontalPair(rotate(PAIR, recorded), rotate(PAIR, recorded + turn))
+    np.testing.assert_allclose(
+        rotate(turned, azimuth).acceleration, rotate(PAIR, azimuth).acceleration, atol=1e-11
+    )
+
+
+def test_the_sweep_forgets_how_the_sensor_stood() -> None:
+    turned = HorizontalPair(rotate(PAIR, 17.3), rotate(PAIR, 287.3))
+    np.testing.assert_allclose(rotd(turned).values, rotd(PAIR).values)
+
+
+@pytest.mark.parametrize("transform", [None, integrate])
+def test_the_largest_is_no_less_than_either_component_and_no_more_than_the_vector(
+    transform: Any,
+) -> None:
+    one, other = (
+        r.acceleration if transform is None else transform(r.acceleration, r.time_step)
+        for r in (PAIR.first, PAIR.second)
+    )
+    sweep = rotd(PAIR, transform=transform)
+    least, median, largest = (sweep.percentile(share) for share in (0, 50, 100))
+    assert max(peak(one), peak(other)) <= largest <= np.hypot(one, other).max()
+    assert largest == pytest.approx(np.hypot(one, other).max(), rel=2e-4)
+    assert least <= min(peak(one), peak(other))
+    assert least <= median <= largest
+
+
+def test_a_motion_along_one_line_has_the_percentiles_of_a_cosine() -> None:
+    line = component(0.0)
+    pair = HorizontalPair(line, replace(component(90.0), acceleration=0.0 * line.acceleration))
+    sweep = rotd(pair)
+    assert sweep.percentile(100) == peak(line.acceleration)
+    assert sweep.percentile(0) == 0.0
+    assert sweep.percentile(50) == pytest.approx(peak(line.acceleration) / np.sqrt(2), rel=0.02)
+    assert sweep.strongest_azimuth == 0.0
+
+
+def test_any_measure_is_called_with_the_motion_toward_each_azimuth() -> None:
+    sweep = rotd(PAIR, measure=lambda series: float(series.max()), azimuths=[0.0, 90.0, 270.0])
+    one, other = PAIR.first.acceleration, PAIR.second.acceleration
+    np.testing.assert_array_equal(sweep.values, [other.max(), one.max(), (-one).max()])
+
+
+def test_the_default_measure_is_what_a_plain_loop_gives() -> None:
+    loop = [peak(rotate(PAIR, float(azimuth)).acceleration) for azimuth in range(180)]
+    np.testing.assert_allclose(rotd(PAIR).values, loop)
+
+
+def test_a_sweep_needs_an_azimuth() -> None:
+    with pytest.raises(ParameterError, match=r"no azimuth to sweep. Must be one or more"):
+        rotd(PAIR, azimuths=[])
+
+
+@pytest.mark.parametrize(("strike", "normal"), [(0.0, 90.0), (320.0, 50.0)])
+def test_fault_normal_is_strike_and_a_right_angle(strike: float, normal: float) -> None:
+    across, along = fault_components(PAIR, strike)
+    assert (across.azimuth, along.azimuth) == (normal, strike)
+    np.testing.assert_array_equal(across.acceleration, rotate(PAIR, normal).acceleration)
+
+
+def test_a_rotated_record_says_what_was_done_to_it() -> None:
+    turned = rotate(PAIR, 30.0)
+    assert (turned.record_id, turned.component, turned.station) == ("r90-rotated-30", "30", "CCC")
+    assert turned.processing[-1] == (
+        "rotation: toward azimuth 30 degrees, from r90 (90) and r0 (0)"
+    )
+
+
+def test_an_azimuth_that_is_none_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"azimuth nan degrees. Must be finite"):
+        rotate(PAIR, float("nan"))
+
+
+def test_a_pair_keeps_its_vertical() -> None:
+    pairs, unpaired = pair_horizontals([UP, component(90.0), component(0.0)])
+    assert [(p.first.record_id, p.second.record_id) for p in pairs] == [("r90", "r0")]
+    assert pairs[0].vertical is UP
+    assert unpaired == ()
+
+
+def test_a_vertical_of_another_length_is_not_beside_them() -> None:
+    short = replace(UP, acceleration=UP.acceleration[:-1])
+    ((pair,), _) = pair_horizontals([component(90.0), component(0.0), short])
+    assert pair.vertical is None
+
+
+@pytest.mark.parametrize(
+    ("second", "words"),
+    [
+        (component(45.0), "azimuths 90 and 45 degrees of 'r90' and 'r45'. Must be stated, and 90"),
+        (component(0.0, station="CLC"), "is the only horizontal of station"),
+        (component(0.0, start_time="later"), "is the only horizontal of station 'CCC'"),
+        (component(0.0, event="another"), "is the only horizontal of station 'CCC'"),
+        (
+            replace(component(0.0), time_step=0.02),
+            "time steps [s] 0.01 and 0.02 of 'r90' and 'r0'. Must be equal.",
+        ),
+        (
+            replace(component(0.0), acceleration=np.ones(3)),
+            "numbers of samples 500 and 3 of 'r90' and 'r0'. Must be equal.",
+        ),
+    ],
+)
+def test_what_does_not_belong_together_is_named(second: Record, words: str) -> None:
+    pairs, unpaired = pair_horizontals([component(90.0), second])
+    assert pairs == ()
+    assert {u.record_id for u in unpaired} == {"r90", second.record_id}
+    assert words in unpaired[0].reason
+
+
+def test_three_horizontals_are_ambiguous() -> None:
+    _, unpaired = pair_horizontals([component(a) for a in (0.0, 90.0, 180.0)])
+    assert {u.reason for u in unpaired} == {
+        "3 horizontals of station 'CCC': r0, r90, r180. Must be two."
+    }
+
+
+def test_without_a_station_nothing_is_paired() -> None:
+    pairs, unpaired = pair_horizontals([component(a, station="") for a in (0.0, 90.0)])
+    assert pairs == ()
+    assert all("without a stated station" in u.reason for u in unpaired)
+
+
+def test_an_unstated_direction_is_no_horizontal() -> None:
+    unstated = replace(component(0.0), orientation=Orientation.UNSTATED)
+    _, unpaired = pair_horizontals([unstated])
+    assert unpaired[0].reason.startswith("direction unstated")
+
+
+def test_the_bundled_stations_are_pairs_with_verticals(bundled_records: Path) -> None:
+    files = sorted(bundled_records.glob("*.V1"))
+    pairs, unpaired = pair_horizontals(r for f in files for r in rockframe.read_file(f))
+    assert [(p.first.azimuth, p.second.azimuth) for p in pairs] == [(90.0, 360.0)] * 3
+    assert all(p.vertical and p.vertical.station == p.first.station for p in pairs)
+    assert unpaired == ()
+
+
+def test_public_names() -> None:
+    assert rockframe.rotate is rotate
+    assert isinstance(rockframe.rotd(PAIR), Sweep)
+    assert rockframe.pair_horizontals([PAIR.first, PAIR.second])[0] == (PAIR,)

@@ -1,0 +1,327 @@
+"""The record passport: measures against closed forms, damage found, real records let through."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.ingest import ReadOptions, read_file
+from rockframe.record import Record
+from rockframe.signals import (
+    BandPass,
+    CheckVerdict,
+    Passport,
+    arias_intensity,
+    clipped_samples,
+    correct,
+    integrate,
+    longest_constant,
+    opening_share,
+    passport,
+    pre_event,
+    signal_to_noise_band,
+    significant_duration,
+    usable_periods,
+)
+from rockframe.stages import ingest_stage
+from rockframe.study import PassportLimits, read_limits
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+STEP = 0.01
+TIME: Float = STEP * np.arange(4001, dtype=np.float64)
+
+
+def hum(level: float = 1e-3) -> Float:
+    return level * np.random.default_rng(3).standard_normal(TIME.size)
+
+
+def shake(frequency: float = 1.0) -> Float:
+    """Quiet for 10 s, then a burst that begins and ends at rest."""
+    since = np.clip(TIME - 10.0, 0.0, 20.0)
+    return np.asarray(np.sin(2 * np.pi * frequency * since) * np.sin(np.pi * since / 20) ** 2)
+
+
+def record_of(samples: Float, *, uncorrected: bool = False) -> Record:
+    return Record(record_id="made", acceleration=samples, time_step=STEP, uncorrected=uncorrected)
+
+
+def checked(samples: Float, **limits: float) -> Passport:
+    record = record_of(samples)
+    return passport(record, record, PassportLimits(**limits))
+
+
+def verdict(result: Passport, name: str) -> CheckVerdict:
+    (check,) = (check for check in result.checks if check.name == name)
+    return check.verdict
+
+
+def test_arias_intensity_of_a_sine_is_that_of_its_mean_square() -> None:
+    sine = 3.0 * np.sin(2 * np.pi * TIME)
+    assert arias_intensity(sine, STEP) == pytest.approx(math.pi / (2 * GRAVITY) * 4.5 * 40.0)
+
+
+def test_arias_intensity_grows_with_the_square() -> None:
+    assert arias_intensity(2 * shake(), STEP) == pytest.approx(4 * arias_intensity(shake(), STEP))
+
+
+@pytest.mark.parametrize(("end", "expected"), [(0.95, 36.0), (0.75, 28.0)])
+def test_significant_duration_of_constant_shaking(end: float, expected: float) -> None:
+    begin, finish = significant_duration(np.ones(4001), STEP, 0.05, end)
+    assert begin == pytest.approx(2.0)
+    assert finish - begin == pytest.approx(expected)
+
+
+def test_significant_duration_forgets_the_scale_and_shifts_with_the_motion() -> None:
+    now = np.array(significant_duration(shake(), STEP))
+    later = significant_duration(1e200 * np.r_[np.zeros(100), shake()], STEP)
+    np.testing.assert_allclose(later, now + 1.0)
+
+
+def test_significant_duration_wants_shares_in_order() -> None:
+    with pytest.raises(ParameterError, match=r"shares 0.95 and 0.05 .* the lower one first"):
+        significant_duration(shake(), STEP, 0.95, 0.05)
+
+
+@pytest.mark.parametrize("measure", [significant_duration, opening_share])
+def test_stillness_is_no_motion(measure: object) -> None:
+    with pytest.raises(ParameterError, match=r"all 10 samples are zero. Must be a motion"):
+        measure(np.zeros(10), STEP)  # type: ignore[operator]
+
+
+def test_clipping_is_found_where_it_was_done() -> None:
+    sine = np.sin(2 * np.pi * TIME + 0.1)
+    assert clipped_samples(sine) == 1
+    run = clipped_samples(np.clip(sine, -0.8, 2.0) + 5.0)
+    # Below -0.8 for the share 2 acos(0.8) / 2 pi of a period of 100 samples.
+    assert run == pytest.approx(100 * math.acos(0.8) / math.pi, abs=1)
+
+
+def test_rest_after_a_one_sided_pulse_is_not_clipping() -> None:
+    assert clipped_samples(np.r_[np.sin(np.pi * np.arange(0, 1, 0.013)), np.zeros(500)]) == 1
+
+
+def test_a_held_value_is_a_gap() -> None:
+    held = shake()
+    held[1500:1571] = held[1500]
+    assert longest_constant(held[1200:1800], STEP) == pytest.approx(0.70)
+
+
+def test_opening_share_is_that_of_a_record_cut_at_its_start() -> None:
+    assert opening_share(shake(), STEP) == 0.0
+    assert opening_share(shake()[1850:], STEP) > 0.5
+
+
+def test_noise_before_the_event_has_the_level_that_was_put_in() -> None:
+    length, level = pre_event(hum() + shake() + 0.2, STEP)
+    assert length == pytest.approx(8.3, abs=0.5)
+    assert level == pytest.approx(1e-3, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        shake()[1000:],
+        shake(),
+        hum(),
+        hum() * np.clip(TIME / 10, 0, 1) ** 3 + 0.1 * shake(),
+    ],
+    ids=["begins at once", "padded", "noise only", "grows"],
+)
+def test_noise_is_unknown_where_nothing_shows_it(samples: Float) -> None:
+    length, level = pre_event(samples, STEP)
+    assert (length, math.isnan(level)) == (0.0, True)
+
+
+def test_the_band_above_the_noise_holds_the_motion_and_ends_where_that_ends() -> None:
+    low, high = signal_to_noise_band(hum(0.01) + shake(2.0), STEP, 9.5, (12.0, 28.0), 3.0)
+    assert 0.5 < low < 2.0 < high < 8.0
+
+
+def test_no_band_without_motion() -> None:
+    band = signal_to_noise_band(hum(), STEP, 10.0, (12.0, 28.0), 3.0)
+    assert np.isnan(band).all()
+    assert usable_periods(STEP, 40.0, (0.1, 40.0), band) == (0.0, 0.0)
+
+
+def test_usable_periods_are_the_narrowest_of_all_bounds() -> None:
+    assert usable_periods(STEP, 40.0, (0.1, 40.0), (0.25, 20.0)) == (0.05, 4.0)
+    assert usable_periods(STEP, 5.0, (0.1, 40.0), (0.0, math.inf)) == (0.03125, 5.0)
+    assert np.isnan(usable_periods(STEP, 40.0, None, (0.0, math.inf))).all()
+
+
+def test_drift_is_what_an_offset_makes_of_the_end() -> None:
+    result = checked(hum() + shake() + 0.05)
+    assert result.measures.end_velocity == pytest.approx(0.05 * 40.0, rel=0.01)
+    assert result.measures.end_displacement == pytest.approx(0.05 * 40.0**2 / 2, rel=0.01)
+    assert {"end_velocity_share", "end_displacement_share"} <= set(result.warnings)
+
+
+def test_an_offset_before_correction_is_neither_drift_nor_late_trigger() -> None:
+    before = record_of(hum() + shake() + 0.5, uncorrected=True)
+    corrected, _ = correct(before.acceleration, STEP, BandPass())
+    result = passport(before, replace(before, acceleration=corrected), PassportLimits())
+    assert "end_velocity_share" not in result.warnings
+    assert not result.late_trigger
+
+
+def test_a_whole_record_is_ok() -> None:
+    assert checked(hum() + shake()).verdict is CheckVerdict.OK
+
+
+def test_a_late_trigger_warns_and_says_so() -> None:
+    result = checked(shake()[1850:])
+    assert result.late_trigger
+    assert "opening_share" in result.warnings
+
+
+@pytest.mark.parametrize(
+    ("samples", "words"),
+    [
+        (
+            np.clip(hum() + shake(), -0.5, 0.5),
+            r"^clipped_samples \d+. Must be at most 24.$",
+        ),
+        (
+            np.where((TIME > 19) & (TIME < 20), 0.1, hum() + shake()),
+            r"^constant_time 0.98 s. Must be at most 0.5 s.$",
+        ),
+        (
+            981.0 * (hum() + shake()),
+            r"^peak_acceleration 9\d\d(\.\d)? m s-2. Must be at most 98.1 m s-2.$",
+        ),
+    ],
+)
+def test_damage_rejects_with_its_name_value_and_limit(samples: Float, words: str) -> None:
+    result = checked(samples)
+    assert result.verdict is CheckVerdict.REJECT
+    (check,) = result.rejections
+    assert re.search(words, str(check))
+
+
+def test_limits_decide() -> None:
+    samples = hum() + shake()
+    assert checked(samples, arias_intensity_warn=9.0).warnings == ("arias_intensity",)
+    (check,) = checked(samples, arias_intensity_warn=9.0, arias_intensity_reject=8.0).rejections
+    assert str(check).endswith("m s-1. Must be at least 8 m s-1.")
+
+
+def test_each_limit_belongs_to_a_check_and_each_check_has_its_limits() -> None:
+    names = {check.name for check in checked(shake()).checks}
+    limits = {f"{name}_{kind}" for name in names for kind in ("warn", "reject")}
+    assert set(PassportLimits.model_fields) == limits | {"signal_to_noise_ratio"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("clipped_warn = 1", r"unknown key 'clipped_warn'. Must be one of: peak_accel"),
+        ("clipped_samples_warn = -1", r"clipped_samples_warn -1. Must be zero or positive"),
+        (
+            "clipped_samples_warn = nan",
+            r"clipped_samples_warn nan. Must be zero or positive, and a number",
+        ),
+        ("clipped_samples_warn = '1'", r"clipped_samples_warn '1'. Must be a number"),
+        (
+            "clipped_samples_warn = 30",
+            r"clipped_samples_reject 24. Must be at least clipped_samples_warn, 30.",
+        ),
+        (
+            "arias_intensity_reject = 1.0",
+            r"arias_intensity_reject 1. Must be at most arias_intensity_warn, 0.0001.",
+        ),
+    ],
+)
+def test_each_mistake_in_the_limits_is_named(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "limits.toml"
+    path.write_text(f"[passport]\n{text}\n")
+    with pytest.raises(InputError, match=words) as caught:
+        read_limits(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_infinity_switches_a_limit_off_and_is_stated_as_none(tmp_path: Path) -> None:
+    path = tmp_path / "limits.toml"
+    path.write_text("[passport]\nclipped_samples_reject = inf\n")
+    limits = read_limits(path)
+    assert limits.stated()["clipped_samples_reject"] is None
+    record = record_of(np.clip(hum() + shake(), -0.5, 0.5))
+    assert passport(record, record, limits).verdict is CheckVerdict.WARN
+
+
+@pytest.fixture
+def two_files(tmp_path: Path) -> Path:
+    """A whole record, and a clipped one, each of one column in g."""
+    folder = tmp_path / "motions"
+    folder.mkdir()
+    whole = 0.1 * (hum() + shake())
+    np.savetxt(folder / "whole.csv", whole, fmt="%.8f")
+    np.savetxt(folder / "clipped.csv", np.clip(whole, -0.04, 0.04), fmt="%.8f")
+    return folder
+
+
+def test_the_stage_rejects_and_writes_what_it_measured(two_files: Path, tmp_path: Path) -> None:
+    output = tmp_path / "records.nc"
+    options = ReadOptions(units="g", time_step=STEP)
+    result = ingest_stage([two_files], output, options=options)
+    assert [record.record_id for record in result.records] == ["whole"]
+    assert result.rejections[0].reason.startswith("record 'clipped': clipped_samples ")
+    with output.with_suffix(".csv").open(newline="") as stream:
+        whole, clipped = csv.DictReader(stream)
+    assert list(whole)[:5] == ["file", "record_id", "status", "line", "reason"]
+    assert (whole["status"], whole["passport"], clipped["status"]) == ("accepted", "ok", "rejected")
+    assert (clipped["record_id"], clipped["clipped_samples_limit"]) == ("clipped", "24.0")
+    assert clipped["clipped_samples_verdict"] == "reject"
+    with xr.open_dataset(output) as dataset:
+        assert dataset["passport"].attrs["flag_meanings"] == "ok warn reject"
+        assert dataset["late_trigger"].attrs["flag_meanings"] == "in_time late"
+        assert dataset["noise_level"].item() == pytest.approx(1e-4 * GRAVITY, rel=0.05)
+        intensity = arias_intensity(result.records[0].acceleration, STEP)
+        assert dataset["arias_intensity"].item() == intensity
+        velocity = integrate(result.records[0].acceleration, STEP)
+        assert dataset["end_velocity"].item() == velocity[-1]
+        for name in dataset.variables:
+            assert {"units", "long_name"} <= set(dataset[name].attrs), name
+
+
+def test_the_same_inputs_give_the_same_bytes(two_files: Path, tmp_path: Path) -> None:
+    options = ReadOptions(units="g", time_step=STEP)
+    for name in ("a", "b"):
+        ingest_stage([two_files], tmp_path / f"{name}.nc", options=options)
+    for suffix in (".nc", ".csv"):
+        one, other = (tmp_path / f"{name}{suffix}" for name in ("a", "b"))
+        assert one.read_bytes() == other.read_bytes()
+
+
+def test_bundled_records_are_whole(bundled_records: Path, tmp_path: Path) -> None:
+    result = ingest_stage([bundled_records], tmp_path / "records.nc")
+    verdicts = {entry.passport.verdict for entry in result.entries if entry.passport}
+    assert (len(result.entries), verdicts) == (9, {CheckVerdict.OK})
+
+
+def test_the_papers_records_are_not_rejected(peer_records: Path, tmp_path: Path) -> None:
+    files = sorted(peer_records.glob("*.csv"))
+    assert ingest_stage(files, tmp_path / "records.nc").rejections == ()
+
+
+@pytest.mark.parametrize("name", ["RSN77_SFERN_PUL164", "NIS090", "A-BPL160", "elCentro"])
+def test_real_at2_records_are_not_rejected(shared: Path, name: str) -> None:
+    (record,) = read_file(shared / "peer_at2" / f"{name}.AT2")
+    assert passport(record, record, PassportLimits()).rejections == ()
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    folder = Path(__file__).resolve().parents[2] / "shared" / "records" / "formats"
+    if not folder.is_dir():
+        pytest.skip("no folder 'shared/records' beside the repository")
+    return folder
