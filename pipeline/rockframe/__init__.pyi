@@ -7,6 +7,7 @@ from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
 from .frame import RockingFrame as RockingFrame
+from .frame import inertia_ratio_of as inertia_ratio_of
 from .ingest import read_file as read_file
 from .matching import PulseMatch as PulseMatch
 from .matching import match_pulse as match_pulse
@@ -16,9 +17,11 @@ from .record import Record as Record
 from .results import open_response as open_response
 from .results import read_records as read_records
 from .rocking import GroundAcceleration as GroundAcceleration
+from .rocking import Peaks as Peaks
 from .rocking import Response as Response
 from .rocking import Verdict as Verdict
 from .rocking import respond as respond
+from .rocking import respond_many as respond_many
 from .signals import Passport as Passport
 from .signals import passport as passport
 from .stages import fetch_stage as fetch_stage
