@@ -1,0 +1,295 @@
+"""Forces at the joints of a rocking frame: do its columns slide, does its beam stay on them?
+
+The paper assumes neither sliding nor loss of contact. These functions say what the assumption asks
+of the joints. All is re-derived from Newton and Euler for prismatic columns; nothing is printed in
+Makris and Vassiliou (2013) but the impulses of eqs (39) and (40).
+
+Forces of the whole frame are over the weight of all columns, N m_c g; those of one column over its
+own weight, m_c g. So they depend on no mass but by the mass ratio.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import Response, as_ground
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+Float = NDArray[np.float64]
+Motion = Record | Pulse | GroundAcceleration
+
+
+def angular_acceleration(
+    frame: RockingFrame,
+    theta: ArrayLike,
+    omega: ArrayLike,
+    horizontal: ArrayLike,
+    vertical: ArrayLike = 0.0,
+) -> Float:
+    """Return the angular acceleration of the columns [rad s-2], eq (26).
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    theta, omega : array_like
+        Rotation [rad] and its rate [rad s-1]; of one shape, or such that they broadcast.
+    horizontal, vertical : array_like
+        Ground acceleration to the right and upwards [m s-2].
+
+    Returns
+    -------
+    array
+        Zero where the frame stands at rest and the ground is too weak to uplift it, eq (36).
+
+    Notes
+    -----
+    The kernel integrates the same equation by its Taylor series; with vertical acceleration gravity
+    is g + a_v (re-derived).
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> angular_acceleration(bent, [0.0, 0.05], 0.0, 0.0).round(4)
+    array([ 0.    , -0.1203])
+    """
+    theta, omega, across, upwards = _arrays(theta, omega, horizontal, vertical)
+    side = _side(frame, theta, omega, across, upwards)
+    phi = frame.slenderness * side - theta
+    gravity = 1.0 + upwards / GRAVITY
+    drive = gravity * np.sin(phi) + across / GRAVITY * np.cos(phi)
+    rate: Float = np.where(side == 0.0, 0.0, -(frame.effective_frequency_parameter**2) * drive)
+    return rate
+
+
+@dataclass(frozen=True, eq=False)
+class Reactions:
+    """Forces on all columns together, over their weight N m_c g [1].
+
+    Parameters
+    ----------
+    base_shear, base_vertical : array, shape (nodes,)
+        Force of the ground on the columns: to the right, and upwards.
+    top_shear, top_vertical : array, shape (nodes,)
+        Force of the beam on the columns: to the right, and downwards.
+    """
+
+    base_shear: Float
+    base_vertical: Float
+    top_shear: Float
+    top_vertical: Float
+
+    @property
+    def base_friction_demand(self) -> Float:
+        """Coefficient of friction that the base joints need together [1]."""
+        return _demand(self.base_shear, self.base_vertical)
+
+    @property
+    def top_friction_demand(self) -> Float:
+        """Coefficient of friction that the joints under the beam need together [1]; NaN without."""
+        return _demand(self.top_shear, self.top_vertical)
+
+
+def reactions(response: Response, motion: Motion) -> Reactions:
+    """Compute the forces at base and top of all columns together.
+
+    Parameters
+    ----------
+    response : Response
+        What `respond` returned.
+    motion : Record, Pulse or GroundAcceleration
+        The ground motion that it was computed for.
+
+    Returns
+    -------
+    Reactions
+        At the nodes of the response. At rest they are those of a body fixed to the ground.
+
+    Raises
+    ------
+    ParameterError
+        If the nodes of the motion are not those of the response.
+
+    Examples
+    --------
+    >>> from rockframe.rocking.response import respond
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> forces = reactions(respond(bent, pulse), pulse)
+    >>> round(float(forces.base_friction_demand.max()), 4)
+    0.1794
+    """
+    across, upwards = ground_at_nodes(response, motion)
+    gamma = response.frame.mass_ratio
+    beam_across, beam_upwards = _beam_accelerations(response, across, upwards)
+    return Reactions(
+        base_shear=((1.0 + gamma) * across + (0.5 + gamma) * beam_across) / GRAVITY,
+        base_vertical=((1.0 + gamma) * (GRAVITY + upwards) + (0.5 + gamma) * beam_upwards)
+        / GRAVITY,
+        top_shear=-gamma * (across + beam_across) / GRAVITY,
+        top_vertical=gamma * (GRAVITY + upwards + beam_upwards) / GRAVITY,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnForces:
+    """Forces on the left and the right column of a frame of two, over the weight m_c g of one [1].
+
+    Parameters
+    ----------
+    base_shear, base_vertical : array, shape (2, nodes)
+        Force of the ground on each column: to the right, and upwards. NaN at rest, when a joint is
+        closed and the forces depend on its stiffness.
+    top_shear, top_vertical : array, shape (2, nodes)
+        Force of the beam on each column: to the right, and downwards.
+    """
+
+    base_shear: Float
+    base_vertical: Float
+    top_shear: Float
+    top_vertical: Float
+
+    @property
+    def base_friction_demand(self) -> Float:
+        """Coefficient of friction that each base joint needs [1]."""
+        return _demand(self.base_shear, self.base_vertical)
+
+    @property
+    def top_friction_demand(self) -> Float:
+        """Coefficient of friction that each joint under the beam needs [1]; NaN without a beam."""
+        return _demand(self.top_shear, self.top_vertical)
+
+
+def column_forces(
+    response: Response, motion: Motion, *, spacing: float, beam_centre: float
+) -> ColumnForces:
+    """Compute the forces on each column of a frame of two: with more they are indeterminate.
+
+    Where a vertical force is not positive the beam would tilt or lift off, and the frame would no
+    longer have one degree of freedom.
+
+    Parameters
+    ----------
+    response : Response
+        What `respond` returned.
+    motion : Record, Pulse or GroundAcceleration
+        The ground motion that it was computed for.
+    spacing : float
+        Distance between the axes of the columns [m].
+    beam_centre : float
+        Height of the beam's centre of mass above its underside [m].
+
+    Raises
+    ------
+    ParameterError
+        If the spacing is not above the width of a column, the beam's centre not zero or above, or
+        the nodes of the motion are not those of the response.
+
+    Examples
+    --------
+    >>> from rockframe.rocking.response import respond
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> forces = column_forces(respond(bent, pulse), pulse, spacing=12.0, beam_centre=1.0)
+    >>> round(float(np.nanmin(forces.top_vertical)), 3)
+    3.085
+    """
+    frame = response.frame
+    _require_bent(frame, spacing, beam_centre)
+    across, upwards = ground_at_nodes(response, motion)
+    theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
+    side = _side(frame, theta, omega, across, upwards)
+    side = np.where(side == 0.0, np.nan, side)
+    beam_across, beam_upwards = _beam_accelerations(response, across, upwards)
+    both_shear = -2.0 * frame.mass_ratio * (across + beam_across)
+    both_vertical = 2.0 * frame.mass_ratio * (GRAVITY + upwards + beam_upwards)
+    shift = (side * 0.5 * frame.width * both_vertical + beam_centre * both_shear) / spacing
+    top_vertical = np.stack([0.5 * both_vertical - shift, 0.5 * both_vertical + shift])
+    phi = frame.slenderness * side - theta
+    centre_x, centre_z = -frame.size * np.sin(phi), frame.size * np.cos(phi)
+    inertia = frame.inertia_ratio * frame.size**2
+    moment = inertia * angular_acceleration(frame, theta, omega, across, upwards)
+    moment = moment - (GRAVITY + upwards) * centre_x + across * centre_z
+    # the beam rests on the corner opposite to the pivot: twice as far as the centre
+    top_shear = (moment - top_vertical * 2.0 * centre_x) / (2.0 * centre_z)
+    return ColumnForces(
+        base_shear=(across + 0.5 * beam_across - top_shear) / GRAVITY,
+        base_vertical=(GRAVITY + upwards + 0.5 * beam_upwards + top_vertical) / GRAVITY,
+        top_shear=top_shear / GRAVITY,
+        top_vertical=top_vertical / GRAVITY,
+    )
+
+
+def ground_at_nodes(response: Response, motion: Motion) -> tuple[Float, Float]:
+    """Return horizontal and vertical ground acceleration [m s-2] at the nodes of a response.
+
+    Raises
+    ------
+    ParameterError
+        If the nodes of the motion are not those of the response.
+    """
+    ground = as_ground(motion)
+    nodes = ground.time.size
+    if nodes > response.time.size or not np.array_equal(ground.time, response.time[:nodes]):
+        raise ParameterError(
+            f"Invalid motion of {nodes} nodes, {ground.time_step:g} s apart. Must be the one that "
+            f"the response of {response.time.size} nodes was computed for."
+        )
+    still = np.zeros(response.time.size - nodes)  # free rocking after the motion
+    across = np.concatenate([ground.acceleration(), still])
+    if ground.vertical is None:
+        return across, np.zeros_like(across)
+    upwards = GroundAcceleration(ground.vertical, ground.time_step, ground.start_time)
+    return across, np.concatenate([upwards.acceleration(), still])
+
+
+def _beam_accelerations(response: Response, across: Float, upwards: Float) -> tuple[Float, Float]:
+    """Second rates of u and v [m s-2]; those of a column's centre are half of them."""
+    frame = response.frame
+    theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
+    rate = angular_acceleration(frame, theta, omega, across, upwards)
+    # of a frame that is just uplifting only the side is known: its rate is still zero
+    side = _side(frame, theta, omega, across, upwards)
+    omega = np.where(omega == 0.0, side * np.finfo(np.float64).tiny, omega)
+    return (
+        frame.horizontal_acceleration(theta, omega, rate),
+        frame.vertical_acceleration(theta, omega, rate),
+    )
+
+
+def _side(frame: RockingFrame, theta: Float, omega: Float, across: Float, upwards: Float) -> Float:
+    """sgn(theta), or the side that the motion or the ground makes it enter; 0 at rest."""
+    strong = np.abs(across) > (GRAVITY + upwards) * math.tan(frame.slenderness)
+    pushed = np.where(strong, -np.sign(across), 0.0)
+    moving = np.where(omega == 0.0, pushed, np.sign(omega))
+    return np.where(theta == 0.0, moving, np.sign(theta))
+
+
+def _arrays(*values: ArrayLike) -> list[Float]:
+    arrays = (np.asarray(value, dtype=np.float64) for value in values)
+    return [np.asarray(array) for array in np.broadcast_arrays(*arrays)]
+
+
+def _demand(shear: Float, vertical: Float) -> Float:
+    """|shear| / vertical; infinite where nothing presses the joint, NaN where there is no force."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(vertical > 0.0, np.abs(shear) / vertical, np.abs(shear) / 0.0)
+
+
+def _require_bent(frame: RockingFrame, spacing: float, beam_centre: float) -> None:
+    if not (math.isfinite(spacing) and spacing > frame.width):
+        raise ParameterError(
+            f"Invalid spacing {spacing!r} m. Must be above the width of a column, "
+            f"{frame.width:g} m."
+        )
+    if not (math.isfinite(beam_centre) and beam_centre >= 0.0):
+        raise ParameterError(f"Invalid beam_centre {beam_centre!r} m. Must be zero or above.")
