@@ -44,7 +44,7 @@ def integrate(
     else:
         lift = np.array(vertical, dtype=np.float64)
     theta, omega = np.empty((2, ground.shape[0] + 1))
-    impacts = np.empty((4096, 2))
+    impacts = np.empty((16384, 2))
     summary = np.empty(kernel.SUMMARY_SIZE)
     verdict = kernel.integrate(
         ground,

@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from rockframe.figures.style import styled
+from rockframe.figures.style import over_gravity, styled, times_gravity
 from rockframe.matching import PulseMatch
 from rockframe.units import GRAVITY
 
@@ -88,7 +88,7 @@ def _draw_ground(
     panel.set_ylabel("ground  [g]")
     panel.legend(loc="upper right", ncols=2)
     panel.set_ylim(-1.1 * largest / GRAVITY, 1.45 * largest / GRAVITY)
-    metric = panel.secondary_yaxis("right", functions=(_times_gravity, _over_gravity))
+    metric = panel.secondary_yaxis("right", functions=(times_gravity, over_gravity))
     metric.set_ylabel("[m s$^{-2}$]")
 
 
@@ -100,14 +100,6 @@ def _draw_pulse(panel: Axes, match: PulseMatch) -> None:
     label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s, "
     label += "end of range" if match.at_period_bound else f"match {match.match_index:.2f}"
     panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
-
-
-def _times_gravity(acceleration: ArrayLike) -> ArrayLike:
-    return np.asarray(acceleration) * GRAVITY
-
-
-def _over_gravity(acceleration: ArrayLike) -> ArrayLike:
-    return np.asarray(acceleration) / GRAVITY
 
 
 def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:

@@ -7,9 +7,18 @@ from pathlib import Path
 from typing import Final
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from rockframe.provenance import whole_file
+from rockframe.units import GRAVITY
+
+#: Width of a column of print, and of a page [inch]: 85 mm and 178 mm.
+PRINT_WIDTH: Final = 3.35
+PAGE_WIDTH: Final = 7.0
+#: Curves differ in their strokes too, for those who print in grey.
+LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
 _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 
@@ -29,3 +38,13 @@ def save(figure: Figure, path: Path) -> None:
     """
     with styled(), whole_file(path) as partial:
         figure.savefig(partial, format="png", metadata={"Software": None})
+
+
+def times_gravity(acceleration: ArrayLike) -> ArrayLike:
+    """Return accelerations in m s-2 of those in g: for the second axis of a panel."""
+    return np.asarray(acceleration) * GRAVITY
+
+
+def over_gravity(acceleration: ArrayLike) -> ArrayLike:
+    """Return accelerations in g of those in m s-2."""
+    return np.asarray(acceleration) / GRAVITY

@@ -4,6 +4,8 @@ The only room that knows the datasets' variables, dimensions, units and attribut
 built by one function, written whole by `write`, and read back by one function.
 """
 
+from rockframe.results.curves import restitution_dataset as restitution_dataset
+from rockframe.results.curves import size_dataset as size_dataset
 from rockframe.results.entries import Entry as Entry
 from rockframe.results.entries import refuse_strange_entries as refuse_strange_entries
 from rockframe.results.entries import write_entries as write_entries
@@ -13,6 +15,8 @@ from rockframe.results.files import RESPONSE as RESPONSE
 from rockframe.results.files import input_hash as input_hash
 from rockframe.results.files import opened as opened
 from rockframe.results.files import write as write
+from rockframe.results.joints import joints_dataset as joints_dataset
+from rockframe.results.joints import portrait_dataset as portrait_dataset
 from rockframe.results.pulses import best_pulses as best_pulses
 from rockframe.results.pulses import pulses_dataset as pulses_dataset
 from rockframe.results.records import read_records as read_records

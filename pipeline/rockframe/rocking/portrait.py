@@ -69,7 +69,7 @@ def trajectory(response: Response) -> tuple[Float, Float]:
     Parameters
     ----------
     response : Response
-        What `respond` returned; of its impacts the first 256 are known.
+        What `respond` returned; of its impacts the first 4096 are known.
 
     Returns
     -------

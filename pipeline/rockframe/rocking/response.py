@@ -20,7 +20,7 @@ from rockframe.wavelets import Pulse
 Float = NDArray[np.float64]
 
 #: So many impacts are kept with their times; all are counted.
-_LOGGED_IMPACTS = 256
+_LOGGED_IMPACTS = 4096
 
 
 class Verdict(IntEnum):
@@ -58,7 +58,7 @@ class Response:
         Number of impacts during the motion; the last ones before rest, slower than
         1e-10 p-hat, are cut off.
     impact_times, impact_velocities : array
-        The first 256 impacts: time [s] and rate just before [rad s-1].
+        The first 4096 impacts: time [s] and rate just before [rad s-1].
     """
 
     frame: RockingFrame

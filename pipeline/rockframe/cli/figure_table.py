@@ -1,0 +1,234 @@
+"""The figures that `rockframe figure` draws: one line each in FIGURES."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from rockframe.figures import Captioned
+    from rockframe.frame import RockingFrame
+    from rockframe.record import Record
+
+#: A page of more histories than these could not be read.
+_MOST_RECORDS: Final = 12
+#: Mass ratios of Figure 7; the paper's own are not stated in its text.
+_MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, float("inf"))
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A figure: what it is, and the function that draws it and returns the exit status too."""
+
+    summary: str
+    draw: Callable[[argparse.Namespace], tuple[Captioned, int]]
+
+
+def _draw_5(_options: argparse.Namespace) -> tuple[Captioned, int]:
+    import numpy as np
+
+    from rockframe.figures import draw_equivalent_size
+    from rockframe.results import size_dataset
+
+    return draw_equivalent_size(size_dataset(np.linspace(0.0, 10.0, 201))), 0
+
+
+def _draw_7(_options: argparse.Namespace) -> tuple[Captioned, int]:
+    import numpy as np
+
+    from rockframe.figures import draw_restitution
+    from rockframe.results import restitution_dataset
+
+    degrees = np.arange(0.1, 60.0, 0.1)
+    return draw_restitution(restitution_dataset(np.radians(degrees), _MASS_RATIOS)), 0
+
+
+def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
+    from rockframe.errors import ParameterError
+    from rockframe.figures import draw_response_grid
+    from rockframe.results import open_response
+    from rockframe.stages import respond_stage
+    from rockframe.study import SHIPPED_STRUCTURES
+
+    frame = _structure(options)
+    with _records_file(options) as (records_file, status), tempfile.TemporaryDirectory() as folder:
+        records = _chosen(options, records_file)
+        if len(records) > _MOST_RECORDS:
+            raise ParameterError(
+                f"Invalid number of records, {len(records)}. Must be at most {_MOST_RECORDS}: "
+                "choose with --record."
+            )
+        response_file = Path(folder) / "response.nc"
+        respond_stage(
+            records_file,
+            response_file,
+            structures_path=options.structures or SHIPPED_STRUCTURES,
+            structure=frame.name,
+        )
+        with open_response(response_file) as response:
+            histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]
+    accelerations = {record.record_id: record.acceleration for record in records}
+    titles = {record.record_id: _title(record) for record in records}
+    return draw_response_grid(accelerations, histories, titles), status
+
+
+def _draw_moment_rotation(options: argparse.Namespace) -> tuple[Captioned, int]:
+    from rockframe.figures import draw_moment_rotation
+    from rockframe.results import portrait_dataset
+
+    record, frame, _, status = _pair(options)
+    return draw_moment_rotation(portrait_dataset(record, frame)), status
+
+
+def _draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
+    from rockframe.figures import draw_phase_portrait
+    from rockframe.results import portrait_dataset
+
+    record, frame, _, status = _pair(options)
+    return draw_phase_portrait(portrait_dataset(record, frame)), status
+
+
+def _draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
+    from rockframe.errors import ParameterError
+    from rockframe.figures import draw_joints
+    from rockframe.results import joints_dataset
+
+    if not options.friction > 0.0:
+        raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")
+    record, frame, vertical, status = _pair(options)
+    joints = joints_dataset(
+        record, frame, vertical, spacing=options.spacing, beam_centre=options.beam_centre
+    )
+    return draw_joints(joints, options.friction), status
+
+
+#: By the name on the command line, in the order of its help.
+FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
+    {
+        "5": Entry("size of the equivalent column", _draw_5),
+        "7": Entry("largest restitution", _draw_7),
+        "11": Entry("histories under records", _draw_11),
+        "moment-rotation": Entry("restoring moment and the part reached", _draw_moment_rotation),
+        "phase-portrait": Entry("rate over rotation, impacts, barrier", _draw_phase_portrait),
+        "joints": Entry("friction demand and vertical forces", _draw_joints),
+    }
+)
+
+
+@contextmanager
+def _records_file(options: argparse.Namespace) -> Iterator[tuple[Path, int]]:
+    """The records.nc that was given, or one made of the files that were; and the exit status."""
+    from rockframe.cli.arguments import band_pass, passport_limits, read_options
+    from rockframe.cli.console import show_rejections
+    from rockframe.stages import ingest_stage
+    from rockframe.study import bundled_records
+
+    given: list[Path] = options.records or [bundled_records()]
+    if len(given) == 1 and given[0].suffix == ".nc":
+        yield given[0], 0
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "records.nc"
+        ingested = ingest_stage(
+            given,
+            made,
+            options=read_options(options),
+            catalogue=options.catalogue,
+            band=band_pass(options),
+            all_uncorrected=options.uncorrected,
+            passport_limits=passport_limits(options),
+            workers=options.workers,
+            strict=options.strict,
+        )
+        show_rejections(ingested.rejections)
+        yield made, 1 if ingested.rejections else 0
+
+
+def _pair(options: argparse.Namespace) -> tuple[Record, RockingFrame, Record | None, int]:
+    """The record and structure of a figure of one, its vertical record, and the exit status."""
+    from rockframe.errors import ParameterError
+    from rockframe.results import read_records
+
+    frame = _structure(options)
+    if options.record and len(options.record) > 1:
+        raise ParameterError(
+            f"Invalid number of records, {len(options.record)}. Must be one for this figure."
+        )
+    with _records_file(options) as (records_file, status):
+        record = _furthest(_chosen(options, records_file), frame)
+        known = {other.record_id: other for other in read_records(records_file)}
+    return record, frame, _vertical(options, record, known), status
+
+
+def _vertical(
+    options: argparse.Namespace, record: Record, known: Mapping[str, Record]
+) -> Record | None:
+    from rockframe.errors import ParameterError
+
+    if options.vertical is None:
+        return None
+    if options.vertical not in known:
+        raise _unknown(options.vertical, list(known))
+    vertical = known[options.vertical]
+    if (vertical.station, vertical.start_time) != (record.station, record.start_time):
+        raise ParameterError(
+            f"Invalid vertical record {vertical.record_id!r} for {record.record_id!r}. Must be of "
+            "the same station and start."
+        )
+    return vertical
+
+
+def _chosen(options: argparse.Namespace, records_file: Path) -> list[Record]:
+    """The horizontal records, or those that were asked for."""
+    from rockframe.results import read_records
+    from rockframe.stages.common import horizontal
+
+    records = {r.record_id: r for r in horizontal(read_records(records_file), records_file)}
+    for name in options.record or ():
+        if name not in records:
+            raise _unknown(name, list(records))
+    return [records[name] for name in options.record or records]
+
+
+def _furthest(records: list[Record], frame: RockingFrame) -> Record:
+    """The record under which the frame turns furthest and stands; the first if it never does."""
+    from rockframe.rocking import Verdict, respond
+
+    if len(records) == 1:
+        return records[0]
+    best, furthest = records[0], 0.0
+    for record in records:
+        response = respond(frame, record)
+        if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
+            best, furthest = record, response.peak_rotation
+    return best
+
+
+def _structure(options: argparse.Namespace) -> RockingFrame:
+    """The structure that was asked for, or the first: the shipped one is the paper's bridge."""
+    from rockframe.stages import choose_structures
+    from rockframe.study import SHIPPED_STRUCTURES
+
+    return choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)[0]
+
+
+def _title(record: Record) -> str:
+    from rockframe.paper import paper_record_of
+
+    printed = paper_record_of(record.source_file)
+    if printed is not None:
+        return f"{printed.event}\n{printed.record}"
+    place = "/".join(part for part in (record.station, record.component) if part)
+    return "\n".join(part for part in (record.event, place or record.record_id) if part)
+
+
+def _unknown(name: str, known: list[str]) -> Exception:
+    from rockframe.errors import ParameterError
+
+    return ParameterError(f"Invalid record {name!r}. Must be one of: {', '.join(known)}.")

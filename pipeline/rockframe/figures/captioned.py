@@ -1,0 +1,115 @@
+"""A figure with the words that go under it, and saving both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from rockframe.errors import InputError
+from rockframe.figures.style import styled
+from rockframe.provenance import whole_file
+from rockframe.units import GRAVITY
+
+#: Without dates and versions the same figure has the same bytes. Title and caption are added.
+_METADATA: Final[dict[str, dict[str, None]]] = {
+    ".png": {"Software": None},
+    ".pdf": {"Creator": None, "Producer": None, "CreationDate": None, "ModDate": None},
+    ".svg": {"Creator": None, "Date": None},
+}
+_CAPTION_KEY: Final = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
+#: Resolution of PNG figures in print [dots per inch].
+_PRINT: Final = 300
+
+
+@dataclass(frozen=True, eq=False)
+class Captioned:
+    """A figure and its caption.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    title : str
+        A few words.
+    caption : str
+        What is shown, and from which data and parameters.
+    """
+
+    figure: Figure
+    title: str
+    caption: str
+
+
+def save_captioned(drawn: Captioned, path: Path) -> Path:
+    """Write a figure as PNG, PDF or SVG with its caption within, and the caption beside it.
+
+    Parameters
+    ----------
+    drawn : Captioned
+        Figure and caption.
+    path : Path
+        Ends in .png, .pdf or .svg. The same figure gives the same bytes.
+
+    Returns
+    -------
+    Path
+        The caption's file: ``figure.png`` has ``figure.caption.txt``.
+
+    Raises
+    ------
+    InputError
+        If the path ends in something else, or cannot be written.
+    """
+    kind = path.suffix.lower()
+    require_format(path)
+    metadata = {**_METADATA[kind], "Title": drawn.title, _CAPTION_KEY[kind]: drawn.caption}
+    with styled(), whole_file(path) as partial:
+        drawn.figure.savefig(partial, format=kind[1:], dpi=_PRINT, metadata=metadata)
+    beside = path.with_suffix(".caption.txt")
+    with whole_file(beside) as partial:
+        partial.write_text(f"{drawn.title}. {drawn.caption}\n", encoding="utf-8")
+    return beside
+
+
+def require_format(path: Path) -> None:
+    """Refuse a path whose ending is not that of a format that figures are written in.
+
+    Raises
+    ------
+    InputError
+        If it is not .png, .pdf or .svg.
+
+    Examples
+    --------
+    >>> require_format(Path("figure.bmp"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: figure.bmp: ends in '.bmp'. Must end in .png, .pdf or .svg.
+    """
+    if path.suffix.lower() not in _METADATA:
+        raise InputError(path, f"ends in {path.suffix!r}. Must end in .png, .pdf or .svg.")
+
+
+def of_structure(dataset: xr.Dataset) -> str:
+    """Return the words of a caption that state the structure."""
+    return (
+        f"Structure {dataset['structure'].item()}: columns {float(dataset['height']):g} m tall, "
+        f"{float(dataset['width']):g} m wide, mass ratio γ = {float(dataset['mass_ratio']):g}, "
+        f"slenderness α = {float(dataset['slenderness']):.4f} rad, "
+        f"p̂ = {float(dataset['effective_frequency_parameter']):.3f} rad/s, "
+        f"√r = {float(dataset['restitution']):.3f}."
+    )
+
+
+def of_record(dataset: xr.Dataset) -> str:
+    """Return the words of a caption that state the record and what became of the structure."""
+    end = float(dataset["overturning_time"])
+    fate = "it stands" if end != end else f"it overturns at {end:.2f} s"  # NaN: never
+    return (
+        f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g): "
+        f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
+        f"{int(dataset['impacts'])} impacts, {fate}."
+    )

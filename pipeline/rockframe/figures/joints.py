@@ -1,0 +1,117 @@
+"""Friction demand and vertical forces at the joints: do columns slide, does the beam lift off?"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rockframe.figures.captioned import Captioned, of_record, of_structure
+from rockframe.figures.style import PRINT_WIDTH, styled
+
+
+def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
+    """Draw rotation, friction demand and vertical forces with their bounds.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `joints_dataset` returned.
+    friction : float
+        Coefficient of friction that the joints are taken to have [1].
+    """
+    time = dataset["time"].values
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.2, 1.2])
+        panels[0].plot(time, dataset["theta"] / float(dataset["slenderness"]), color="0.35")
+        panels[0].set_ylabel("θ/α")
+        _draw_friction(panels[1], dataset, friction)
+        _draw_vertical(panels[2], dataset)
+        panels[2].set_xlabel("time [s]")
+        rotated = np.flatnonzero(np.nan_to_num(np.abs(dataset["theta"].values), nan=1.0) > 1e-4)
+        if rotated.size:
+            window = time[rotated[0]] - 1.5, time[rotated[-1]] + 1.5
+            panels[0].set_xlim(max(time[0], window[0]), min(time[-1], window[1]))
+        figure.align_ylabels(list(panels))
+    return Captioned(figure, "Forces at the joints", _caption(dataset, friction))
+
+
+def _draw_friction(panel: Axes, dataset: xr.Dataset, friction: float) -> None:
+    time = dataset["time"].values
+    for name, label in (("base", "base"), ("top", "under the beam")):
+        demand = dataset[f"{name}_friction_demand"].values
+        if np.isfinite(demand).any():
+            panel.plot(time, demand, linewidth=0.8, label=label)
+    panel.axhline(friction, color="black", linestyle="--", linewidth=0.9, label="taken available")
+    uplift = float(dataset["uplift_friction_demand"])
+    panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label="at uplift, tan α")
+    panel.set_ylabel("friction demand")
+    panel.set_ylim(0.0, 1.75 * max(friction, uplift, _number(dataset, "base_friction_demand")))
+    panel.legend(loc="upper right", ncols=2, fontsize=7)
+
+
+def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
+    time = dataset["time"].values
+    panel.plot(time, dataset["base_vertical"], linewidth=0.8, label="all base joints")
+    if "column_top_vertical" in dataset:
+        each = dataset["column_top_vertical"]
+        for values, word in ((each.max("column"), "more"), (each.min("column"), "less")):
+            label = f"beam on the {word} loaded column"
+            panel.plot(time, values, linewidth=0.7, label=label)
+    panel.axhline(0.0, color="black", linestyle="--", linewidth=0.9, label="lift-off")
+    panel.set_ylabel("vertical force / static")
+    highest = float(np.nanmax(dataset["base_vertical"].values))
+    panel.set_ylim(-0.1, 2.3 * max(highest, 1.0))
+    panel.legend(loc="upper right", fontsize=7)
+
+
+def _number(dataset: xr.Dataset, name: str) -> float:
+    found = dataset.get(f"largest_{name}")
+    return math.nan if found is None else float(found)
+
+
+def _caption(dataset: xr.Dataset, friction: float) -> str:
+    demands = {
+        "all base joints together": _number(dataset, "base_friction_demand"),
+        "all joints under the beam together": _number(dataset, "top_friction_demand"),
+        "one base joint": _number(dataset, "column_base_friction_demand"),
+        "one joint under the beam": _number(dataset, "column_top_friction_demand"),
+        "each impact": float(dataset["impact_friction_demand"]),
+        "uplift (tan α)": float(dataset["uplift_friction_demand"]),
+    }
+    known = {name: demand for name, demand in demands.items() if math.isfinite(demand)}
+    stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
+    slides = max(known.values()) > friction
+    sliding = (
+        f"Friction needed at most: {stated}; with a coefficient of {friction:g}, taken and not "
+        f"measured, the assumption of no sliding {'does not hold' if slides else 'holds'}."
+    )
+    vertical = dataset.attrs["vertical"]
+    with_vertical = f"with vertical record {vertical}" if vertical else "without vertical motion"
+    return (
+        f"Rotation, friction demand and vertical forces, {with_vertical}. {sliding} "
+        f"{_lift_off(dataset)} {of_structure(dataset)} {of_record(dataset)}"
+    )
+
+
+def _lift_off(dataset: xr.Dataset) -> str:
+    least = {"all base joints together": float(dataset["least_base_vertical"])}
+    bent = ""
+    if "spacing" in dataset:
+        least["the beam on one column"] = float(dataset["least_column_top_vertical"])
+        bent = (
+            f" (two columns {float(dataset['spacing']):g} m apart, the beam's centre of mass "
+            f"{float(dataset['beam_centre']):g} m above its underside; impacts would lift it off "
+            f"at a spacing below {float(dataset['least_spacing']):.2f} m)"
+        )
+    known = {name: force for name, force in least.items() if math.isfinite(force)}
+    stated = ", ".join(f"{name} {force:.3f}" for name, force in known.items())
+    holds = min(known.values()) > 0.0
+    return (
+        f"Least vertical force over the static one: {stated}{bent}; the assumption of no lift-off "
+        f"{'holds' if holds else 'does not hold'}."
+    )

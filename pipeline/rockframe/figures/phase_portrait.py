@@ -1,0 +1,56 @@
+"""Rate over rotation, with the jump of each impact and the barrier of overturning."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from rockframe.figures.captioned import Captioned, of_record, of_structure
+from rockframe.figures.style import PRINT_WIDTH, styled
+
+
+def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
+    """Draw the rate of rotation over the rotation.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `portrait_dataset` returned.
+    """
+    alpha = float(dataset["slenderness"])
+    scale = alpha * float(dataset["effective_frequency_parameter"])
+    curve = dataset["curve_rotation"].values / alpha
+    barrier = np.where(np.abs(curve) <= 1.0, dataset["curve_barrier"].values / scale, np.nan)
+    rates = dataset["impact_rate"].values / scale
+    after = float(dataset["restitution"]) * rates
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 3.1), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(dataset["rotation"] / alpha, dataset["rate"] / scale, linewidth=0.8)
+        for sign in (1.0, -1.0):
+            label = "overturns beyond, on still ground" if sign > 0.0 else None
+            axes.plot(curve, sign * barrier, color="0.4", linestyle="--", linewidth=0.9,
+                      label=label)  # fmt: skip
+        for values, face, label in ((rates, "C1", "before an impact"), (after, "w", "after it")):
+            axes.plot(
+                0.0 * values,
+                values,
+                linestyle="",
+                marker="o",
+                markersize=2.4,
+                color="C1",
+                markerfacecolor=face,
+                markeredgewidth=0.6,
+                label=label,
+            )
+        axes.set_xlabel("rotation  θ/α")
+        axes.set_ylabel(r"rate  $\dot\theta\,/\,(\hat p\,\alpha)$")
+        figure.legend(loc="outside lower center", ncols=2, fontsize=7)
+    caption = (
+        "Rate of rotation over p̂ α against rotation over the slenderness α. Dots: just before "
+        "(filled) and after (open) each impact, where the rate falls by the restitution. Dashed: "
+        "a frame left on still ground beyond this line and moving outwards overturns. "
+        f"{of_structure(dataset)} {of_record(dataset)}"
+    )
+    return Captioned(figure, "Phase portrait", caption)

@@ -1,0 +1,223 @@
+"""Figures: their curves against formulas written here, their words, the same bytes twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.figures import (
+    Captioned,
+    draw_equivalent_size,
+    draw_joints,
+    draw_moment_rotation,
+    draw_phase_portrait,
+    draw_response_grid,
+    draw_restitution,
+    save_captioned,
+)
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.results import (
+    RESPONSE,
+    joints_dataset,
+    open_response,
+    portrait_dataset,
+    response_dataset,
+    restitution_dataset,
+    size_dataset,
+    write,
+)
+from rockframe.rocking import respond
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
+COLUMN = RockingFrame(height=3.0, width=0.4, name="column")
+
+
+def shake(a_p: float = 0.5) -> Record:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=a_p * GRAVITY, T_p=1.5, time=5.0)
+    time = 0.01 * np.arange(1500)
+    return Record(record_id="shake", acceleration=pulse.acceleration(time), time_step=0.01)
+
+
+def axes_of(drawn: Captioned) -> list[Axes]:
+    return list(drawn.figure.axes)
+
+
+def curve(axes: Axes, number: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    x, y = axes.get_lines()[number].get_data()
+    return np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+
+
+@pytest.fixture(scope="module")
+def joints() -> xr.Dataset:
+    return joints_dataset(shake(), BENT, spacing=12.0, beam_centre=1.0)
+
+
+@pytest.fixture(scope="module")
+def portrait() -> xr.Dataset:
+    return portrait_dataset(shake(), BENT)
+
+
+# Curves
+
+
+def test_figure_5_is_eqs_27_to_29() -> None:
+    (axes,) = axes_of(draw_equivalent_size(size_dataset(np.linspace(0.0, 10.0, 21))))
+    gamma, size = curve(axes, 0)
+    assert_allclose(size, (1.0 + 3.0 * gamma) / (1.0 + 2.0 * gamma), rtol=1e-14)
+    assert_allclose(curve(axes, 1)[1], 1.5, rtol=1e-14)
+    assert_allclose(curve(axes, 2)[1], size**-0.5, rtol=1e-14)
+    assert "gamma" in axes.get_xlabel()
+
+
+def test_figure_7_is_eq_43_and_ends_at_zero() -> None:
+    alphas = np.radians(np.arange(1.0, 60.0))
+    (axes,) = axes_of(draw_restitution(restitution_dataset(alphas, [0.0, 4.0, np.inf])))
+    for number, gamma in enumerate((0.0, 4.0, 1e12)):
+        degrees, restitution = curve(axes, number)
+        alpha = np.radians(degrees)
+        printed = 1.0 - 1.5 * np.sin(alpha) ** 2 + 3.0 * gamma * np.cos(2.0 * alpha)
+        assert_allclose(restitution, printed / (1.0 + 3.0 * gamma), atol=1e-11)
+        assert restitution[-1] == 0.0
+    assert "degrees" in axes.get_xlabel()
+
+
+def test_figure_11_has_a_column_for_each_record(tmp_path: Path) -> None:
+    records = [Record(**(vars(shake(a)) | {"record_id": f"r{a}"})) for a in (0.3, 0.5, 0.6, 0.4)]
+    path = tmp_path / "response.nc"
+    responses = [[respond(BENT, record)] for record in records]
+    write(
+        response_dataset(records, [BENT], responses),
+        path,
+        RESPONSE,
+        input_sha256={},
+        parameters={},
+    )
+    with open_response(path) as response:
+        histories = [response.sel(record=r.record_id, structure="bent") for r in records]
+    grounds = {record.record_id: record.acceleration for record in records}
+    drawn = draw_response_grid(grounds, histories, {name: name for name in grounds})
+    shown = [axes for axes in axes_of(drawn) if axes.get_visible() and axes.get_lines()]
+    assert len(shown) == 4 * len(records)
+    assert_allclose(curve(shown[0], 0)[1], records[0].acceleration / GRAVITY, rtol=1e-14)
+    peak = f"{responses[1][0].peak_rotation_ratio:.3f}"
+    assert f"r0.5: θ/α {peak}" in drawn.caption
+
+
+def test_figure_11_draws_a_falling_frame_no_further(tmp_path: Path) -> None:
+    path = tmp_path / "response.nc"
+    record = shake(1.5)
+    dataset = response_dataset([record], [COLUMN], [[respond(COLUMN, record)]])
+    write(dataset, path, RESPONSE, input_sha256={}, parameters={})
+    with open_response(path) as response:
+        history = response.sel(record="shake", structure="column")
+    drawn = draw_response_grid({"shake": record.acceleration}, [history], {"shake": ""})
+    assert "shake: overturns" in drawn.caption
+    ratio = curve(axes_of(drawn)[1], 0)[1]
+    assert np.abs(ratio).max() <= 1.3
+
+
+def test_moment_falls_from_one_at_uplift_to_zero_at_the_slenderness(portrait: xr.Dataset) -> None:
+    (axes,) = axes_of(draw_moment_rotation(portrait))
+    rotation, moment = curve(axes, 1)
+    alpha = BENT.slenderness
+    right = rotation > 1e-9
+    expected = np.sin(alpha * (1.0 - rotation[right])) / np.sin(alpha)
+    assert_allclose(moment[right], expected, atol=1e-12)
+
+
+def test_portrait_marks_each_impact_and_the_barrier(portrait: xr.Dataset) -> None:
+    (axes,) = axes_of(draw_phase_portrait(portrait))
+    _, before = curve(axes, 3)
+    _, after = curve(axes, 4)
+    assert before.size == respond(BENT, shake()).impacts
+    assert_allclose(after, BENT.restitution * before, rtol=1e-14)
+    rotation, barrier = curve(axes, 1)
+    upright = 2.0 * np.sin(0.5 * BENT.slenderness) / BENT.slenderness
+    assert_allclose(barrier[np.argmin(np.abs(rotation))], upright, rtol=1e-12)
+    assert np.isnan(barrier[np.abs(rotation) > 1.0]).all()
+
+
+def test_joints_show_both_bounds_and_say_whether_they_hold(joints: xr.Dataset) -> None:
+    drawn = draw_joints(joints, 0.5)
+    levels = [curve(axes, i)[1] for axes in axes_of(drawn)[1:] for i in range(len(axes.lines))]
+    constant = {float(y[0]) for y in levels if np.ptp(y) == 0.0}
+    assert constant >= {0.5, BENT.width / BENT.height, 0.0}
+    assert "the assumption of no sliding holds" in drawn.caption
+    assert "the assumption of no lift-off holds" in drawn.caption
+    assert "one joint under the beam 0.19" in drawn.caption
+    assert "no sliding does not hold" in draw_joints(joints, 0.18).caption
+
+
+def test_joints_of_columns_too_close_say_that_the_beam_lifts() -> None:
+    close = joints_dataset(shake(), BENT, spacing=1.7, beam_centre=3.0)
+    assert "no lift-off does not hold" in draw_joints(close, 0.5).caption
+
+
+def test_joints_of_a_column_alone_have_no_top() -> None:
+    drawn = draw_joints(joints_dataset(shake(0.2), COLUMN), 0.5)
+    assert "under the beam" not in drawn.caption.split(";")[0]
+
+
+def test_a_frame_at_rest_can_be_drawn() -> None:
+    quiet = shake(0.01)
+    assert "0 impacts" in draw_phase_portrait(portrait_dataset(quiet, BENT)).caption
+    assert "0 impacts" in draw_joints(joints_dataset(quiet, BENT), 0.5).caption
+
+
+def test_vertical_motion_presses_the_joints() -> None:
+    up = Record(**(vars(shake(0.3)) | {"record_id": "up"}))
+    without = joints_dataset(shake(), BENT)
+    lifted = joints_dataset(shake(), BENT, up)
+    assert lifted["least_base_vertical"] < without["least_base_vertical"]
+    assert "vertical record up" in draw_joints(lifted, 0.5).caption
+
+
+# Files
+
+formats = pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+
+
+@formats
+def test_the_same_figure_has_the_same_bytes(tmp_path: Path, ending: str) -> None:
+    written = []
+    for name in ("one", "two"):
+        drawn = draw_restitution(restitution_dataset([0.1, 0.2], [0.0, 4.0]))
+        path = tmp_path / f"{name}.{ending}"
+        save_captioned(drawn, path)
+        written.append(path.read_bytes())
+    assert written[0] == written[1]
+    assert b"Matplotlib v" not in written[0]
+
+
+@formats
+def test_the_caption_is_in_the_file_and_beside_it(tmp_path: Path, ending: str) -> None:
+    drawn = draw_restitution(restitution_dataset([0.1, 0.2], [0.0, 4.0]))
+    path = tmp_path / f"figure.{ending}"
+    beside = save_captioned(drawn, path)
+    assert beside.read_text(encoding="utf-8") == f"{drawn.title}. {drawn.caption}\n"
+    assert drawn.title.encode() in path.read_bytes()
+    if ending == "svg":
+        assert drawn.caption in path.read_text(encoding="utf-8")
+
+
+def test_another_format_is_refused(tmp_path: Path) -> None:
+    drawn = draw_equivalent_size(size_dataset([0.0, 1.0]))
+    with pytest.raises(InputError, match=r"Must end in \.png, \.pdf or \.svg"):
+        save_captioned(drawn, tmp_path / "figure.bmp")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_vertical_record_of_other_samples_is_refused() -> None:
+    short = Record(record_id="up", acceleration=np.ones(3), time_step=0.01)
+    with pytest.raises(ParameterError, match="vertical"):
+        joints_dataset(shake(), BENT, short)
