@@ -40,6 +40,7 @@ from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
 from .stages import pulse_stage as pulse_stage
 from .stages import respond_stage as respond_stage
+from .stages import verify_run as verify_run
 from .study import PassportLimits as PassportLimits
 from .study import bundled_records as bundled_records
 from .study import read_structures as read_structures

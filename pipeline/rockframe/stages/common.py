@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rockframe.errors import ParameterError
-from rockframe.record import Orientation, Record
+from rockframe.record import Record
 
 #: Called with what is done and what there is to do in all.
 Progress = Callable[[int, int], None]
@@ -24,7 +24,7 @@ def horizontal(records: list[Record], path: Path) -> list[Record]:
     ParameterError
         If all are.
     """
-    chosen = [r for r in records if r.orientation is not Orientation.VERTICAL]
+    chosen = [r for r in records if not r.orientation.upright]
     if not chosen:
         raise ParameterError(
             f"{path}: all {len(records)} records are vertical. Must hold a horizontal one."
