@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rockframe.cli.arguments import add_reading, add_structures, path
+from rockframe.cli.arguments import add_reading, add_structures, add_vertical, path
 from rockframe.cli.figure_table import FIGURES
 
 
@@ -24,9 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only this record; may be repeated for figure 11 (default: all of them there, else "
         "the one under which the structure turns furthest and stands)",
     )
-    parser.add_argument(
-        "--vertical", metavar="ID", help="vertical record of the same motion (figure joints)"
-    )
+    add_vertical(parser)
     add_joints(parser)
     add_structures(parser)
     add_reading(parser)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rockframe.figures import Captioned
     from rockframe.frame import RockingFrame
     from rockframe.record import Record
+    from rockframe.rocking import GroundAcceleration
 
 #: A page of more histories than these could not be read.
 _MOST_RECORDS: Final = 12
@@ -50,6 +51,7 @@ def _draw_7(_options: argparse.Namespace) -> tuple[Captioned, int]:
 
 
 def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
+    from rockframe.cli.console import show_rejections
     from rockframe.errors import ParameterError
     from rockframe.figures import draw_response_grid
     from rockframe.results import open_response
@@ -65,33 +67,38 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
                 "choose with --record."
             )
         response_file = Path(folder) / "response.nc"
-        respond_stage(
+        unanswered = respond_stage(
             records_file,
             response_file,
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=frame.name,
+            vertical=options.vertical,
         )
+        show_rejections(unanswered)
+        missing = {rejection.file for rejection in unanswered}
+        records = [record for record in records if record.record_id not in missing]
         with open_response(response_file) as response:
             histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]
     accelerations = {record.record_id: record.acceleration for record in records}
     titles = {record.record_id: _title(record) for record in records}
-    return draw_response_grid(accelerations, histories, titles), status
+    drawn = draw_response_grid(accelerations, histories, titles, vertical=options.vertical)
+    return drawn, 1 if missing else status
 
 
 def _draw_moment_rotation(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.figures import draw_moment_rotation
     from rockframe.results import portrait_dataset
 
-    record, frame, _, status = _pair(options)
-    return draw_moment_rotation(portrait_dataset(record, frame)), status
+    pair = _pair(options)
+    return draw_moment_rotation(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
 def _draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.figures import draw_phase_portrait
     from rockframe.results import portrait_dataset
 
-    record, frame, _, status = _pair(options)
-    return draw_phase_portrait(portrait_dataset(record, frame)), status
+    pair = _pair(options)
+    return draw_phase_portrait(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
 def _draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
@@ -101,11 +108,15 @@ def _draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
 
     if not options.friction > 0.0:
         raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")
-    record, frame, vertical, status = _pair(options)
+    pair = _pair(options)
     joints = joints_dataset(
-        record, frame, vertical, spacing=options.spacing, beam_centre=options.beam_centre
+        pair.record,
+        pair.frame,
+        pair.motion,
+        spacing=options.spacing,
+        beam_centre=options.beam_centre,
     )
-    return draw_joints(joints, options.friction), status
+    return draw_joints(joints, options.friction), pair.status
 
 
 #: By the name on the command line, in the order of its help.
@@ -150,10 +161,21 @@ def _records_file(options: argparse.Namespace) -> Iterator[tuple[Path, int]]:
         yield made, 1 if ingested.rejections else 0
 
 
-def _pair(options: argparse.Namespace) -> tuple[Record, RockingFrame, Record | None, int]:
-    """The record and structure of a figure of one, its vertical record, and the exit status."""
+@dataclass(frozen=True)
+class _Pair:
+    """The record and structure of a figure of one, what moves it, and the exit status."""
+
+    record: Record
+    frame: RockingFrame
+    motion: GroundAcceleration | None
+    status: int
+
+
+def _pair(options: argparse.Namespace) -> _Pair:
+    from rockframe.components import vertical_beside
     from rockframe.errors import ParameterError
     from rockframe.results import read_records
+    from rockframe.stages import with_vertical
 
     frame = _structure(options)
     if options.record and len(options.record) > 1:
@@ -162,26 +184,9 @@ def _pair(options: argparse.Namespace) -> tuple[Record, RockingFrame, Record | N
         )
     with _records_file(options) as (records_file, status):
         record = _furthest(_chosen(options, records_file), frame)
-        known = {other.record_id: other for other in read_records(records_file)}
-    return record, frame, _vertical(options, record, known), status
-
-
-def _vertical(
-    options: argparse.Namespace, record: Record, known: Mapping[str, Record]
-) -> Record | None:
-    from rockframe.errors import ParameterError
-
-    if options.vertical is None:
-        return None
-    if options.vertical not in known:
-        raise _unknown(options.vertical, list(known))
-    vertical = known[options.vertical]
-    if (vertical.station, vertical.start_time) != (record.station, record.start_time):
-        raise ParameterError(
-            f"Invalid vertical record {vertical.record_id!r} for {record.record_id!r}. Must be of "
-            "the same station and start."
-        )
-    return vertical
+        everything = read_records(records_file)
+    motion = with_vertical(record, vertical_beside(everything)) if options.vertical else None
+    return _Pair(record, frame, motion, status)
 
 
 def _chosen(options: argparse.Namespace, records_file: Path) -> list[Record]:

@@ -108,8 +108,10 @@ def of_record(dataset: xr.Dataset) -> str:
     """Return the words of a caption that state the record and what became of the structure."""
     end = float(dataset["overturning_time"])
     fate = "it stands" if end != end else f"it overturns at {end:.2f} s"  # NaN: never
+    upwards = "with" if dataset.attrs["vertical"] else "without"
     return (
-        f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g): "
+        f"Record {dataset['record_id'].item()}, {upwards} its vertical motion "
+        f"(PGA {float(dataset['pga']) / GRAVITY:.2f} g): "
         f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
         f"{int(dataset['impacts'])} impacts, {fate}."
     )

@@ -90,10 +90,8 @@ def _caption(dataset: xr.Dataset, friction: float) -> str:
         f"Friction needed at most: {stated}; with a coefficient of {friction:g}, taken and not "
         f"measured, the assumption of no sliding {'does not hold' if slides else 'holds'}."
     )
-    vertical = dataset.attrs["vertical"]
-    with_vertical = f"with vertical record {vertical}" if vertical else "without vertical motion"
     return (
-        f"Rotation, friction demand and vertical forces, {with_vertical}. {sliding} "
+        f"Rotation, friction demand and vertical forces. {sliding} "
         f"{_lift_off(dataset)} {of_structure(dataset)} {of_record(dataset)}"
     )
 

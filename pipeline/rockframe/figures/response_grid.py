@@ -30,6 +30,8 @@ def draw_response_grid(
     accelerations: Mapping[str, NDArray[np.float64]],
     histories: Sequence[xr.Dataset],
     titles: Mapping[str, str],
+    *,
+    vertical: bool = False,
 ) -> Captioned:
     """Draw ground acceleration, theta/alpha, v and u of one structure, a column for each record.
 
@@ -41,6 +43,8 @@ def draw_response_grid(
         What ``open_response(...).sel`` gives, one for each record, of one structure.
     titles : mapping
         By record identifier, what stands above its column.
+    vertical : bool
+        Whether the ground moved vertically too.
     """
     bands = -(-len(histories) // _ACROSS)
     across = min(_ACROSS, len(histories))
@@ -67,7 +71,9 @@ def draw_response_grid(
             for panel, label in zip(panels[:, 0], _LABELS, strict=True):
                 panel.set_ylabel(label)
             part.align_ylabels(list(panels[:, 0]))
-    return Captioned(figure, "Figure 11: histories of the rocking frame", _caption(histories))
+    return Captioned(
+        figure, "Figure 11: histories of the rocking frame", _caption(histories, vertical)
+    )
 
 
 def _draw_column(
@@ -100,7 +106,8 @@ def _set_window(panel: Axes, time: NDArray[np.float64], ratio: NDArray[np.float6
         panel.set_xlim(max(time[0], first - _MARGIN), min(time[-1], last + _MARGIN))
 
 
-def _caption(histories: Sequence[xr.Dataset]) -> str:
+def _caption(histories: Sequence[xr.Dataset], vertical: bool) -> str:
+    ground = "Horizontal and vertical" if vertical else "Horizontal"
     parts = []
     for history in histories:
         fate = "overturns"
@@ -114,7 +121,7 @@ def _caption(histories: Sequence[xr.Dataset]) -> str:
     return (
         "Ground acceleration, rotation θ over slenderness α, uplift v and drift u of the beam; "
         "a row of panels has one scale. "
-        f"{of_structure(histories[0])} Horizontal ground motion alone; eq (26), with the "
+        f"{of_structure(histories[0])} {ground} ground motion; eq (26), with the "
         "restitution of eq (43) at each impact. Largest values, free rocking after the record "
         f"included: {'; '.join(parts)}."
     )

@@ -23,12 +23,15 @@ from rockframe.rocking import (
     restoring_moment,
     trajectory,
 )
+from rockframe.rocking.response import as_ground
 
 #: The curves of moment and barrier go this far beyond the rotations of the frame.
 _BEYOND: Final = 1.15
 
 
-def portrait_dataset(record: Record, frame: RockingFrame) -> xr.Dataset:
+def portrait_dataset(
+    record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
+) -> xr.Dataset:
     """Return the path of a frame over its rotation: moment and rate, with the jumps of impacts.
 
     Parameters
@@ -37,6 +40,8 @@ def portrait_dataset(record: Record, frame: RockingFrame) -> xr.Dataset:
         The ground motion.
     frame : RockingFrame
         The frame.
+    motion : GroundAcceleration, optional
+        What moves it, if that is more than the record: with vertical acceleration.
 
     Examples
     --------
@@ -45,7 +50,8 @@ def portrait_dataset(record: Record, frame: RockingFrame) -> xr.Dataset:
     >>> portrait_dataset(record, frame)["rate"].attrs["units"]
     'rad s-1'
     """
-    response = respond(frame, record)
+    ground = as_ground(motion or record)
+    response = respond(frame, ground)
     theta, omega = trajectory(response)
     reach = _BEYOND * max(frame.slenderness, float(np.nanmax(np.abs(response.theta))))
     curve = np.linspace(-reach, reach, 401)
@@ -68,13 +74,14 @@ def portrait_dataset(record: Record, frame: RockingFrame) -> xr.Dataset:
         "rotation": variable("obs", theta, "rad", "rotation of the columns"),
         "curve_rotation": variable("curve", curve, "rad", "rotation of the columns"),
     }
-    return xr.Dataset({**variables, **_of_pair(record, frame, response)}, coords=coordinates)
+    variables |= _of_pair(record, frame, response)
+    return xr.Dataset(variables, coordinates, {"vertical": int(ground.vertical is not None)})
 
 
 def joints_dataset(
     record: Record,
     frame: RockingFrame,
-    vertical: Record | None = None,
+    motion: GroundAcceleration | None = None,
     *,
     spacing: float | None = None,
     beam_centre: float = 0.0,
@@ -87,8 +94,8 @@ def joints_dataset(
         The ground motion.
     frame : RockingFrame
         The frame.
-    vertical : Record, optional
-        Vertical ground motion of the same samples in time.
+    motion : GroundAcceleration, optional
+        What moves it, if that is more than the record: with vertical acceleration.
     spacing : float, optional
         Distance between the axes of two columns [m]: adds the forces of each.
     beam_centre : float
@@ -97,7 +104,7 @@ def joints_dataset(
     Raises
     ------
     ParameterError
-        If the columns overlap, or the vertical record is of other samples.
+        If the columns overlap.
 
     Examples
     --------
@@ -107,7 +114,7 @@ def joints_dataset(
     >>> joints["column_top_vertical"].dims
     ('column', 'time')
     """
-    ground = _ground(record, vertical)
+    ground = as_ground(motion or record)
     response = respond(frame, ground)
     forces = reactions(response, ground)
     weight = 1.0 + frame.mass_ratio
@@ -156,18 +163,8 @@ def joints_dataset(
         }
     variables |= _extremes(variables) | _of_pair(record, frame, response)
     time = variable("time", response.time, "s", "time since the record's first sample")
-    dataset = xr.Dataset(variables, coords={"time": time})
-    dataset.attrs["vertical"] = "" if vertical is None else vertical.record_id
-    return dataset
-
-
-def _ground(record: Record, vertical: Record | None) -> GroundAcceleration:
-    across = GroundAcceleration.from_samples(record.acceleration, record.time_step)
-    if vertical is None:
-        return across
-    return across.with_vertical(
-        GroundAcceleration.from_samples(vertical.acceleration, vertical.time_step)
-    )
+    attributes = {"vertical": int(ground.vertical is not None)}
+    return xr.Dataset(variables, {"time": time}, attributes)
 
 
 def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:

@@ -63,7 +63,7 @@ def respond_stage(
     rejections: list[Rejection] = []
     for i, record in enumerate(records):
         try:
-            motion = _with_vertical(record, beside) if vertical else record
+            motion = with_vertical(record, beside) if vertical else record
             answered.append((record, [respond(frame, motion) for frame in frames]))
         except ParameterError as error:
             rejections.append(Rejection(file=record.record_id, reason=str(error)))
@@ -82,7 +82,28 @@ def respond_stage(
     return tuple(rejections)
 
 
-def _with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:
+def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:
+    """Return the ground motion of a record with the vertical one that was recorded beside it.
+
+    Parameters
+    ----------
+    record : Record
+        The horizontal record.
+    beside : mapping of str to Record
+        What `vertical_beside` found.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+
+    Examples
+    --------
+    >>> record = Record(record_id="shake", acceleration=[0.0, 1.0], time_step=0.1)
+    >>> upwards = Record(record_id="up", acceleration=[0.0, 2.0], time_step=0.1)
+    >>> with_vertical(record, {"shake": upwards}).vertical.tolist()
+    [[0.0, 20.0]]
+    """
     upward = beside.get(record.record_id)
     if upward is None:
         raise ParameterError(
