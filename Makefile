@@ -5,14 +5,17 @@ VENV := .venv
 BIN := $(VENV)/bin
 MADE := $(VENV)/.made
 OUTPUT ?= outputs/table1
+PAPER ?= outputs/paper
 SECONDS ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 test check format bench fuzz clean
+.PHONY: help setup table1 paper test check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
 	@echo "              (RECORDS='FILE or FOLDER ...' for your own, STRUCTURE=NAME for one structure)"
+	@echo "make paper    the paper, checked: its figures, and each number and claim beside ours, in $(PAPER)"
+	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
 	@echo "make test     run the tests"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
@@ -35,6 +38,9 @@ $(MADE): requirements.lock pyproject.toml
 table1: $(MADE)
 	@$(BIN)/rockframe table1 --output $(OUTPUT) \
 		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
+
+paper: $(MADE)
+	@$(BIN)/rockframe paper --output $(PAPER) $(if $(RECORDS),--records $(RECORDS))
 
 test: $(MADE)
 	@$(BIN)/python -m pytest -q

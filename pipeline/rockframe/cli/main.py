@@ -13,10 +13,10 @@ from importlib.metadata import version
 from types import FrameType
 from typing import NoReturn
 
-from rockframe.cli import fetch, figure, formats, ingest, pulse, respond, table1, verify
+from rockframe.cli import fetch, figure, formats, ingest, paper, pulse, respond, table1, verify
 from rockframe.errors import RockframeError
 
-_VERBS = (table1, fetch, ingest, pulse, respond, figure, verify, formats)
+_VERBS = (table1, fetch, ingest, pulse, respond, figure, paper, verify, formats)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -1,0 +1,146 @@
+"""rockframe paper: check the paper's numbers and claims, and draw its figures."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rockframe.cli.arguments import add_periods, add_reading
+from rockframe.cli.figure import add_records
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rockframe.paper import Claim
+    from rockframe.results import TableRow
+    from rockframe.stages import Ingested
+
+#: What the figure of the joints takes the bridge bent to be; the paper states neither.
+_BENT = ("--spacing", "12", "--beam-centre", "1")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The paper's records, if there are any, and where the page goes."""
+    parser.add_argument(
+        "--output", type=Path, default=Path("outputs/paper"), help="folder to write"
+    )
+    parser.add_argument("--claim", metavar="NAME", help="print this claim alone, and write nothing")
+    add_records(parser)
+    add_periods(parser)
+    add_reading(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute the claims, draw the figures, write the page and its manifest, print."""
+    from rockframe.cli.console import show_json, show_rejections
+    from rockframe.paper import all_claims, record_claims
+    from rockframe.provenance import whole_folder
+
+    if options.claim is not None:
+        claims = _named(all_claims(), options.claim)
+        _show(claims, options.json)
+        return 0
+    folder: Path = options.output
+    with whole_folder(folder) as partial:
+        ingested, rows = _respond(options, partial)
+        claims = all_claims() + record_claims(rows)
+        _write(claims, _draw(partial), ingested, partial)
+    if options.json:
+        show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
+    else:
+        _show(claims, False)
+        print(f"{folder / 'paper-checked.md'}")
+    show_rejections(ingested.rejections)
+    return 1 if ingested.rejections else 0
+
+
+def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[TableRow]]:
+    """Records, pulses and the response of the paper's bridge."""
+    from rockframe.cli.arguments import band_pass, passport_limits, read_options
+    from rockframe.paper import with_paper_facts
+    from rockframe.results import table_rows
+    from rockframe.stages import ingest_stage, pulse_stage, respond_stage
+    from rockframe.study import bundled_records
+
+    names = ("records.nc", "pulses.nc", "response.nc")
+    records, pulses, response = (folder / name for name in names)
+    ingested = ingest_stage(
+        options.records or [bundled_records()],
+        records,
+        options=read_options(options),
+        catalogue=options.catalogue,
+        band=band_pass(options),
+        all_uncorrected=options.uncorrected,
+        passport_limits=passport_limits(options),
+        workers=options.workers,
+        strict=options.strict,
+    )
+    shortest, longest = options.periods
+    pulse_stage(records, pulses, shortest_period=shortest, longest_period=longest)
+    respond_stage(records, response, structure="bridge-bent")
+    return ingested, [with_paper_facts(row) for row in table_rows(records, pulses, response)]
+
+
+def _draw(folder: Path) -> dict[str, str]:
+    """Each figure that the command `figure` knows; by its path, its title and caption."""
+    from rockframe.cli.figure import add_arguments as add_figure_arguments
+    from rockframe.cli.figure_table import FIGURES
+    from rockframe.figures import save_captioned
+
+    parser = argparse.ArgumentParser()
+    add_figure_arguments(parser)
+    captions = {}
+    for name, entry in FIGURES.items():
+        path = folder / "figures" / f"figure-{name}.png"
+        words = [name, "--output", str(path), "--records", str(folder / "records.nc")]
+        drawn, _ = entry.draw(parser.parse_args(words + list(_BENT if name == "joints" else ())))
+        save_captioned(drawn, path)
+        captions[path.relative_to(folder).as_posix()] = f"{drawn.title}. {drawn.caption}"
+    return captions
+
+
+def _write(
+    claims: Sequence[Claim], figures: dict[str, str], ingested: Ingested, folder: Path
+) -> None:
+    from rockframe.paper import checked_page, paper_record_of, paper_records
+    from rockframe.provenance import whole_file, write_manifest
+
+    own = {record.record_id for record in ingested.records if paper_record_of(record.source_file)}
+    records = f"{len(own)} of the paper's {len(paper_records())} records are here by name" + (
+        "." if own else ": what it says of them is not checked, and figures show others."
+    )
+    with whole_file(folder / "paper-checked.md") as partial:
+        partial.write_text(checked_page(claims, figures, records), encoding="utf-8")
+    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
+    write_manifest(folder, inputs=dict(ingested.inputs), parameters={}, outputs=outputs)
+
+
+def _named(claims: Sequence[Claim], name: str) -> list[Claim]:
+    from rockframe.errors import ParameterError
+
+    found = [claim for claim in claims if claim.name == name]
+    if not found:
+        known = ", ".join(claim.name for claim in claims)
+        raise ParameterError(f"Invalid claim {name!r}. Must be one of: {known}.")
+    return found
+
+
+def _show(claims: Sequence[Claim], json: bool) -> None:
+    from rockframe.cli.console import show_json, show_table
+
+    if json:
+        show_json({"claims": [_plain(claim) for claim in claims]})
+        return
+    show_table(
+        "The paper, checked",
+        ("claim", "paper", "ours", "finding"),
+        [[claim.name, claim.printed, claim.ours, claim.finding.value] for claim in claims],
+    )
+    if len(claims) == 1:
+        (claim,) = claims
+        print(f"{claim.where}: {claim.says}. {claim.remark}".rstrip())
+
+
+def _plain(claim: Claim) -> dict[str, Any]:
+    return {**vars(claim), "finding": claim.finding.value, "command": claim.shown_by}

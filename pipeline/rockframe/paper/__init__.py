@@ -1,0 +1,15 @@
+"""The paper, checked: its Table 1, its numbers, its equations beside ours. Nothing is tuned."""
+
+from rockframe.paper.claim import Claim as Claim
+from rockframe.paper.claim import Finding as Finding
+from rockframe.paper.claims import all_claims as all_claims
+from rockframe.paper.page import checked_page as checked_page
+from rockframe.paper.records import record_claims as record_claims
+from rockframe.paper.table1 import BORROWED as BORROWED
+from rockframe.paper.table1 import Comparison as Comparison
+from rockframe.paper.table1 import PaperRecord as PaperRecord
+from rockframe.paper.table1 import compare as compare
+from rockframe.paper.table1 import paper_record_of as paper_record_of
+from rockframe.paper.table1 import paper_records as paper_records
+from rockframe.paper.table1 import statements as statements
+from rockframe.paper.table1 import with_paper_facts as with_paper_facts

@@ -1,0 +1,27 @@
+"""All claims that need no record, in the order of the paper."""
+
+from __future__ import annotations
+
+from rockframe.paper.claim import Claim
+from rockframe.paper.equations import impact_claims, misprint_claims, motion_claims
+from rockframe.paper.parameters import block_claims, bridge_claims, frame_claims, temple_claims
+from rockframe.paper.pulses import pulse_claims
+from rockframe.paper.stability import stability_claims
+from rockframe.paper.texts import text_claims
+
+
+def all_claims() -> list[Claim]:
+    """Compute all claims that need no record; it takes a few seconds."""
+    groups = (
+        block_claims,
+        motion_claims,
+        misprint_claims,
+        frame_claims,
+        impact_claims,
+        pulse_claims,
+        stability_claims,
+        temple_claims,
+        bridge_claims,
+        text_claims,
+    )
+    return [claim for group in groups for claim in group()]

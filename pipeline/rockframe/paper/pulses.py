@@ -1,0 +1,85 @@
+"""Claims about the Ricker pulses: section 6, eqs (44) and (45)."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.paper.claim import Claim, Finding, judged, number_claim
+from rockframe.wavelets import BETA, WAVELETS, Pulse
+
+Float = NDArray[np.float64]
+
+#: Period of the paper's Pacoima Dam pulse, at which eq (45) is evaluated [s].
+_PERIOD: Final = 1.27
+_TIME: Final = np.linspace(-3.0, 3.0, 60_001) * _PERIOD
+
+
+def pulse_claims() -> list[Claim]:
+    """Return the claims about the two pulses.
+
+    Examples
+    --------
+    >>> [claim.finding.value for claim in pulse_claims()]
+    ['agrees', 'misprint', 'agrees', 'agrees']
+    """
+    symmetric = _symmetric_difference()
+    return [
+        Claim(
+            name="eq-44",
+            where="eq (44)",
+            says="the symmetric Ricker wavelet",
+            printed="a_p (1 - 2π²t²/T_p²) exp(-π²t²/T_p²)",
+            ours=f"largest difference {symmetric:.1e} a_p",
+            finding=judged(symmetric < 1e-14),
+        ),
+        _antisymmetric_claim(),
+        number_claim("beta", "eq (45)", "β, which makes the maximum a_p", "1.3801", BETA),
+        _spectrum_claim(),
+    ]
+
+
+def _symmetric_difference() -> float:
+    y = (math.pi * _TIME / _PERIOD) ** 2
+    ours = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=_PERIOD).acceleration(_TIME)
+    return float(np.abs((1.0 - 2.0 * y) * np.exp(-y) - ours).max())
+
+
+def _antisymmetric_claim() -> Claim:
+    """Eq (45) as printed has t where it must have 2 pi t / (sqrt(3) T_p)."""
+    x = math.tau * _TIME / (math.sqrt(3.0) * _PERIOD)
+    printed = np.abs((x**2 - 3.0) * _TIME * np.exp(-0.5 * x**2) / BETA).max()
+    meant = np.abs((x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA).max()
+    ours = np.abs(Pulse(wavelet="antisymmetric_ricker", a_p=1.0, T_p=_PERIOD).acceleration(_TIME))
+    sound = abs(ours.max() - 1.0) < 1e-6 and abs(meant - 1.0) < 1e-6
+    return Claim(
+        name="eq-45",
+        where="eq (45)",
+        says="the antisymmetric Ricker wavelet, of maximum a_p",
+        printed=f"maximum {printed:.4f} s a_p for T_p = {_PERIOD:g} s",
+        ours=f"maximum {ours.max():.4f} a_p, with the factor 2π/(√3 T_p)",
+        finding=Finding.MISPRINT if sound and abs(printed - 1.0) > 0.01 else judged(sound),
+        remark="as printed it has the unit of time",
+    )
+
+
+def _spectrum_claim() -> Claim:
+    """Fourier integrals on a grid of frequencies around 2 pi / T_p; the pulses end within it."""
+    ratio = np.linspace(0.8, 1.2, 401)
+    angle = np.outer(math.tau / _PERIOD * ratio, _TIME)
+    found = []
+    for name in WAVELETS:
+        samples = Pulse(wavelet=name, a_p=1.0, T_p=_PERIOD).acceleration(_TIME[::10])
+        spectrum = np.abs(np.exp(-1j * angle[:, ::10]) @ samples)
+        found.append(float(1.0 / ratio[int(np.argmax(spectrum))]))
+    return Claim(
+        name="spectrum",
+        where="section 6",
+        says="T_p is the period at which the Fourier spectrum is largest",
+        printed="T_p",
+        ours=f"{found[0]:.3f} T_p (symmetric), {found[1]:.3f} T_p (antisymmetric)",
+        finding=judged(all(abs(period - 1.0) < 1.5e-3 for period in found)),
+    )

@@ -1,0 +1,141 @@
+"""The paper, checked: findings against expected values, and a page that says what was computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from rockframe.paper import Claim, Finding, all_claims, checked_page, paper_records, record_claims
+from rockframe.paper.claim import agrees_to_last_digit
+from rockframe.results import TableRow
+
+Expected = Callable[[str], Any]
+
+
+@pytest.fixture(scope="module")
+def listed() -> list[Claim]:
+    return all_claims()
+
+
+@pytest.fixture(scope="module")
+def claims(listed: list[Claim]) -> dict[str, Claim]:
+    return {claim.name: claim for claim in listed}
+
+
+def row(number: int, **changed: Any) -> TableRow:
+    """A row with the paper's own values, under its bridge."""
+    paper = paper_records()[number]
+    values: dict[str, Any] = {
+        "event": paper.event, "record": paper.record, "magnitude": paper.magnitude,
+        "epicentral_distance_km": paper.epicentral_distance_km, "pga_g": paper.pga_g,
+        "pgv_m_s": paper.pgv_m_s, "a_p_g": paper.a_p_g, "T_p_s": paper.T_p_s,
+        "wavelet": "symmetric_ricker", "match_index": 0.8, "L_p_m": 1.0, "at_period_bound": False,
+        "structure": "bridge-bent", "peak_rotation_ratio": 0.3, "u_max_m": 0.4, "v_max_m": 0.04,
+        "impacts": 9, "verdict": "safe", "uplift_time_s": 1.0, "overturning_time_s": math.nan,
+        "record_id": f"r{number}", "source_file": f"{paper.files[0]}.AT2",
+    }  # fmt: skip
+    return TableRow(**(values | changed))
+
+
+@pytest.mark.parametrize(
+    ("printed", "ours", "finding"),
+    [
+        ("1.4", 1.381, Finding.AGREES),
+        ("1.40", 1.381, Finding.DIFFERS),
+        ("54.73", 54.7356, Finding.AGREES),
+        ("5", 6.01, Finding.DIFFERS),
+        ("5", 4.0, Finding.AGREES),
+    ],
+)
+def test_agreement_is_within_a_unit_of_the_last_digit(
+    printed: str, ours: float, finding: Finding
+) -> None:
+    assert agrees_to_last_digit(printed, ours) is finding
+
+
+def test_numbers_are_the_expected_ones(claims: dict[str, Claim], expected: Expected) -> None:
+    constants = expected("constants")
+    temple, bridge = constants["apollo_corinth"], constants["bridge"]
+    assert claims["temple-p"].ours == f"{float(temple['p']):.3f} rad/s"
+    assert claims["temple-slenderness"].ours == f"{float(temple['alpha_deg']):.3f} degrees"
+    assert claims["bridge-p"].ours == f"{float(bridge['p_rect']):.4f} rad/s"
+    assert f"{float(bridge['p_cyl']):.4f}" in claims["bridge-p"].remark
+    drift = constants["geometry_check_fig11"]
+    assert f"v = {100.0 * float(drift['v_at_u_0p50']):.2f} cm" in claims["drift-and-lift"].ours
+    assert f"u = {100.0 * float(drift['u_at_v_0p05']):.1f} cm" in claims["drift-and-lift"].ours
+
+
+def test_the_misprinted_equations_are_found_as_misprints(claims: dict[str, Claim]) -> None:
+    misprinted = {n for n, c in claims.items() if c.finding is Finding.MISPRINT}
+    assert {name for name in misprinted if name.startswith("eq-")} == {
+        "eq-23", "eq-24", "eq-34", "eq-45",
+    }  # fmt: skip
+
+
+def test_eq_45_as_printed_falls_short_by_its_missing_factor(claims: dict[str, Claim]) -> None:
+    factor = math.sqrt(3.0) * 1.27 / math.tau
+    assert claims["eq-45"].printed.startswith(f"maximum {factor:.4f} s")
+
+
+def test_what_is_said_of_overturning(claims: dict[str, Claim]) -> None:
+    """First edges 3.265 and 4.340 at omega_p / p = 4, by three other integrators."""
+    assert "+33 %" in claims["marginal"].ours
+    assert claims["marginal"].finding is Finding.DIFFERS
+    assert claims["every-amplitude"].finding is Finding.DIFFERS
+    assert claims["heavier"].finding is Finding.AGREES
+    assert claims["temple-column-stands"].ours.startswith("0 of ")
+    assert claims["temple-frame-stands"].ours.startswith("0 of ")
+
+
+def test_what_differs_is_known(claims: dict[str, Claim]) -> None:
+    differing = {n for n, c in claims.items() if c.finding is Finding.DIFFERS}
+    assert differing == {"marginal", "every-amplitude", "drift-and-lift"}
+
+
+def test_names_are_unique(listed: list[Claim], claims: dict[str, Claim]) -> None:
+    assert len(claims) == len(listed)
+
+
+def test_the_papers_own_values_agree() -> None:
+    found = record_claims([row(number) for number in range(6)])
+    assert len(found) == 4 * 6 + 3
+    assert {claim.finding for claim in found} == {Finding.AGREES}
+
+
+def test_a_record_of_another_processing_is_not_judged() -> None:
+    found = record_claims([row(2, pga_g=0.421, pgv_m_s=0.62)])
+    assert {claim.finding for claim in found} == {Finding.OPEN}
+
+
+def test_a_bridge_that_turns_further_differs() -> None:
+    found = {c.name: c for c in record_claims([row(4, peak_rotation_ratio=0.366, v_max_m=0.079)])}
+    assert found["bridge-rotation"].finding is Finding.DIFFERS
+    assert "0.366" in found["bridge-rotation"].ours
+    assert found["bridge-lift"].finding is Finding.DIFFERS
+    assert found["bridge-drift"].finding is Finding.AGREES
+
+
+def test_other_records_claim_nothing() -> None:
+    assert record_claims([row(0, source_file="mine.csv")]) == []
+
+
+def test_the_page_has_each_claim_its_command_and_the_figures(claims: dict[str, Claim]) -> None:
+    page = checked_page(list(claims.values()), {"figures/a.png": "A title. Words."}, "No records.")
+    for name in claims:
+        assert f"\n| `{name}` |" in page
+        assert page.count(name) >= 2
+    assert "![A title](figures/a.png)" in page
+    assert f"{len(claims)} claims" in page
+
+
+def test_the_page_is_a_table_whatever_is_in_it() -> None:
+    claim = Claim(
+        name="odd", where="|", says="<script>", printed="|a|", ours="b", finding=Finding.OPEN
+    )
+    page = checked_page([claim], {}, "")
+    (line,) = (line for line in page.splitlines() if line.startswith("| `odd`"))
+    assert "<script>" not in line
+    assert line.replace("\\|", "").count("|") == 7
