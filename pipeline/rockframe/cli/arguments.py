@@ -109,6 +109,16 @@ def passport_limits(options: argparse.Namespace) -> PassportLimits:
     return read_limits(options.limits) if options.limits else PassportLimits()
 
 
+def refuse_folder_of_records(options: argparse.Namespace) -> None:
+    """Refuse to write a run into the folder that its records are read from."""
+    from rockframe.errors import InputError
+
+    for source in options.records or []:
+        home = source if source.is_dir() else source.parent
+        if home.resolve() == options.output.resolve():
+            raise InputError(options.output, "holds the records. Must be another folder.")
+
+
 def add_structures(parser: argparse.ArgumentParser) -> None:
     """Options of choosing structures."""
     parser.add_argument(

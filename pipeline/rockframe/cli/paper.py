@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import add_periods, add_reading
+from rockframe.cli.arguments import add_periods, add_reading, path, refuse_folder_of_records
 from rockframe.cli.figure import add_records
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _BENT = ("--spacing", "12", "--beam-centre", "1")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The paper's records, if there are any, and where the page goes."""
     parser.add_argument(
-        "--output", type=Path, default=Path("outputs/paper"), help="folder to write"
+        "--output", type=path, default=Path("outputs/paper"), help="folder to write"
     )
     parser.add_argument("--claim", metavar="NAME", help="print this claim alone, and write nothing")
     add_records(parser)
@@ -42,10 +42,12 @@ def run(options: argparse.Namespace) -> int:
         _show(claims, options.json)
         return 0
     folder: Path = options.output
+    refuse_folder_of_records(options)
     with whole_folder(folder) as partial:
         ingested, rows = _respond(options, partial)
         claims = all_claims() + record_claims(rows)
         _write(claims, _draw(partial), ingested, partial)
+        _finish(options, ingested, partial)
     if options.json:
         show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:
@@ -104,7 +106,7 @@ def _write(
     claims: Sequence[Claim], figures: dict[str, str], ingested: Ingested, folder: Path
 ) -> None:
     from rockframe.paper import checked_page, paper_record_of, paper_records
-    from rockframe.provenance import whole_file, write_manifest
+    from rockframe.provenance import whole_file
 
     own = {record.record_id for record in ingested.records if paper_record_of(record.source_file)}
     records = f"{len(own)} of the paper's {len(paper_records())} records are here by name" + (
@@ -112,8 +114,25 @@ def _write(
     )
     with whole_file(folder / "paper-checked.md") as partial:
         partial.write_text(checked_page(claims, figures, records), encoding="utf-8")
+
+
+def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> None:
+    from rockframe.cli.arguments import band_pass, passport_limits
+    from rockframe.provenance import sha256_of, write_manifest
+    from rockframe.study import SHIPPED_STRUCTURES
+
+    band = band_pass(options)
+    inputs = {**ingested.inputs, SHIPPED_STRUCTURES.name: sha256_of(SHIPPED_STRUCTURES)}
+    parameters = {
+        "all_uncorrected": options.uncorrected,
+        "band_pass_hz": [band.low, band.high],
+        "passport": passport_limits(options).stated(),
+        "periods_s": list(options.periods),
+        "time_step_s": options.time_step,
+        "units": options.units,
+    }
     outputs = sorted(file for file in folder.rglob("*") if file.is_file())
-    write_manifest(folder, inputs=dict(ingested.inputs), parameters={}, outputs=outputs)
+    write_manifest(folder, inputs=inputs, parameters=parameters, outputs=outputs)
 
 
 def _named(claims: Sequence[Claim], name: str) -> list[Claim]:

@@ -72,8 +72,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _require_sound(options: argparse.Namespace) -> None:
     """What can be known to be wrong is said before anything is computed."""
-    from rockframe.cli.arguments import band_pass, passport_limits, read_options
-    from rockframe.errors import InputError
+    from rockframe.cli.arguments import (
+        band_pass,
+        passport_limits,
+        read_options,
+        refuse_folder_of_records,
+    )
     from rockframe.stages import choose_structures
     from rockframe.study import SHIPPED_STRUCTURES
 
@@ -81,10 +85,7 @@ def _require_sound(options: argparse.Namespace) -> None:
     band_pass(options)
     passport_limits(options)
     choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)
-    for source in options.records or []:
-        home = source if source.is_dir() else source.parent
-        if home.resolve() == options.output.resolve():
-            raise InputError(options.output, "holds the records. Must be another folder.")
+    refuse_folder_of_records(options)
 
 
 def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:

@@ -40,7 +40,7 @@ def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: s
     | `a` | eq (1): \|x\| | 1 | 2 | **differs** | |
     """
     counts = Counter(claim.finding for claim in claims)
-    said = ", ".join(f"{counts[finding]} {finding.value}" for finding in Finding)
+    said = ", ".join(f"{finding.value} {counts[finding]}" for finding in Finding)
     lines = [_HEAD, f"{len(claims)} claims: {said}. {records}".strip(), "", _row(_COLUMNS), _RULE]
     lines += [_row(_cells(claim)) for claim in claims]
     lines += ["", "## Commands", "", *_commands(claims), ""]

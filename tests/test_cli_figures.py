@@ -1,0 +1,129 @@
+"""`rockframe figure` and `rockframe paper` as a stranger types them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.cli.figure_table import FIGURES
+from rockframe.cli.main import main
+from rockframe.wavelets import Pulse
+
+
+@pytest.fixture
+def motions(tmp_path: Path) -> Path:
+    """A folder of two text records that state nothing but their numbers."""
+    folder = tmp_path / "motions"
+    folder.mkdir()
+    for name, a_p in (("weak", 0.3), ("strong", 0.45)):
+        pulse = Pulse(wavelet="antisymmetric_ricker", a_p=a_p, T_p=1.0, time=3.0)
+        samples = pulse.acceleration(0.01 * np.arange(801))
+        np.savetxt(folder / f"{name}.csv", samples, fmt="%.8f")
+    return folder
+
+
+def run(*words: str | Path) -> int:
+    return main([str(word) for word in words])
+
+
+def stated(motions: Path) -> tuple[str | Path, ...]:
+    return ("--records", motions, "--units", "g", "--time-step", "0.01", "--workers", "0")
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_each_figure_is_drawn_with_its_caption(
+    motions: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "figure.svg"
+    assert run("figure", name, "--output", output, *stated(motions), "--json") == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert output.read_text(encoding="utf-8").startswith("<?xml")
+    beside = Path(printed["caption_file"])
+    assert beside.read_text(encoding="utf-8") == f"{printed['title']}. {printed['caption']}\n"
+
+
+def test_the_record_that_turns_the_structure_furthest_is_drawn(
+    motions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "figure.png"
+    assert run("figure", "phase-portrait", "--output", output, *stated(motions)) == 0
+    assert "Record strong" in capsys.readouterr().out
+    words = ("figure", "phase-portrait", "--output", output, "--record", "weak")
+    assert run(*words, *stated(motions)) == 0
+    assert "Record weak" in capsys.readouterr().out
+
+
+def test_a_figure_of_the_bundled_records_with_their_vertical_motion(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("--record", "Ridgecrest2019-CCC-360", "--vertical", "--spacing", "12")
+    assert run("figure", "joints", "--output", tmp_path / "joints.png", *words) == 0
+    printed = capsys.readouterr().out
+    assert "Ridgecrest2019-CCC-360, with its vertical motion" in printed
+    assert "the assumption of no lift-off holds" in printed
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("12", "--output", "a.png"), "invalid choice"),
+        (("5", "--output", "a.bmp"), "Must end in .png, .pdf or .svg"),
+        (("joints", "--output", "a.png", "--friction", "0"), "Invalid friction"),
+        (("joints", "--output", "a.png", "--spacing", "1"), "Invalid spacing"),
+        (("11", "--output", "a.png", "--record", "other"), "Must be one of: strong, weak"),
+        (("joints", "--output", "a.png", "--vertical"), "no vertical record"),
+        (("joints", "--output", "a.png", "--record", "weak", "--record", "strong"), "Must be one"),
+        (("joints", "--output", "a.png", "--structure", "tower"), "Invalid structure"),
+    ],
+)
+def test_the_users_mistake_is_one_line_and_status_2(
+    motions: Path,
+    words: tuple[str, ...],
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(motions.parent)
+    try:
+        status = run("figure", *words, *stated(motions))
+    except SystemExit as ended:
+        status = int(str(ended.code))
+    assert status == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not list(motions.parent.glob("a.*"))
+
+
+def test_a_claim_is_shown_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("paper", "--claim", "temple-p") == 0
+    printed = capsys.readouterr().out
+    assert "1.381 rad/s" in printed
+    assert "agrees" in printed
+    assert run("paper", "--claim", "temple-q") == 2
+    assert "Must be one of: brick-p" in capsys.readouterr().err
+
+
+def test_the_paper_is_checked_and_its_page_is_whole(
+    motions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "paper"
+    assert run("paper", "--output", folder, *stated(motions), "--json") == 0
+    claims = json.loads(capsys.readouterr().out)["claims"]
+    assert {claim["finding"] for claim in claims} == {
+        "agrees", "differs", "misprint", "cannot be told",
+    }  # fmt: skip
+    page = (folder / "paper-checked.md").read_text(encoding="utf-8")
+    assert "0 of the paper's 6 records are here" in page
+    for name in FIGURES:
+        assert f"(figures/figure-{name}.png)" in page
+        assert (folder / "figures" / f"figure-{name}.png").is_file()
+    assert run("verify", folder) == 0
+
+
+def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:
+    assert run("paper", "--output", motions, *stated(motions)) == 2
+    assert sorted(file.name for file in motions.iterdir()) == ["strong.csv", "weak.csv"]
