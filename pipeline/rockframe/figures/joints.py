@@ -87,7 +87,7 @@ def _caption(dataset: xr.Dataset, friction: float) -> str:
     stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
     slides = max(known.values()) > friction
     sliding = (
-        f"Friction needed at most: {stated}; with a coefficient of {friction:g}, taken and not "
+        f"Friction needed at most, at the samples of the record: {stated}; with a coefficient of {friction:g}, taken and not "
         f"measured, the assumption of no sliding {'does not hold' if slides else 'holds'}."
     )
     return (
