@@ -7,7 +7,7 @@ from pathlib import Path
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.provenance import refuse_overwriting
-from rockframe.results import RESPONSE, input_hash, read_records, response_dataset, write
+from rockframe.results import RESPONSE, input_hash, open_records, response_dataset, write
 from rockframe.rocking.response import Response, respond
 from rockframe.stages.common import Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
@@ -43,7 +43,8 @@ def respond_stage(
     """
     refuse_overwriting([output], [records_path, structures_path])
     frames = choose_structures(structures_path, structure)
-    records = horizontal(read_records(records_path), records_path)
+    with open_records(records_path) as file:
+        records = [file.read(name) for name in horizontal(file)]
     responses: list[list[Response]] = []
     for i, record in enumerate(records):
         responses.append([respond(frame, record) for frame in frames])
