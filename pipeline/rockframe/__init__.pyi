@@ -7,6 +7,7 @@ from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
 from .frame import RockingFrame as RockingFrame
+from .frame import inertia_ratio_of as inertia_ratio_of
 from .ingest import read_file as read_file
 from .matching import PulseMatch as PulseMatch
 from .matching import match_pulse as match_pulse
@@ -17,15 +18,18 @@ from .results import open_records as open_records
 from .results import open_response as open_response
 from .results import read_records as read_records
 from .rocking import GroundAcceleration as GroundAcceleration
+from .rocking import Peaks as Peaks
 from .rocking import Response as Response
 from .rocking import Verdict as Verdict
 from .rocking import respond as respond
+from .rocking import respond_many as respond_many
 from .signals import Passport as Passport
 from .signals import passport as passport
 from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
 from .stages import pulse_stage as pulse_stage
 from .stages import respond_stage as respond_stage
+from .stages import verify_run as verify_run
 from .study import PassportLimits as PassportLimits
 from .study import bundled_records as bundled_records
 from .study import read_structures as read_structures

@@ -19,11 +19,46 @@ from rockframe.units import GRAVITY
 #: I_o / (m_c R^2) of a rectangular column about its base corner.
 RECTANGULAR: Final = 4.0 / 3.0
 
+#: Column sections whose inertia `inertia_ratio_of` knows.
+SECTIONS: Final = ("rectangular", "circular")
+
 #: Dimensions of what stands free and rocks [m].
 _SMALLEST: Final = 0.001
 _LARGEST: Final = 1000.0
 #: A beam so heavy that the frame is at the limit of eq (28) to round-off.
 _HEAVIEST: Final = 1e15
+
+
+def inertia_ratio_of(section: str, height: float, width: float) -> float:
+    """Return I_o / (m_c R^2) of a prismatic column about its base edge [1].
+
+    Parameters
+    ----------
+    section : str
+        ``rectangular``, or ``circular`` for a solid cylinder, which rocks on a point of its rim.
+    height, width : float
+        Height and width (diameter) of the column [m].
+
+    Raises
+    ------
+    ParameterError
+        If the section is neither.
+
+    Notes
+    -----
+    4/3 for the rectangle; 4/3 - sin(alpha)^2 / 12 for the cylinder, from
+    I_o / m_c = 5 b^2 / 4 + 4 h^2 / 3 (re-derived).
+
+    Examples
+    --------
+    >>> round(inertia_ratio_of("circular", 9.6, 1.6), 6)
+    1.331081
+    """
+    if section not in SECTIONS:
+        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
+    if section == "rectangular":
+        return RECTANGULAR
+    return RECTANGULAR - width**2 / (width**2 + height**2) / 12.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,14 +74,18 @@ class RockingFrame:
     name : str
         What tables call it.
     inertia_ratio : float
-        I_o / (m_c R^2) of a column about its base corner [1]; 4/3 for a rectangular one.
+        I_o / (m_c R^2) of a column about its base corner [1]; 4/3 for a rectangular one, others
+        from `inertia_ratio_of`.
+    restitution_factor : float
+        What the velocity ratio of eq (43) is multiplied by [1]; 1 is the least loss that rigid
+        bodies allow.
 
     Raises
     ------
     ParameterError
-        If a dimension is not between 1 mm and 1 km, the mass ratio not between 0 and 1e15, or the
-        column so stocky that the restitution of eq (43) is not positive: such a frame does not
-        rock.
+        If a dimension is not between 1 mm and 1 km, the mass ratio not between 0 and 1e15, the
+        restitution factor not above 0 and at most 1, or the column so stocky that the restitution
+        of eq (43) is not positive: such a frame does not rock.
 
     Notes
     -----
@@ -66,6 +105,7 @@ class RockingFrame:
     mass_ratio: float = 0.0
     name: str = "frame"
     inertia_ratio: float = RECTANGULAR
+    restitution_factor: float = 1.0
 
     def __post_init__(self) -> None:
         for label in ("height", "width"):
@@ -84,6 +124,11 @@ class RockingFrame:
             raise ParameterError(
                 f"Invalid mass_ratio {self.mass_ratio!r} of frame {self.name!r}. "
                 f"Must be between 0 and {_HEAVIEST:g}."
+            )
+        if not 0.0 < self.restitution_factor <= 1.0:
+            raise ParameterError(
+                f"Invalid restitution_factor {self.restitution_factor!r} of frame {self.name!r}. "
+                "Must be above 0 and at most 1."
             )
         if self.restitution <= 0.0:
             raise ParameterError(
@@ -130,10 +175,13 @@ class RockingFrame:
 
     @property
     def restitution(self) -> float:
-        """Angular velocity after an impact over that before it, sqrt(r) of eq (43) [1]."""
+        """Angular velocity after an impact over that before it [1].
+
+        sqrt(r) of eq (43), times the restitution factor.
+        """
         gamma = self.mass_ratio
         loss = 2.0 * math.sin(self.slenderness) ** 2 * (1.0 + 4.0 * gamma)
-        return 1.0 - loss / (self.inertia_ratio + 4.0 * gamma)
+        return self.restitution_factor * (1.0 - loss / (self.inertia_ratio + 4.0 * gamma))
 
     @property
     def uplift_acceleration(self) -> float:

@@ -18,11 +18,20 @@ RECORD_ID: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 class Orientation(IntEnum):
-    """Direction of a component; the values of the flag variable `orientation`."""
+    """Direction of a component; the values of the flag variable `orientation`.
+
+    ``VERTICAL`` is positive upwards, ``DOWNWARD`` is a vertical that is positive downwards.
+    """
 
     HORIZONTAL = 0
     VERTICAL = 1
     UNSTATED = 2
+    DOWNWARD = 3
+
+    @property
+    def upright(self) -> bool:
+        """Whether the component is a vertical one, upwards or downwards."""
+        return self in (Orientation.VERTICAL, Orientation.DOWNWARD)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -35,14 +35,30 @@ def integrate(
     p_hat: float = 1.0,
     restitution: float,
     start: tuple[float, float] = (0.0, 0.0),
+    vertical: ArrayLike | None = None,
 ) -> Outcome:
     """Run the kernel over a ground acceleration [g], shape (intervals, degree + 1)."""
     ground = np.array(coefficients, dtype=np.float64)
+    if vertical is None:
+        lift = np.empty((0, ground.shape[1]))
+    else:
+        lift = np.array(vertical, dtype=np.float64)
     theta, omega = np.empty((2, ground.shape[0] + 1))
     impacts = np.empty((4096, 2))
     summary = np.empty(kernel.SUMMARY_SIZE)
     verdict = kernel.integrate(
-        ground, time_step, 0.0, alpha, p_hat, restitution, *start, theta, omega, impacts, summary
+        ground,
+        lift,
+        time_step,
+        0.0,
+        alpha,
+        p_hat,
+        restitution,
+        *start,
+        theta,
+        omega,
+        impacts,
+        summary,
     )
     count = int(summary[kernel.IMPACTS])
     return Outcome(

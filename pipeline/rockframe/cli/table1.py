@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.arguments import add_periods, add_reading, add_structures, path
+from rockframe.cli.arguments import add_periods, add_reading, add_structures, add_vertical, path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output", type=path, default=Path("outputs/table1"), help="folder to write"
     )
     add_structures(parser)
+    add_vertical(parser)
     add_reading(parser)
     add_periods(parser)
 
@@ -115,14 +116,15 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             progress=progress,
         )
     with progress_bar("rocking") as progress:
-        respond_stage(
+        without_vertical = respond_stage(
             records,
             folder / "response.nc",
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=options.structure,
+            vertical=options.vertical,
             progress=progress,
         )
-    return ingested, (*ingested.rejections, *without_pulse)
+    return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
 
 
 def _rows(folder: Path) -> list[TableRow]:
@@ -192,6 +194,7 @@ def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> in
             "structure": options.structure,
             "time_step_s": options.time_step,
             "units": options.units,
+            "vertical": options.vertical,
         },
         outputs=outputs,
     )

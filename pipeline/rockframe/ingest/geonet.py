@@ -71,7 +71,7 @@ class _Component:
     @property
     def name(self) -> str:
         name = self.matched(12, _COMPONENT, "Component S16W")["component"]
-        return name.upper() if direction(name)[0] is Orientation.VERTICAL else name
+        return name.upper() if direction(name)[0].upright else name
 
     def matched(self, index: int, pattern: re.Pattern[str], example: str) -> re.Match[str]:
         found = pattern.match(self.header[index])

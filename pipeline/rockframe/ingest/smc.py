@@ -255,8 +255,10 @@ def _record(
     component = stated["name"] if stated else ""
     component = f"{int(component):03d}" if re.fullmatch(r"\d{1,3}", component) else component
     orientation, azimuth = direction(component)
-    if header.integer(13) in (0, 180):
-        orientation, azimuth = Orientation.VERTICAL, math.nan
+    from_up = header.integer(13)
+    if from_up in (0, 180):
+        orientation = Orientation.DOWNWARD if from_up else Orientation.VERTICAL
+        azimuth = math.nan
     stated_azimuth = header.integer(14)
     if (
         orientation is Orientation.HORIZONTAL

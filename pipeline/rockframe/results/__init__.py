@@ -10,6 +10,8 @@ from rockframe.results.entries import write_entries as write_entries
 from rockframe.results.files import PULSES as PULSES
 from rockframe.results.files import RECORDS as RECORDS
 from rockframe.results.files import RESPONSE as RESPONSE
+from rockframe.results.files import Described as Described
+from rockframe.results.files import describe as describe
 from rockframe.results.files import input_hash as input_hash
 from rockframe.results.files import opened as opened
 from rockframe.results.files import write as write

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -208,3 +209,36 @@ def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:
 def input_hash(path: Path) -> dict[str, str]:
     """Return name and SHA-256 of one input, as `write` wants them."""
     return {path.name: sha256_of(path)}
+
+
+@dataclass(frozen=True)
+class Described:
+    """What a file of one of the stages holds.
+
+    Parameters
+    ----------
+    records : tuple of str
+        Identifiers of its records.
+    inputs : mapping of str to str
+        Name and SHA-256 of what it was made from.
+    """
+
+    records: tuple[str, ...]
+    inputs: Mapping[str, str]
+
+
+def describe(path: Path, kind: str) -> Described:
+    """Read every value of a file, and return what it holds.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, something else, or damaged: each block has a checksum.
+    """
+    with opened(path, kind) as dataset:
+        for name in dataset.variables:  # one after the other: the samples need not fit in memory
+            dataset[name].to_numpy()
+        return Described(
+            tuple(str(name) for name in dataset["record_id"].values),
+            json.loads(dataset.attrs["input_sha256"]),
+        )

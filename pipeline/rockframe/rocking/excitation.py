@@ -1,4 +1,4 @@
-"""What shakes the frame: a ground acceleration that is a polynomial in each of its intervals.
+"""What shakes the frame: ground accelerations that are polynomials in each of their intervals.
 
 One form for both kinds of input: a sampled record is piecewise linear (degree 1), a continuous
 pulse is interpolated to round-off by polynomials of higher degree.
@@ -29,7 +29,9 @@ _PULSE_INTERVALS: Final = 200
 
 @dataclass(frozen=True, eq=False)
 class GroundAcceleration:
-    """Horizontal ground acceleration, piecewise polynomial on intervals of equal length.
+    """Ground acceleration, piecewise polynomial on intervals of equal length.
+
+    Horizontal, and vertical if `with_vertical` has added it.
 
     Parameters
     ----------
@@ -39,6 +41,8 @@ class GroundAcceleration:
         Length of an interval [s].
     start_time : float
         Time of the first node [s]. Before it and after the last node the ground is still.
+    vertical : array, shape (intervals, degree + 1), optional
+        Vertical ground acceleration, upwards, in the same form.
 
     Raises
     ------
@@ -50,6 +54,7 @@ class GroundAcceleration:
     coefficients: Float
     time_step: float
     start_time: float = 0.0
+    vertical: Float | None = None
 
     def __post_init__(self) -> None:
         shape = self.coefficients.shape
@@ -69,6 +74,17 @@ class GroundAcceleration:
             )
         if not math.isfinite(self.start_time):
             raise ParameterError(f"Invalid start time {self.start_time!r} s. Must be finite.")
+        if self.vertical is not None:
+            if self.vertical.shape != shape:
+                raise ParameterError(
+                    f"Invalid vertical acceleration of shape {self.vertical.shape}. Must be as the "
+                    f"horizontal, {shape}."
+                )
+            if not np.isfinite(self.vertical).all():
+                where = int(np.argwhere(~np.isfinite(self.vertical))[0, 0])
+                raise ParameterError(
+                    f"Invalid vertical acceleration in interval {where}. Must be finite."
+                )
 
     @classmethod
     def from_samples(
@@ -180,6 +196,48 @@ class GroundAcceleration:
             degree=_PULSE_DEGREE,
         )
 
+    def with_vertical(self, other: GroundAcceleration) -> Self:
+        """Return this motion with another one's acceleration as the vertical one, upwards.
+
+        Parameters
+        ----------
+        other : GroundAcceleration
+            Of the same length, time step and start.
+
+        Raises
+        ------
+        ParameterError
+            If its number of intervals, time step or start is another.
+
+        Examples
+        --------
+        >>> across = GroundAcceleration.from_samples([0.0, 2.0, 0.0], 0.5)
+        >>> upwards = GroundAcceleration.from_samples([0.0, 1.0, 0.0], 0.5)
+        >>> across.with_vertical(upwards).vertical.tolist()
+        [[0.0, 2.0], [1.0, -2.0]]
+        """
+        mine, theirs = self.coefficients.shape, other.coefficients.shape
+        if mine[0] != theirs[0]:
+            raise ParameterError(
+                f"Invalid vertical acceleration of {theirs[0]} intervals. Must be {mine[0]}, as "
+                "the horizontal."
+            )
+        for label, here, there in (
+            ("time step", self.time_step, other.time_step),
+            ("start time", self.start_time, other.start_time),
+        ):
+            if here != there:
+                raise ParameterError(
+                    f"Invalid {label} {there!r} s of the vertical acceleration. Must be {here!r}, "
+                    "as the horizontal."
+                )
+        degree = max(mine[1], theirs[1])
+        across, upwards = (
+            np.pad(c, ((0, 0), (0, degree - c.shape[1])))
+            for c in (self.coefficients, other.coefficients)
+        )
+        return type(self)(across, self.time_step, self.start_time, upwards)
+
     @property
     def time(self) -> Float:
         """Times of the nodes [s], shape (intervals + 1,)."""
@@ -202,6 +260,22 @@ class GroundAcceleration:
             raise ParameterError(f"Invalid duration {duration!r} s. Must be zero or positive.")
         intervals = math.ceil(duration / self.time_step)
         still = np.zeros((intervals, self.coefficients.shape[1]))
+        vertical = None if self.vertical is None else np.concatenate([self.vertical, still])
         return type(self)(
-            np.concatenate([self.coefficients, still]), self.time_step, self.start_time
+            np.concatenate([self.coefficients, still]), self.time_step, self.start_time, vertical
         )
+
+    def upward_bounds(self) -> tuple[float, float]:
+        """Bounds that the vertical acceleration [m s-2] keeps within; 0 if there is none.
+
+        For straight lines they are its extremes; for higher degrees they may be a little wide.
+        """
+        if self.vertical is None:
+            return 0.0, 0.0
+        powers = self.time_step ** np.arange(self.vertical.shape[1])
+        parts = self.vertical * powers
+        if parts.shape[1] <= 2:
+            ends = np.concatenate([parts[:, 0], parts.sum(axis=1)])
+            return float(ends.min()), float(ends.max())
+        middle, rest = parts[:, 0], np.abs(parts[:, 1:]).sum(axis=1)
+        return float((middle - rest).min()), float((middle + rest).max())

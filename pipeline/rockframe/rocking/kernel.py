@@ -1,5 +1,8 @@
 """The rocking kernel: eq (26) with eq (43) at each impact, integrated to round-off.
 
+With vertical ground acceleration a_v eq (26) becomes (re-derived: gravity is g + a_v)
+theta'' = -p_hat^2 [(1 + a_v/g) sin(alpha s - theta) + (a_h/g) cos(alpha s - theta)].
+
 Plain arrays in, plain arrays out, no checks: `rockframe.rocking.response` is the shell around it.
 All jitted functions live in this one file because numba's cache does not see a change in another.
 
@@ -182,58 +185,167 @@ def _marks(
 
 
 @_jit
-def _first_exceedance(a: Polynomial, limit: float, h: float) -> float:
-    """First time in [0, h] at which |a| exceeds limit, given |a(0)| <= limit."""
+def _first_rise(a: Polynomial, limit: float, h: float) -> float:
+    """First time in [0, h] at which a polynomial exceeds limit, given that it does not at 0."""
     _, slope_0, bend_0, _ = _derivatives(a, 0.0)
     _, slope_h, bend_h, _ = _derivatives(a, h)
     left = 0.0
     for right in _marks(a, h, slope_0, slope_h, bend_0, bend_h):
         if right > left:
-            value = _derivatives(a, right)[0]
-            if abs(value) > limit:
-                return _root(a, 0, math.copysign(limit, value), left, right, _NEVER)
+            if _derivatives(a, right)[0] > limit:
+                return _root(a, 0, limit, left, right, _NEVER)
             left = right
     return _NEVER
 
 
 @_jit
+def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynomial:
+    """What must exceed limit for uplift against a ground of this sign: sign a - limit v."""
+    a0, a1, a2, a3, a4, a5, _, _, _, _ = a
+    v0, v1, v2, v3, v4, v5, _, _, _, _ = v
+    return (
+        sign * a0 - limit * v0,
+        sign * a1 - limit * v1,
+        sign * a2 - limit * v2,
+        sign * a3 - limit * v3,
+        sign * a4 - limit * v4,
+        sign * a5 - limit * v5,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+
+
+@_jit
+def _first_exceedance(a: Polynomial, v: Polynomial, limit: float, h: float) -> float:
+    """First time in [0, h] at which |a| exceeds limit (1 + v), given that it does not at 0."""
+    first = _NEVER
+    for sign in (1.0, -1.0):
+        t = _first_rise(_driving(sign, a, limit, v), limit, h)
+        if t != _NEVER and (first == _NEVER or t < first):
+            first = t
+    return first
+
+
+@_jit
 def _series(
-    theta: float, omega: float, s: float, a: Polynomial, alpha: float, p2: float, start: int
+    theta: float,
+    omega: float,
+    s: float,
+    a: Polynomial,
+    v: Polynomial,
+    alpha: float,
+    p2: float,
+    start: int,
 ) -> Polynomial:
-    """Taylor coefficients of theta from eq (26), the ground acceleration a [g] a polynomial.
+    """Taylor coefficients of theta from eq (26), the ground accelerations a, v [g] polynomials.
 
     With psi = alpha s - theta, omega, sin(psi) and cos(psi) have the coefficients w, s and k:
-    omega' = -p2 (sin + a cos), sin' = -cos omega, cos' = sin omega. Written out so that all of it
-    stays in registers; in each sum the newest term comes last, so that none waits for another.
+    omega' = -p2 ((1 + v) sin + a cos), sin' = -cos omega, cos' = sin omega. Written out so that
+    all of it stays in registers; in each sum the newest terms come last, so that none waits for
+    another.
     """
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
+    v0, v1, v2, v3, v4, v5, _, _, _, _ = v
+    v0 += 1.0
     w0 = omega
     s0 = math.sin(alpha * s - theta)
     k0 = math.sqrt(1.0 - s0 * s0)  # psi is within +-pi/2
-    w1 = -p2 * (s0 + a0 * k0)
+    w1 = -p2 * (v0 * s0 + a0 * k0)
     if start == _FROM_UPLIFT:
         w1 = 0.0  # the two terms cancel at this instant; keep round-off from starting it
     s1 = -k0 * w0
     k1 = s0 * w0
-    w2 = -p2 * (1.0 / 2.0) * (a1 * k0 + s1 + a0 * k1)
+    w2 = -p2 * (1.0 / 2.0) * (v1 * s0 + a1 * k0 + v0 * s1 + a0 * k1)
     s2 = -1.0 / 2.0 * (k0 * w1 + k1 * w0)
     k2 = 1.0 / 2.0 * (s0 * w1 + s1 * w0)
-    w3 = -p2 * (1.0 / 3.0) * (a2 * k0 + a1 * k1 + s2 + a0 * k2)
+    w3 = -p2 * (1.0 / 3.0) * (v2 * s0 + a2 * k0 + v1 * s1 + a1 * k1 + v0 * s2 + a0 * k2)
     s3 = -1.0 / 3.0 * (k1 * w1 + k0 * w2 + k2 * w0)
     k3 = 1.0 / 3.0 * (s1 * w1 + s0 * w2 + s2 * w0)
-    w4 = -p2 * (1.0 / 4.0) * (a3 * k0 + a2 * k1 + a1 * k2 + s3 + a0 * k3)
+    w4 = (
+        -p2
+        * (1.0 / 4.0)
+        * (v3 * s0 + a3 * k0 + v2 * s1 + a2 * k1 + v1 * s2 + a1 * k2 + v0 * s3 + a0 * k3)
+    )
     s4 = -1.0 / 4.0 * (k2 * w1 + k1 * w2 + k0 * w3 + k3 * w0)
     k4 = 1.0 / 4.0 * (s2 * w1 + s1 * w2 + s0 * w3 + s3 * w0)
-    w5 = -p2 * (1.0 / 5.0) * (a4 * k0 + a3 * k1 + a2 * k2 + a1 * k3 + s4 + a0 * k4)
+    w5 = (
+        -p2
+        * (1.0 / 5.0)
+        * (
+            v4 * s0
+            + a4 * k0
+            + v3 * s1
+            + a3 * k1
+            + v2 * s2
+            + a2 * k2
+            + v1 * s3
+            + a1 * k3
+            + v0 * s4
+            + a0 * k4
+        )
+    )
     s5 = -1.0 / 5.0 * (k3 * w1 + k2 * w2 + k1 * w3 + k0 * w4 + k4 * w0)
     k5 = 1.0 / 5.0 * (s3 * w1 + s2 * w2 + s1 * w3 + s0 * w4 + s4 * w0)
-    w6 = -p2 * (1.0 / 6.0) * (a5 * k0 + a4 * k1 + a3 * k2 + a2 * k3 + a1 * k4 + s5 + a0 * k5)
+    w6 = (
+        -p2
+        * (1.0 / 6.0)
+        * (
+            v5 * s0
+            + a5 * k0
+            + v4 * s1
+            + a4 * k1
+            + v3 * s2
+            + a3 * k2
+            + v2 * s3
+            + a2 * k3
+            + v1 * s4
+            + a1 * k4
+            + v0 * s5
+            + a0 * k5
+        )
+    )
     s6 = -1.0 / 6.0 * (k4 * w1 + k3 * w2 + k2 * w3 + k1 * w4 + k0 * w5 + k5 * w0)
     k6 = 1.0 / 6.0 * (s4 * w1 + s3 * w2 + s2 * w3 + s1 * w4 + s0 * w5 + s5 * w0)
-    w7 = -p2 * (1.0 / 7.0) * (a5 * k1 + a4 * k2 + a3 * k3 + a2 * k4 + a1 * k5 + s6 + a0 * k6)
+    w7 = (
+        -p2
+        * (1.0 / 7.0)
+        * (
+            v5 * s1
+            + a5 * k1
+            + v4 * s2
+            + a4 * k2
+            + v3 * s3
+            + a3 * k3
+            + v2 * s4
+            + a2 * k4
+            + v1 * s5
+            + a1 * k5
+            + v0 * s6
+            + a0 * k6
+        )
+    )
     s7 = -1.0 / 7.0 * (k5 * w1 + k4 * w2 + k3 * w3 + k2 * w4 + k1 * w5 + k0 * w6 + k6 * w0)
     k7 = 1.0 / 7.0 * (s5 * w1 + s4 * w2 + s3 * w3 + s2 * w4 + s1 * w5 + s0 * w6 + s6 * w0)
-    w8 = -p2 * (1.0 / 8.0) * (a5 * k2 + a4 * k3 + a3 * k4 + a2 * k5 + a1 * k6 + s7 + a0 * k7)
+    w8 = (
+        -p2
+        * (1.0 / 8.0)
+        * (
+            v5 * s2
+            + a5 * k2
+            + v4 * s3
+            + a4 * k3
+            + v3 * s4
+            + a3 * k4
+            + v2 * s5
+            + a2 * k5
+            + v1 * s6
+            + a1 * k6
+            + v0 * s7
+            + a0 * k7
+        )
+    )
     return (
         theta,
         w0,
@@ -324,6 +436,7 @@ def _free_rocking(
 @_jit
 def integrate(  # noqa: C901  one loop over arrays, see above
     ground: Float,
+    vertical: Float,
     time_step: float,
     start_time: float,
     alpha: float,
@@ -341,8 +454,10 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     Parameters
     ----------
     ground : array, shape (intervals, degree + 1)
-        Ground acceleration [g] as a polynomial, of degree 5 at most, in the time since each
-        interval's start [s].
+        Horizontal ground acceleration [g] as a polynomial, of degree 5 at most, in the time since
+        each interval's start [s].
+    vertical : array, shape (intervals, degree + 1) or (0, degree + 1)
+        Vertical ground acceleration [g] in the same way, above -1 g; without rows there is none.
     time_step, start_time : float
         Length of an interval, time of the first node [s].
     alpha, p_hat, restitution : float
@@ -362,11 +477,14 @@ def integrate(  # noqa: C901  one loop over arrays, see above
         NO_UPLIFT, SAFE or OVERTURNED.
     """
     intervals, coefficients = ground.shape
+    lifts = vertical.shape[0] > 0
     strongest = 0.0
     for i in range(intervals):
         largest = 0.0
         for j in range(coefficients - 1, -1, -1):
             largest = largest * time_step + abs(ground[i, j])
+            if lifts:
+                largest += abs(vertical[i, j])
         strongest = max(strongest, largest)
     limit = math.tan(alpha)
     p2 = p_hat * p_hat
@@ -386,7 +504,9 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     verdict = NO_UPLIFT
     thetas[0] = theta
     omegas[0] = omega
-    a = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    a = zero
+    v = zero
     i = 0
     while True:
         if i >= intervals:  # the ground is still: the energy decides
@@ -403,7 +523,8 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                 break
             pieces = 1
             h = _MAX_STRIDE / p_hat
-            a = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            a = zero
+            v = zero
             time = start_time + intervals * time_step + (i - intervals) * h
         else:
             time = start_time + i * time_step
@@ -411,6 +532,8 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                 largest = 0.0
                 for j in range(coefficients - 1, -1, -1):
                     largest = largest * time_step + abs(ground[i, j])
+                    if lifts:
+                        largest += limit * abs(vertical[i, j])
                 if largest <= limit:
                     thetas[i + 1] = 0.0
                     omegas[i + 1] = 0.0
@@ -428,25 +551,40 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                 0.0,
                 0.0,
             )
+            if lifts:
+                v = (
+                    vertical[i, 0],
+                    vertical[i, 1] if coefficients > 1 else 0.0,
+                    vertical[i, 2] if coefficients > 2 else 0.0,
+                    vertical[i, 3] if coefficients > 3 else 0.0,
+                    vertical[i, 4] if coefficients > 4 else 0.0,
+                    vertical[i, 5] if coefficients > 5 else 0.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                )
         for k in range(pieces):
             elapsed = k * h
             end = elapsed + h
             start = _MOVING
             while elapsed < end:
                 now = _shift(a, elapsed) if elapsed > 0.0 else a
+                lift = _shift(v, elapsed) if lifts and elapsed > 0.0 else v
                 if s == 0.0:
                     start = _FROM_REST
-                    if abs(now[0]) <= limit:
-                        wait = _first_exceedance(now, limit, end - elapsed)
+                    if abs(now[0]) <= limit * (1.0 + lift[0]):
+                        wait = _first_exceedance(now, lift, limit, end - elapsed)
                         if wait == _NEVER or elapsed + wait >= end:
                             break
                         elapsed += wait
                         now = _shift(a, elapsed)
+                        lift = _shift(v, elapsed) if lifts else v
                         start = _FROM_UPLIFT
                     s = -1.0 if now[0] > 0.0 else 1.0
                     if math.isnan(uplift_time):
                         uplift_time = time + elapsed
-                c = _series(theta, omega, s, now, alpha, p2, start)
+                c = _series(theta, omega, s, now, lift, alpha, p2, start)
                 ended, t, theta, omega, high, high_time = _flight(c, s, end - elapsed, start, peak)
                 if high > peak:
                     peak = high
@@ -465,7 +603,8 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                 omega *= restitution
                 s = -s
                 if abs(omega) < REST_VELOCITY_RATIO * p_hat:
-                    if abs(_derivatives(a, elapsed)[0]) <= limit:
+                    needed = limit * (1.0 + _derivatives(v, elapsed)[0])
+                    if abs(_derivatives(a, elapsed)[0]) <= needed:
                         omega = 0.0
                     if omega == 0.0:
                         s = 0.0

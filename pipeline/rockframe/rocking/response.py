@@ -119,7 +119,7 @@ def respond(
         The frame.
     motion : Record, Pulse or GroundAcceleration
         Ground acceleration. Samples of a record are joined by straight lines; a pulse is taken as
-        the continuous function.
+        the continuous function. A `GroundAcceleration` may hold a vertical acceleration too.
     initial_rotation, initial_velocity : float
         Rotation [rad] and its rate [rad s-1] at the start.
     free_rocking : float
@@ -134,7 +134,8 @@ def respond(
     Raises
     ------
     ParameterError
-        If the motion or the initial state is not finite, or the frame already overturned.
+        If the motion or the initial state is not finite, the frame already overturned, or the
+        ground falls faster than gravity.
 
     Notes
     -----
@@ -148,7 +149,8 @@ def respond(
     >>> response.verdict.name, round(response.peak_rotation_ratio, 4)
     ('SAFE', 0.6517)
     """
-    ground = _as_ground(motion).followed_by_rest(free_rocking)
+    ground = as_ground(motion).followed_by_rest(free_rocking)
+    refuse_flight(ground)
     if not (math.isfinite(initial_rotation) and abs(initial_rotation) < 0.5 * math.pi):
         raise ParameterError(
             f"Invalid initial_rotation {initial_rotation!r} rad. Must be within +-pi/2."
@@ -162,6 +164,7 @@ def respond(
     summary = np.empty(kernel.SUMMARY_SIZE)
     verdict = kernel.integrate(
         ground.coefficients / GRAVITY,
+        _no_vertical(ground) if ground.vertical is None else ground.vertical / GRAVITY,
         ground.time_step,
         ground.start_time,
         frame.slenderness,
@@ -191,9 +194,24 @@ def respond(
     )
 
 
-def _as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration:
+def as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration:
+    """Return the ground acceleration that a record or a pulse stands for."""
     if isinstance(motion, Record):
         return GroundAcceleration.from_samples(motion.acceleration, motion.time_step)
     if isinstance(motion, Pulse):
         return GroundAcceleration.from_pulse(motion)
     return motion
+
+
+def refuse_flight(ground: GroundAcceleration, scale: float = 1.0) -> None:
+    """Refuse a ground that falls faster than gravity: the frame would lose contact with it."""
+    lowest = scale * min(ground.upward_bounds(), key=lambda bound: scale * bound)
+    if lowest <= -GRAVITY:
+        raise ParameterError(
+            f"Invalid vertical acceleration {lowest:.4g} m/s2. Must be above {-GRAVITY:g}: the "
+            "frame would lose contact with the ground."
+        )
+
+
+def _no_vertical(ground: GroundAcceleration) -> Float:
+    return np.empty((0, ground.coefficients.shape[1]))

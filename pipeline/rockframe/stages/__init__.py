@@ -6,3 +6,5 @@ from rockframe.stages.ingest import ingest_stage as ingest_stage
 from rockframe.stages.pulse import pulse_stage as pulse_stage
 from rockframe.stages.respond import choose_structures as choose_structures
 from rockframe.stages.respond import respond_stage as respond_stage
+from rockframe.stages.verify import Verification as Verification
+from rockframe.stages.verify import verify_run as verify_run

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rockframe.errors import ParameterError
-from rockframe.record import Orientation
 from rockframe.results import RecordsFile
 
 #: Called with what is done and what there is to do in all.
@@ -25,7 +24,7 @@ def horizontal(records: RecordsFile) -> list[str]:
         If all are.
     """
     named = zip(records.names, records.orientations, strict=True)
-    chosen = [name for name, orientation in named if orientation is not Orientation.VERTICAL]
+    chosen = [name for name, orientation in named if not orientation.upright]
     if not chosen:
         raise ParameterError(
             f"{records.path}: all {len(records.names)} records are vertical. "

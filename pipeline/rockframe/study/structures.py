@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.frame import RockingFrame
+from rockframe.frame import RockingFrame, inertia_ratio_of
 from rockframe.study.toml import Strict, line_of, parse, read_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
@@ -41,12 +41,46 @@ class StructureEntry(Strict):
         Height and width of a column [m].
     mass_ratio : float
         Mass of the beam over that of all columns [1]; 0 is a column alone.
+    section : str
+        Section of the columns: rectangular or circular.
+    inertia_ratio : float, optional
+        I_o / (m_c R^2) of a column of another shape [1], instead of the section.
+    restitution_factor : float
+        What the restitution of eq (43) is multiplied by [1].
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     height_m: float
     width_m: float
     mass_ratio: float = 0.0
+    section: Literal["rectangular", "circular"] | None = None
+    inertia_ratio: float | None = None
+    restitution_factor: float = 1.0
+
+    def frame(self) -> RockingFrame:
+        """Return the frame that it describes.
+
+        Raises
+        ------
+        ParameterError
+            If it does not rock, or both a section and an inertia ratio are stated.
+        """
+        if self.section is not None and self.inertia_ratio is not None:
+            raise ParameterError(
+                f"Invalid inertia_ratio {self.inertia_ratio!r} of frame {self.name!r}. Must not be "
+                f"stated beside section {self.section!r}."
+            )
+        ratio = self.inertia_ratio
+        if ratio is None:
+            ratio = inertia_ratio_of(self.section or "rectangular", self.height_m, self.width_m)
+        return RockingFrame(
+            height=self.height_m,
+            width=self.width_m,
+            mass_ratio=self.mass_ratio,
+            name=self.name,
+            inertia_ratio=ratio,
+            restitution_factor=self.restitution_factor,
+        )
 
 
 class _StructuresFile(Strict):
@@ -84,12 +118,7 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
         if entry.name in frames:
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         try:
-            frames[entry.name] = RockingFrame(
-                height=entry.height_m,
-                width=entry.width_m,
-                mass_ratio=entry.mass_ratio,
-                name=entry.name,
-            )
+            frames[entry.name] = entry.frame()
         except ParameterError as error:
             raise InputError(path, str(error), line_of(text, ("structure", i))) from None
     return list(frames.values())

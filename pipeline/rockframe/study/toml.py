@@ -14,6 +14,7 @@ from rockframe.errors import InputError
 _Location = tuple[str | int, ...]
 _MUST_BE: Final = {
     "float_type": "a number",
+    "literal_error": "rectangular or circular, in quotes",
     "string_type": "text in quotes",
     "string_pattern_mismatch": "1 to 64 letters, digits, points, hyphens or underscores",
     "greater_than_equal": "zero or positive, and a number",

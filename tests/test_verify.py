@@ -1,0 +1,125 @@
+"""A run is whole only if every file is as its manifest says, and all are of one run."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.cli.main import main
+from rockframe.errors import InputError
+from rockframe.provenance import MANIFEST, sha256_of
+from rockframe.stages import verify_run
+from rockframe.wavelets import Pulse
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a small run."""
+    home = tmp_path_factory.mktemp("verify")
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
+    np.savetxt(home / "motion.csv", pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
+    words = ["--units", "g", "--time-step", "0.01", "--structure", "bridge-bent"]
+    paths = ["--records", str(home / "motion.csv"), "--output", str(home / "run")]
+    assert main(["table1", *paths, *words]) == 0
+    return home / "run"
+
+
+@pytest.fixture
+def run(made: Path, tmp_path: Path) -> Path:
+    """A copy of it, to damage."""
+    return Path(shutil.copytree(made, tmp_path / "run"))
+
+
+def restated(run: Path, name: str) -> None:
+    """Let the manifest say what the file is now."""
+    manifest = json.loads((run / MANIFEST).read_text())
+    manifest["outputs"][name] = sha256_of(run / name)
+    (run / MANIFEST).write_text(json.dumps(manifest))
+
+
+def test_a_whole_run_is_whole(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = verify_run(run)
+    assert (found.faults, found.same_source) == ((), True)
+    assert {name: held.records for name, held in found.datasets.items()} == {
+        "records.nc": ("motion",),
+        "pulses.nc": ("motion",),
+        "response.nc": ("motion",),
+    }
+    assert main(["verify", str(run)]) == 0
+    assert "whole" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["records.nc", "response.nc", "table.csv"])
+def test_one_bit_is_enough(run: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    content = bytearray((run / name).read_bytes())
+    content[len(content) // 2] ^= 1
+    (run / name).write_bytes(content)
+    (fault,) = verify_run(run).faults
+    assert f"{name}: SHA-256" in fault
+    assert main(["verify", str(run), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["whole"] is False
+
+
+def test_what_is_missing_is_named(run: Path) -> None:
+    (run / "pulses.nc").unlink()
+    assert "pulses.nc: missing" in verify_run(run).faults[0]
+
+
+def test_a_cut_file_is_damaged_even_if_the_manifest_agrees(run: Path) -> None:
+    content = (run / "response.nc").read_bytes()
+    (run / "response.nc").write_bytes(content[: len(content) // 2])
+    restated(run, "response.nc")
+    (fault,) = verify_run(run).faults
+    assert "response.nc: cannot be read as netCDF" in fault
+
+
+def test_files_of_two_runs_do_not_make_one(run: Path, tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "other.csv", np.sin(np.arange(900)), fmt="%.5f")
+    words = ["--units", "m/s2", "--time-step", "0.01", "--output", str(run / "records.nc")]
+    assert main(["ingest", str(tmp_path / "other.csv"), *words]) == 0
+    restated(run, "records.nc")
+    restated(run, "records.csv")
+    faults = verify_run(run).faults
+    assert any("pulses.nc: was made from another records.nc" in fault for fault in faults)
+    assert any("response.nc: holds 'motion', which is not in records.nc" in f for f in faults)
+
+
+def test_what_an_interrupted_run_left_is_a_fault(run: Path) -> None:
+    (run / ".partial-abc").mkdir()
+    assert "left by a run that was interrupted" in verify_run(run).faults[0]
+
+
+def test_without_a_manifest_no_run_ended(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (run / MANIFEST).unlink()
+    assert main(["verify", str(run)]) == 2
+    assert "the run did not end" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "cannot be read"),
+        ("[]", "without 'inputs'"),
+        ('{"inputs": {}}', "without 'outputs'"),
+        (
+            '{"inputs": 1, "outputs": {"../x": ""}, "parameters": 1, "source_code_hash": "", '
+            '"versions": {}}',
+            "names outputs outside its folder",
+        ),
+    ],
+)
+def test_a_manifest_that_is_none_is_refused(run: Path, text: str, words: str) -> None:
+    (run / MANIFEST).write_text(text)
+    with pytest.raises(InputError, match=words):
+        verify_run(run)
+
+
+def test_other_source_code_is_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    manifest = json.loads((run / MANIFEST).read_text())
+    (run / MANIFEST).write_text(json.dumps(manifest | {"source_code_hash": "0" * 64}))
+    assert main(["verify", str(run)]) == 0
+    assert "another version of the source code" in capsys.readouterr().out
