@@ -13,7 +13,7 @@ from rockframe.components import vertical_beside
 from rockframe.frame import RockingFrame
 from rockframe.ingest import read_file
 from rockframe.record import Orientation, Record
-from rockframe.results import RECORDS, open_response, read_records, records_dataset, write
+from rockframe.results import open_response, read_records, write_records
 from rockframe.rocking import GroundAcceleration, respond
 
 #: As `bridge-bent` of the shipped structures.
@@ -27,7 +27,8 @@ def motion(bundled_records: Path) -> list[Record]:
 
 
 def stored(records: list[Record], folder: Path) -> Path:
-    write(records_dataset(records), folder / "records.nc", RECORDS, input_sha256={}, parameters={})
+    made = ((record, None) for record in records)
+    write_records(made, folder / "records.nc", input_sha256={}, parameters={})
     return folder / "records.nc"
 
 

@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         _write_table(rows, partial / "table.csv")
         if comparisons:
             _write_table(comparisons, partial / "paper.csv")
-        _draw(ingested, rows, partial)
+        _draw(rows, partial)
         count = _finish(options, ingested, partial)
     if options.json:
         show_json(
@@ -136,19 +136,22 @@ def _rows(folder: Path) -> list[TableRow]:
     return [with_paper_facts(row) for row in table_rows(*files)]
 
 
-def _draw(ingested: Ingested, rows: Sequence[TableRow], folder: Path) -> None:
+def _draw(rows: Sequence[TableRow], folder: Path) -> None:
     """One figure for each record that was answered."""
     from rockframe.cli.console import progress_bar
     from rockframe.figures import draw_response_history, save
-    from rockframe.results import best_pulses, open_response
+    from rockframe.results import best_pulses, open_records, open_response
 
-    accelerations = {record.record_id: record.acceleration for record in ingested.records}
     titles = {row.record_id: f"{row.event}, {row.record}".removeprefix(", ") for row in rows}
     pulses = best_pulses(folder / "pulses.nc")
-    with open_response(folder / "response.nc") as response, progress_bar("drawing") as progress:
+    with (
+        open_records(folder / "records.nc") as records,
+        open_response(folder / "response.nc") as response,
+        progress_bar("drawing") as progress,
+    ):
         for i, name in enumerate(response.records):
             figure = draw_response_history(
-                accelerations[name],
+                records.read(name).acceleration,
                 pulses.get(name),
                 [response.sel(record=name, structure=s) for s in response.structures],
                 titles[name],

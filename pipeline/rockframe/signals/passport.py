@@ -76,6 +76,8 @@ class Measures:
     ----------
     peak_acceleration : float
         After processing [m s-2].
+    peak_velocity : float
+        After processing, from rest [m s-1].
     arias_intensity : float
         After processing [m s-1].
     strong_start, strong_end, strong_end_75 : float
@@ -100,6 +102,7 @@ class Measures:
     """
 
     peak_acceleration: float
+    peak_velocity: float
     arias_intensity: float
     strong_start: float
     strong_end: float
@@ -220,6 +223,7 @@ def _measure(
     strong = slice(int(start / step), int(end / step) + 2)
     return Measures(
         peak_acceleration=peak(after.acceleration),
+        peak_velocity=peak(velocity),
         arias_intensity=arias_intensity(after.acceleration, step),
         strong_start=start,
         strong_end=end,

@@ -11,7 +11,7 @@ from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
-from rockframe.results import RESPONSE, input_hash, read_records, response_dataset, write
+from rockframe.results import RESPONSE, input_hash, open_records, response_dataset, write
 from rockframe.rocking import GroundAcceleration, Response, respond
 from rockframe.stages.common import Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
@@ -56,8 +56,9 @@ def respond_stage(
     """
     refuse_overwriting([output], [records_path, structures_path])
     frames = choose_structures(structures_path, structure)
-    everything = read_records(records_path)
-    records = horizontal(everything, records_path)
+    with open_records(records_path) as file:
+        names, everything = set(horizontal(file)), list(file)
+    records = [record for record in everything if record.record_id in names]
     beside = vertical_beside(everything) if vertical else {}
     answered: list[tuple[Record, list[Response]]] = []
     rejections: list[Rejection] = []
