@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rockframe.figures import Captioned
     from rockframe.frame import RockingFrame
     from rockframe.record import Record
+    from rockframe.results import RecordsFile
     from rockframe.rocking import GroundAcceleration
 
 #: A page of more histories than these could not be read.
@@ -54,18 +55,20 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.cli.console import show_rejections
     from rockframe.errors import ParameterError
     from rockframe.figures import draw_response_grid
-    from rockframe.results import open_response
+    from rockframe.results import open_records, open_response
     from rockframe.stages import respond_stage
     from rockframe.study import SHIPPED_STRUCTURES
 
     frame = _structure(options)
     with _records_file(options) as (records_file, status), tempfile.TemporaryDirectory() as folder:
-        records = _chosen(options, records_file)
-        if len(records) > _MOST_RECORDS:
-            raise ParameterError(
-                f"Invalid number of records, {len(records)}. Must be at most {_MOST_RECORDS}: "
-                "choose with --record."
-            )
+        with open_records(records_file) as file:
+            names = _chosen(options, file)
+            if len(names) > _MOST_RECORDS:
+                raise ParameterError(
+                    f"Invalid number of records, {len(names)}. Must be at most {_MOST_RECORDS}: "
+                    "choose with --record."
+                )
+            records = [file.read(name) for name in names]
         response_file = Path(folder) / "response.nc"
         unanswered = respond_stage(
             records_file,
@@ -174,7 +177,7 @@ class _Pair:
 def _pair(options: argparse.Namespace) -> _Pair:
     from rockframe.components import vertical_beside
     from rockframe.errors import ParameterError
-    from rockframe.results import read_records
+    from rockframe.results import open_records
     from rockframe.stages import with_vertical
 
     frame = _structure(options)
@@ -182,33 +185,32 @@ def _pair(options: argparse.Namespace) -> _Pair:
         raise ParameterError(
             f"Invalid number of records, {len(options.record)}. Must be one for this figure."
         )
-    with _records_file(options) as (records_file, status):
-        record = _furthest(_chosen(options, records_file), frame)
-        everything = read_records(records_file)
-    motion = with_vertical(record, vertical_beside(everything)) if options.vertical else None
+    with _records_file(options) as (records_file, status), open_records(records_file) as file:
+        record = _furthest(file, _chosen(options, file), frame)
+        beside = vertical_beside(file) if options.vertical else {}
+    motion = with_vertical(record, beside) if options.vertical else None
     return _Pair(record, frame, motion, status)
 
 
-def _chosen(options: argparse.Namespace, records_file: Path) -> list[Record]:
-    """The horizontal records, or those that were asked for."""
-    from rockframe.results import read_records
+def _chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:
+    """Names of the horizontal records, or of those that were asked for."""
+    from rockframe.errors import ParameterError
     from rockframe.stages.common import horizontal
 
-    records = {r.record_id: r for r in horizontal(read_records(records_file), records_file)}
+    known = horizontal(file)
     for name in options.record or ():
-        if name not in records:
-            raise _unknown(name, list(records))
-    return [records[name] for name in options.record or records]
+        if name not in known:
+            raise ParameterError(f"Invalid record {name!r}. Must be one of: {', '.join(known)}.")
+    return list(options.record or known)
 
 
-def _furthest(records: list[Record], frame: RockingFrame) -> Record:
+def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
     """The record under which the frame turns furthest and stands; the first if it never does."""
     from rockframe.rocking import Verdict, respond
 
-    if len(records) == 1:
-        return records[0]
-    best, furthest = records[0], 0.0
-    for record in records:
+    best, furthest = file.read(names[0]), 0.0
+    for name in names if len(names) > 1 else ():
+        record = file.read(name)
         response = respond(frame, record)
         if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
             best, furthest = record, response.peak_rotation
@@ -231,9 +233,3 @@ def _title(record: Record) -> str:
         return f"{printed.event}\n{printed.record}"
     place = "/".join(part for part in (record.station, record.component) if part)
     return "\n".join(part for part in (record.event, place or record.record_id) if part)
-
-
-def _unknown(name: str, known: list[str]) -> Exception:
-    from rockframe.errors import ParameterError
-
-    return ParameterError(f"Invalid record {name!r}. Must be one of: {', '.join(known)}.")

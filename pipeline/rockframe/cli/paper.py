@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     with whole_folder(folder) as partial:
         ingested, rows = _respond(options, partial)
         claims = all_claims() + record_claims(rows)
-        _write(claims, _draw(partial), ingested, partial)
+        _write(claims, _draw(partial), rows, partial)
         _finish(options, ingested, partial)
     if options.json:
         show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
@@ -103,12 +103,12 @@ def _draw(folder: Path) -> dict[str, str]:
 
 
 def _write(
-    claims: Sequence[Claim], figures: dict[str, str], ingested: Ingested, folder: Path
+    claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[TableRow], folder: Path
 ) -> None:
     from rockframe.paper import checked_page, paper_record_of, paper_records
     from rockframe.provenance import whole_file
 
-    own = {record.record_id for record in ingested.records if paper_record_of(record.source_file)}
+    own = {row.record_id for row in rows if paper_record_of(row.source_file)}
     records = f"{len(own)} of the paper's {len(paper_records())} records are here by name" + (
         "." if own else ": what it says of them is not checked, and figures show others."
     )

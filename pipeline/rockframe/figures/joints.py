@@ -87,8 +87,8 @@ def _caption(dataset: xr.Dataset, friction: float) -> str:
     stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
     slides = max(known.values()) > friction
     sliding = (
-        f"Friction needed at most, at the samples of the record: {stated}; with a coefficient of {friction:g}, taken and not "
-        f"measured, the assumption of no sliding {'does not hold' if slides else 'holds'}."
+        f"Friction needed at most, at the samples of the record: {stated}; with a "
+        f"coefficient of {friction:g}, taken and not measured, the assumption of no sliding {'does not hold' if slides else 'holds'}."
     )
     return (
         f"Rotation, friction demand and vertical forces. {sliding} "
