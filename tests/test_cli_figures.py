@@ -122,6 +122,9 @@ def test_the_paper_is_checked_and_its_page_is_whole(
         assert f"(figures/figure-{name}.png)" in page
         assert (folder / "figures" / f"figure-{name}.png").is_file()
     assert run("verify", folder) == 0
+    again = tmp_path / "again"
+    assert run("paper", "--output", again, *stated(motions), "--json") == 0
+    assert (again / "manifest.json").read_bytes() == (folder / "manifest.json").read_bytes()
 
 
 def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:

@@ -168,6 +168,8 @@ def test_joints_of_columns_too_close_say_that_the_beam_lifts() -> None:
 def test_joints_of_a_column_alone_have_no_top() -> None:
     drawn = draw_joints(joints_dataset(shake(0.2), COLUMN), 0.5)
     assert "under the beam" not in drawn.caption.split(";")[0]
+    spaced = draw_joints(joints_dataset(shake(0.2), COLUMN, spacing=5.0), 0.5)
+    assert spaced.caption == drawn.caption
 
 
 def test_a_frame_at_rest_can_be_drawn() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import add_periods, add_reading, path, refuse_folder_of_records
 from rockframe.cli.figure import add_records
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from rockframe.stages import Ingested
 
 #: What the figure of the joints takes the bridge bent to be; the paper states neither.
-_BENT = ("--spacing", "12", "--beam-centre", "1")
+_BENT: Final = ("--spacing", "12", "--beam-centre", "1")
+#: The paper's figures that are no drawings of a frame or photographs; 4 is `moment-rotation`.
+_PAPER_FIGURES: Final = ("5", "7", "8", "9", "11")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -105,6 +107,7 @@ def _draw(folder: Path) -> dict[str, str]:
 def _write(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[TableRow], folder: Path
 ) -> None:
+    from rockframe.cli.figure_table import FIGURES
     from rockframe.paper import checked_page, paper_record_of, paper_records
     from rockframe.provenance import whole_file
 
@@ -112,6 +115,9 @@ def _write(
     records = f"{len(own)} of the paper's {len(paper_records())} records are here by name" + (
         "." if own else ": what it says of them is not checked, and figures show others."
     )
+    undrawn = [name for name in _PAPER_FIGURES if name not in FIGURES]
+    if undrawn:
+        records += f" Figures of the paper that cannot be drawn yet: {', '.join(undrawn)}."
     with whole_file(folder / "paper-checked.md") as partial:
         partial.write_text(checked_page(claims, figures, records), encoding="utf-8")
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import Captioned
@@ -12,6 +13,11 @@ from rockframe.figures.style import PRINT_WIDTH, styled
 
 #: Where the paper places its two examples: the Temple of Apollo, and bridges from here on.
 _EXAMPLES: Final = {0.3: "temple", 4.0: "bridge"}
+_SMALL: Final[dict[str, Any]] = {
+    "textcoords": "offset points",
+    "color": "0.35",
+    "fontsize": 7,
+}
 
 
 def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
@@ -26,41 +32,12 @@ def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
-        for name, label, height in (
-            ("size", r"$\hat R\,/\,R$", 8),
-            ("frequency", r"$\hat p\,/\,p$", 8),
-        ):
-            values, limit = dataset[f"{name}_ratio"].values, float(dataset[f"{name}_limit"])
-            (line,) = axes.plot(gamma, values)
-            axes.axhline(limit, color=line.get_color(), linewidth=0.8, linestyle="--")
-            axes.annotate(
-                f"{label}",
-                (gamma[-1], values[-1]),
-                xytext=(-4, -height if name == "size" else height),
-                textcoords="offset points",
-                ha="right",
-                va="top" if name == "size" else "bottom",
-                color=line.get_color(),
-            )
-            axes.annotate(
-                f"γ → ∞: {limit:.4g}",
-                (5.0, limit),
-                xytext=(0, 2 if name == "size" else -2),
-                textcoords="offset points",
-                va="bottom" if name == "size" else "top",
-                color="0.35",
-                fontsize=8,
-            )
+        _draw_curve(axes, dataset, "size", r"$\hat R\,/\,R$", upwards=1)
+        _draw_curve(axes, dataset, "frequency", r"$\hat p\,/\,p$", upwards=-1)
         for where, name in _EXAMPLES.items():
             axes.axvline(where, color="0.6", linewidth=0.8, linestyle=":")
             axes.annotate(
-                f"{name}, γ = {where:g}",
-                (where, 1.0),
-                xytext=(3, 1),
-                textcoords="offset points",
-                color="0.35",
-                fontsize=7,
-                va="bottom",
+                f"{name}, γ = {where:g}", (where, 1.0), xytext=(3, 1), va="bottom", **_SMALL
             )
         axes.set_xlim(0.0, float(gamma[-1]))
         axes.set_ylim(0.75, 1.58)
@@ -76,3 +53,27 @@ def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
         "and its bridge bent. No record is used."
     )
     return Captioned(figure, "Figure 5: size of the equivalent column", caption)
+
+
+def _draw_curve(axes: Axes, dataset: xr.Dataset, name: str, label: str, upwards: int) -> None:
+    """A curve, its name inside of it, and its limit on the other side; `upwards` is 1 or -1."""
+    gamma, values = dataset["mass_ratio"].values, dataset[f"{name}_ratio"].values
+    limit = float(dataset[f"{name}_limit"])
+    (line,) = axes.plot(gamma, values)
+    axes.axhline(limit, color=line.get_color(), linewidth=0.8, linestyle="--")
+    axes.annotate(
+        label,
+        (gamma[-1], values[-1]),
+        xytext=(-4, -8 * upwards),
+        textcoords="offset points",
+        ha="right",
+        va="top" if upwards > 0 else "bottom",
+        color=line.get_color(),
+    )
+    axes.annotate(
+        f"γ → ∞: {limit:.4g}",
+        (0.5 * gamma[-1], limit),
+        xytext=(0, 2 * upwards),
+        va="bottom" if upwards > 0 else "top",
+        **_SMALL,
+    )

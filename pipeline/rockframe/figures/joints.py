@@ -88,7 +88,8 @@ def _caption(dataset: xr.Dataset, friction: float) -> str:
     slides = max(known.values()) > friction
     sliding = (
         f"Friction needed at most, at the samples of the record: {stated}; with a "
-        f"coefficient of {friction:g}, taken and not measured, the assumption of no sliding {'does not hold' if slides else 'holds'}."
+        f"coefficient of {friction:g}, taken and not measured, the assumption of "
+        f"no sliding {'does not hold' if slides else 'holds'}."
     )
     return (
         f"Rotation, friction demand and vertical forces. {sliding} "

@@ -97,7 +97,7 @@ def joints_dataset(
     motion : GroundAcceleration, optional
         What moves it, if that is more than the record: with vertical acceleration.
     spacing : float, optional
-        Distance between the axes of two columns [m]: adds the forces of each.
+        Distance between the axes of two columns [m]: adds the forces of each, if there is a beam.
     beam_centre : float
         Height of the beam's centre of mass above its underside [m].
 
@@ -137,34 +137,44 @@ def joints_dataset(
             (), frame.width / frame.height, "1", "friction that uplift needs, tan(alpha)"
         ),
     }
-    if spacing is not None:
-        each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
-        static = frame.mass_ratio
-        variables |= {
-            "column_base_friction_demand": variable(
-                ("column", "time"), each.base_friction_demand, "1", "the same of each column"
-            ),
-            "column_top_friction_demand": variable(
-                ("column", "time"), each.top_friction_demand, "1", "the same of each column"
-            ),
-            "column_top_vertical": variable(
-                ("column", "time"),
-                each.top_vertical / static if static > 0.0 else np.zeros_like(each.top_vertical),
-                "1",
-                "compression under the beam over its half weight",
-            ),
-            "spacing": variable((), spacing, "m", "distance between the axes of the columns"),
-            "beam_centre": variable(
-                (), beam_centre, "m", "height of the beam's centre of mass above its underside"
-            ),
-            "least_spacing": variable(
-                (), least_spacing(frame, beam_centre), "m", "spacing at which impacts lift the beam"
-            ),
-        }
+    if spacing is not None and frame.mass_ratio > 0.0:
+        variables |= _of_columns(response, ground, spacing, beam_centre)
     variables |= _extremes(variables) | _of_pair(record, frame, response)
     time = variable("time", response.time, "s", "time since the record's first sample")
     attributes = {"vertical": int(ground.vertical is not None)}
     return xr.Dataset(variables, {"time": time}, attributes)
+
+
+def _of_columns(
+    response: Response, ground: GroundAcceleration, spacing: float, beam_centre: float
+) -> dict[str, xr.Variable]:
+    """The forces of each of two columns; the half weight of the beam is gamma m_c g."""
+    each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
+    pairs = ("column", "time")
+    return {
+        "column_base_friction_demand": variable(
+            pairs, each.base_friction_demand, "1", "base shear of a column over its reaction"
+        ),
+        "column_top_friction_demand": variable(
+            pairs, each.top_friction_demand, "1", "shear over compression on top of a column"
+        ),
+        "column_top_vertical": variable(
+            pairs,
+            each.top_vertical / response.frame.mass_ratio,
+            "1",
+            "compression under the beam over its half weight",
+        ),
+        "spacing": variable((), spacing, "m", "distance between the axes of the columns"),
+        "beam_centre": variable(
+            (), beam_centre, "m", "height of the beam's centre of mass above its underside"
+        ),
+        "least_spacing": variable(
+            (),
+            least_spacing(response.frame, beam_centre),
+            "m",
+            "spacing at which impacts lift the beam",
+        ),
+    }
 
 
 def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
