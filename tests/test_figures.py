@@ -172,6 +172,20 @@ def test_joints_of_a_column_alone_have_no_top() -> None:
     assert spaced.caption == drawn.caption
 
 
+def test_a_joint_that_nothing_presses_slides_whatever_its_friction() -> None:
+    falls = Record(
+        record_id="drop",
+        acceleration=np.concatenate([[0.0], np.full(300, 20.0)]),
+        time_step=0.01,
+    )
+    joints = joints_dataset(falls, COLUMN)
+    assert np.isinf(joints["largest_base_friction_demand"])
+    drawn = draw_joints(joints, 100.0)
+    assert "no sliding does not hold" in drawn.caption
+    assert "no lift-off does not hold" in drawn.caption
+    assert "it overturns at" in drawn.caption
+
+
 def test_a_frame_at_rest_can_be_drawn() -> None:
     quiet = shake(0.01)
     assert "0 impacts" in draw_phase_portrait(portrait_dataset(quiet, BENT)).caption

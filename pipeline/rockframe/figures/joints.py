@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -11,6 +12,9 @@ from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import Captioned, of_record, of_structure
 from rockframe.figures.style import PRINT_WIDTH, styled
+
+#: Demands beyond this multiple of what is available are cut off: they may be infinite.
+_SHOWN: Final = 2.0
 
 
 def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
@@ -50,7 +54,8 @@ def _draw_friction(panel: Axes, dataset: xr.Dataset, friction: float) -> None:
     uplift = float(dataset["uplift_friction_demand"])
     panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label="at uplift, tan α")
     panel.set_ylabel("friction demand")
-    panel.set_ylim(0.0, 1.75 * max(friction, uplift, _number(dataset, "base_friction_demand")))
+    shown = min(_number(dataset, "base_friction_demand"), _SHOWN * friction)
+    panel.set_ylim(0.0, 1.75 * max(friction, uplift, shown))
     panel.legend(loc="upper right", ncols=2, fontsize=7)
 
 
@@ -83,7 +88,7 @@ def _caption(dataset: xr.Dataset, friction: float) -> str:
         "each impact": float(dataset["impact_friction_demand"]),
         "uplift (tan α)": float(dataset["uplift_friction_demand"]),
     }
-    known = {name: demand for name, demand in demands.items() if math.isfinite(demand)}
+    known = {name: demand for name, demand in demands.items() if not math.isnan(demand)}
     stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
     slides = max(known.values()) > friction
     sliding = (
@@ -107,7 +112,7 @@ def _lift_off(dataset: xr.Dataset) -> str:
             f"{float(dataset['beam_centre']):g} m above its underside; impacts would lift it off "
             f"at a spacing below {float(dataset['least_spacing']):.2f} m)"
         )
-    known = {name: force for name, force in least.items() if math.isfinite(force)}
+    known = {name: force for name, force in least.items() if not math.isnan(force)}
     stated = ", ".join(f"{name} {force:.3f}" for name, force in known.items())
     holds = min(known.values()) > 0.0
     return (

@@ -183,7 +183,7 @@ def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     for name, values in variables.items():
         if "time" not in values.dims or not name.endswith(("friction_demand", "vertical")):
             continue
-        known = values.values[np.isfinite(values.values)]
+        known = values.values[~np.isnan(values.values)]
         largest = name.endswith("friction_demand")
         extreme = np.nan if known.size == 0 else known.max() if largest else known.min()
         word = "largest" if largest else "least"
