@@ -38,6 +38,7 @@ _NUMBERS: Final = {
     "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
     "magnitude": ("1", "magnitude of the earthquake"),
     "epicentral_distance": ("km", "distance to the epicentre"),
+    "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
 }
 
 #: Peaks of a record, by variable: unit, long name.
