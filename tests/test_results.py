@@ -142,6 +142,13 @@ def test_an_error_among_the_records_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_no_record_makes_no_folder(tmp_path: Path) -> None:
+    broken = (read_records(tmp_path / name)[0] for name in ["lost.nc"])
+    with pytest.raises(InputError, match=r"lost\.nc: no such file"):
+        save_records(broken, tmp_path / "new" / "records.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
 def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, share: float) -> None:
     resource = pytest.importorskip("resource", reason="no limits of file size on this system")
