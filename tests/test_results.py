@@ -142,6 +142,29 @@ def test_an_error_among_the_records_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_no_record_makes_no_folder(tmp_path: Path) -> None:
+    broken = (read_records(tmp_path / name)[0] for name in ["lost.nc"])
+    with pytest.raises(InputError, match=r"lost\.nc: no such file"):
+        save_records(broken, tmp_path / "new" / "records.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, share: float) -> None:
+    resource = pytest.importorskip("resource", reason="no limits of file size on this system")
+    noise = np.random.default_rng(1).standard_normal(40_000)
+    records = [Record(record_id="noise", acceleration=noise, time_step=0.01)]
+    size = save_records(records, tmp_path / "whole.nc").stat().st_size
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * size), hard))
+    try:
+        with pytest.raises(InputError, match=r"records\.nc: cannot be written: "):
+            save_records(records, tmp_path / "records.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert [file.name for file in tmp_path.iterdir()] == ["whole.nc"]
+
+
 def test_the_same_inputs_give_the_same_bytes(tmp_path: Path) -> None:
     first = save_records(RECORDS_MADE, tmp_path / "a.nc").read_bytes()
     second = save_records(RECORDS_MADE, tmp_path / "b.nc").read_bytes()

@@ -64,6 +64,9 @@ class Record:
         Where event, magnitude and distance are from.
     source_file, source_format, source_sha256 : str
         Name of the file, its format, and its SHA-256.
+    peak_ratio : float
+        Peak of the samples of the file over the peak that its header states [1]; negative if the
+        header's has a sign, and it is another one.
     processing : tuple of str
         What was done to the samples after reading, in order.
 
@@ -95,6 +98,7 @@ class Record:
     source_file: str = ""
     source_format: str = ""
     source_sha256: str = ""
+    peak_ratio: float = math.nan
     processing: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -28,6 +28,16 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     assert seen == ["README", "a.csv", "b.AT2", "c.csv"]
 
 
+def test_files_are_read_as_they_are_asked_for(tmp_path: Path) -> None:
+    for name in "abc":
+        (tmp_path / f"{name}.csv").write_text(TABLE)
+    seen: list[str] = []
+    outcomes = collect([tmp_path], progress=seen.append)
+    next(outcomes)
+    assert seen == ["a.csv"]
+    outcomes.close()
+
+
 def test_bundled(bundled_records: Path) -> None:
     records, rejections = sorted_out(collect([bundled_records]))
     assert (len(records), rejections) == (9, [])

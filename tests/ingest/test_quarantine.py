@@ -130,6 +130,15 @@ def test_a_dead_worker_is_replaced() -> None:
         ]
 
 
+def test_workers_do_not_run_far_ahead(tmp_path: Path) -> None:
+    calls = [(Path.touch, [tmp_path / str(number)]) for number in range(20)]
+    with closing(serve(map, calls, 1, Limits())) as served:
+        next(served)
+        assert len(list(tmp_path.iterdir())) <= 5
+        assert len(list(served)) == 19
+    assert len(list(tmp_path.iterdir())) == 20
+
+
 def test_closing_ends_the_workers() -> None:
     before = children()
     with closing(serve(map, [(abs, [-1]), (time.sleep, [60])], 2, Limits())) as served:

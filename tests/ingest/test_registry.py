@@ -64,6 +64,21 @@ def test_several_claims(monkeypatch: pytest.MonkeyPatch) -> None:
         sniff_format(b"0.1\n0.2\n")
 
 
+@pytest.mark.parametrize(
+    ("first", "volume"),
+    [
+        ("CORRECTED ACCELEROGRAM IIA001 COMP S00E FILE 1", "II"),
+        ("IIC048  71.019.0", "II"),
+        ("OF UNCORRECTED ACCELEROGRAM DATA OF VOL. I", "I"),
+    ],
+)
+def test_tapes_of_unknown_layout_are_named(first: str, volume: str) -> None:
+    words = rf"is a Caltech/USC volume {volume} file, .*Must be a copy .* in another format"
+    with pytest.raises(InputError, match=words) as caught:
+        sniff_format(f"{first}\nIMPERIAL VALLEY EARTHQUAKE\nMAY 18, 1940\n  1  2  3\n".encode())
+    assert "\n" not in str(caught.value)
+
+
 def test_names_are_unique() -> None:
     assert len({known.name for known in FORMATS}) == len(FORMATS)
     assert len({known.obspy_name for known in FORMATS}) == len(FORMATS)

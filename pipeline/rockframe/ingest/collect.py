@@ -35,7 +35,8 @@ def collect(
 ) -> Generator[Record | Rejection, None, None]:
     r"""Read files, archives and folders of records; memory does not grow with their number.
 
-    Close the iterator (`contextlib.closing`) to end the workers early.
+    The records of one archive, of 1,000 members at most, are held together. Close the iterator
+    (`contextlib.closing`) to end the workers early.
 
     Parameters
     ----------

@@ -101,7 +101,10 @@ def put(
         gravity=GRAVITY,
     )
     encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
-    described.to_netcdf(partial, mode=mode, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    with _as_os_error():
+        described.to_netcdf(
+            partial, mode=mode, engine="netcdf4", format="NETCDF4", encoding=encoding
+        )
 
 
 @contextmanager
@@ -117,7 +120,8 @@ def growing(
     name, units, long_name : str
         Of the variable, of double precision.
     """
-    with netCDF4.Dataset(partial, "w", format="NETCDF4") as file:
+    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
+    try:
         file.createDimension("obs", None)
         series = file.createVariable(
             name,
@@ -132,9 +136,22 @@ def growing(
 
         def append(samples: NDArray[np.float64]) -> None:
             end = series.shape[0]
-            series[end : end + samples.size] = samples
+            with _as_os_error():
+                series[end : end + samples.size] = samples
 
         yield append
+    finally:
+        with _as_os_error():
+            file.close()
+
+
+@contextmanager
+def _as_os_error() -> Iterator[None]:
+    """Let a full disk be an OSError, as it is elsewhere: netCDF raises a RuntimeError."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
 
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:

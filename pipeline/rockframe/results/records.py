@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from enum import IntEnum
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -38,6 +39,7 @@ _NUMBERS: Final = {
     "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
     "magnitude": ("1", "magnitude of the earthquake"),
     "epicentral_distance": ("km", "distance to the epicentre"),
+    "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
 }
 
 #: Peaks of a record, by variable: unit, long name.
@@ -107,11 +109,14 @@ def write_records(
         If the file cannot be written.
     """
     columns: dict[str, list[Any]] = defaultdict(list)
+    source = iter(records)
+    # What is wrong with all of them is said before there is a folder or a file.
+    first = tuple(islice(source, 1))
     with named(path) as partial:
         with growing(
             partial, "acceleration", "m s-2", "ground acceleration, all records one after the other"
         ) as append:
-            for record, passport in records:
+            for record, passport in chain(first, source):
                 append(record.acceleration)
                 for name, value in _known(record, passport).items():
                     columns[name].append(value)
