@@ -147,6 +147,14 @@ def test_portrait_marks_each_impact_and_the_barrier(portrait: xr.Dataset) -> Non
     assert np.isnan(barrier[np.abs(rotation) > 1.0]).all()
 
 
+def test_a_fall_does_not_flatten_what_came_before() -> None:
+    fallen = portrait_dataset(shake(1.5), COLUMN)
+    assert fallen["peak_rotation_ratio"] > 5.0
+    for drawn in (draw_phase_portrait(fallen), draw_moment_rotation(fallen)):
+        assert max(axes_of(drawn)[0].get_xlim()) <= 1.5
+        assert "it overturns at" in drawn.caption
+
+
 def test_joints_show_both_bounds_and_say_whether_they_hold(joints: xr.Dataset) -> None:
     drawn = draw_joints(joints, 0.5)
     levels = [curve(axes, i)[1] for axes in axes_of(drawn)[1:] for i in range(len(axes.lines))]

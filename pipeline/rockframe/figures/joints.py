@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import Captioned, of_record, of_structure
-from rockframe.figures.style import PRINT_WIDTH, styled
+from rockframe.figures.style import DRAWN_TO, PRINT_WIDTH, styled
 
 #: Demands beyond this multiple of what is available are cut off: they may be infinite.
 _SHOWN: Final = 2.0
@@ -33,10 +33,12 @@ def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
         panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.2, 1.2])
         panels[0].plot(time, dataset["theta"] / float(dataset["slenderness"]), color="0.35")
         panels[0].set_ylabel("θ/α")
+        furthest = min(float(dataset["peak_rotation_ratio"]), DRAWN_TO)
+        panels[0].set_ylim(*(side * max(1.1 * furthest, 0.01) for side in (-1.0, 1.0)))
         _draw_friction(panels[1], dataset, friction)
         _draw_vertical(panels[2], dataset)
         panels[2].set_xlabel("time [s]")
-        rotated = np.flatnonzero(np.nan_to_num(np.abs(dataset["theta"].values), nan=1.0) > 1e-4)
+        rotated = np.flatnonzero(np.nan_to_num(np.abs(dataset["theta"].values), nan=0.0) > 1e-4)
         if rotated.size:
             window = time[rotated[0]] - 1.5, time[rotated[-1]] + 1.5
             panels[0].set_xlim(max(time[0], window[0]), min(time[-1], window[1]))

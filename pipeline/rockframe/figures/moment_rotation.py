@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import Captioned, of_record, of_structure
-from rockframe.figures.style import PRINT_WIDTH, styled
+from rockframe.figures.style import DRAWN_TO, PRINT_WIDTH, styled
 
 
 def draw_moment_rotation(dataset: xr.Dataset) -> Captioned:
@@ -35,6 +35,7 @@ def draw_moment_rotation(dataset: xr.Dataset) -> Captioned:
         axes.set_ylabel("moment / uplift moment")
         axes.legend(loc="upper left")
         axes.set_ylim(-1.15, 1.15)
+        axes.set_xlim(-DRAWN_TO, DRAWN_TO)
     caption = (
         "Restoring moment over that at uplift, N m_c g R (1 + 2γ) sin α, against the rotation θ "
         "over the slenderness α: rigid up to uplift, then falling to zero at θ = α. The path runs "

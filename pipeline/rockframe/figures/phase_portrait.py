@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import Captioned, of_record, of_structure
-from rockframe.figures.style import PRINT_WIDTH, styled
+from rockframe.figures.style import DRAWN_TO, PRINT_WIDTH, styled
 
 
 def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
@@ -44,6 +44,9 @@ def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
                 markeredgewidth=0.6,
                 label=label,
             )
+        if float(dataset["peak_rotation_ratio"]) > DRAWN_TO:
+            axes.set_xlim(-DRAWN_TO, DRAWN_TO)
+            axes.set_ylim(-1.5, 1.5)
         axes.set_xlabel("rotation  θ/α")
         axes.set_ylabel(r"rate  $\dot\theta\,/\,(\hat p\,\alpha)$")
         figure.legend(loc="outside lower center", ncols=2, fontsize=7)

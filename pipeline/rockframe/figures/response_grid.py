@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rockframe.figures.captioned import Captioned, of_structure
-from rockframe.figures.style import PAGE_WIDTH, over_gravity, styled, times_gravity
+from rockframe.figures.style import DRAWN_TO, PAGE_WIDTH, over_gravity, styled, times_gravity
 from rockframe.units import GRAVITY
 
 #: So many records beside each other; the next ones go below.
@@ -20,8 +20,6 @@ _ACROSS: Final = 3
 #: Histories are drawn from shortly before the first rotation of this share of the largest [1].
 _VISIBLE: Final = 0.01
 _MARGIN: Final = 1.5
-#: A frame that falls is drawn up to this multiple of its slenderness.
-_DRAWN_TO: Final = 1.3
 _LABELS: Final = ("ground [g]", "θ/α", "v [cm]", "u [cm]")
 _HEIGHTS: Final = (0.8, 1.0, 0.8, 1.0)
 
@@ -81,7 +79,7 @@ def _draw_column(
 ) -> None:
     time = history["time"].values
     ratio = history["theta"].values / float(history["slenderness"])
-    drawn = np.nan_to_num(np.abs(ratio), nan=np.inf) <= _DRAWN_TO
+    drawn = np.nan_to_num(np.abs(ratio), nan=np.inf) <= DRAWN_TO
     end = time.size if drawn.all() else int(np.argmin(drawn))
     panels[0].plot(time, acceleration / GRAVITY, color="0.45", linewidth=0.5)
     series = (ratio, 100.0 * history["v"].values, 100.0 * history["u"].values)

@@ -12,13 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from rockframe.figures.style import over_gravity, styled, times_gravity
+from rockframe.figures.style import DRAWN_TO, over_gravity, styled, times_gravity
 from rockframe.matching import PulseMatch
 from rockframe.units import GRAVITY
 
-#: A frame beyond this multiple of its slenderness is drawn no further: its fall would flatten the
-#: histories of those that stand.
-_DRAWN_TO: Final = 1.3
 #: Margin before the first uplift and after the last visible rocking [s].
 _MARGIN: Final = 3.0
 _VISIBLE: Final = 0.005
@@ -68,7 +65,7 @@ def draw_response_history(
         figure.align_ylabels(list(panels))
         handles, _ = panels[1].get_legend_handles_labels()
         if any(np.isfinite(history["overturning_time"]) for history in histories):
-            falling = f"beyond {_DRAWN_TO:g} α, falling: drawn no further"
+            falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
@@ -105,7 +102,7 @@ def _draw_pulse(panel: Axes, match: PulseMatch) -> None:
 def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
     time = history["time"].values
     ratio = history["theta"].values / float(history["slenderness"])
-    drawn = np.isfinite(ratio) & (np.abs(np.nan_to_num(ratio, nan=np.inf)) <= _DRAWN_TO)
+    drawn = np.isfinite(ratio) & (np.abs(np.nan_to_num(ratio, nan=np.inf)) <= DRAWN_TO)
     end = int(np.argmin(drawn)) if not drawn.all() else drawn.size
     fallen = bool(np.isfinite(history["overturning_time"]))
     peak = float(history["peak_rotation_ratio"])
@@ -124,7 +121,7 @@ def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
 
 def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
     """As far as anything is drawn."""
-    furthest = max(min(float(h["peak_rotation_ratio"]), _DRAWN_TO) for h in histories)
+    furthest = max(min(float(h["peak_rotation_ratio"]), DRAWN_TO) for h in histories)
     furthest = max(1.08 * furthest, 0.02)
     return -furthest, furthest
 

@@ -20,6 +20,10 @@ PAGE_WIDTH: Final = 7.0
 #: Curves differ in their strokes too, for those who print in grey.
 LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
+#: A frame beyond this multiple of its slenderness is drawn no further: its fall would flatten the
+#: histories of those that stand.
+DRAWN_TO: Final = 1.3
+
 _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 
 

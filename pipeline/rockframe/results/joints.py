@@ -25,8 +25,8 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.response import as_ground
 
-#: The curves of moment and barrier go this far beyond the rotations of the frame.
-_BEYOND: Final = 1.15
+#: The curves of moment and barrier go to this multiple of the slenderness.
+_CURVES_TO: Final = 1.3
 
 
 def portrait_dataset(
@@ -53,8 +53,10 @@ def portrait_dataset(
     ground = as_ground(motion or record)
     response = respond(frame, ground)
     theta, omega = trajectory(response)
-    reach = _BEYOND * max(frame.slenderness, float(np.nanmax(np.abs(response.theta))))
-    curve = np.linspace(-reach, reach, 401)
+    reach = _CURVES_TO * frame.slenderness
+    edge = 1e-12 * frame.slenderness  # both sides of the jump of the moment at 0
+    exact = (-frame.slenderness, -edge, edge, frame.slenderness)
+    curve = np.union1d(np.linspace(-reach, reach, 401), exact)
     variables = {
         "rate": variable("obs", omega, "rad s-1", "rate of rotation"),
         "restoring_moment": variable(
