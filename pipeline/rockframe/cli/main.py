@@ -13,10 +13,10 @@ from importlib.metadata import version
 from types import FrameType
 from typing import NoReturn
 
-from rockframe.cli import fetch, formats, ingest, pulse, respond, table1, verify
+from rockframe.cli import fetch, formats, ingest, pulse, report, respond, table1, verify
 from rockframe.errors import RockframeError
 
-_VERBS = (table1, fetch, ingest, pulse, respond, verify, formats)
+_VERBS = (table1, fetch, ingest, pulse, respond, report, verify, formats)
 
 
 class _Parser(argparse.ArgumentParser):
