@@ -10,6 +10,8 @@ from typing import Final
 #: Of a structure that fell these are those of its fall, which tell nothing.
 _OF_THE_FALL: Final = ("peak_rotation_ratio", "u_max_m", "v_max_m")
 _DASH: Final = "–"
+#: Wavelets, as the tables of the terminal have them.
+_SHORT: Final = {"symmetric_ricker": "sym.", "antisymmetric_ricker": "antisym."}
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,9 @@ class Column:
         """
         text = row[self.key]
         if self.decimals is None:
-            return text.replace("_", " ").replace(" ricker", " Ricker") or _DASH
+            return (
+                _SHORT.get(text, text.replace("_", " ") if self.key == "verdict" else text) or _DASH
+            )
         if not text or (self.key in _OF_THE_FALL and row["verdict"] == "overturned"):
             return _DASH
         return f"{self.factor * float(text):.{self.decimals}f}"
@@ -65,18 +69,16 @@ COLUMNS: Final = (
     Column("event", "Earthquake", minor=True),
     Column("record", "Record"),
     Column("magnitude", "M", "", 1, minor=True),
-    Column("epicentral_distance_km", "Distance", "km", 1, minor=True),
-    Column("pga_g", "PGA", "g", 2),
+    Column("epicentral_distance_km", "R", "km", 1, minor=True),
+    Column("pga_g", "PGA", "g", 2, minor=True),
     Column("pgv_m_s", "PGV", "m/s", 2, minor=True),
     Column("a_p_g", "a_p", "g", 2, minor=True),
     Column("T_p_s", "T_p", "s", 2, minor=True),
     Column("wavelet", "Pulse", minor=True),
-    Column("match_index", "Match", "", 2, minor=True),
     Column("structure", "Structure"),
     Column("peak_rotation_ratio", "θ/α", "", 3),
-    Column("u_max_m", "u max", "cm", 1, 100.0, minor=True),
-    Column("v_max_m", "v max", "cm", 2, 100.0, minor=True),
-    Column("impacts", "Impacts", "", 0, minor=True),
+    Column("u_max_m", "u", "cm", 1, 100.0, minor=True),
+    Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
     Column("margin", "Margin", "", 2),
     Column("verdict", "Verdict"),
 )

@@ -190,7 +190,7 @@ def with_unit(fact: Fact) -> str:
     '5.535 m s⁻²'
     """
     if isinstance(fact.value, str):
-        return fact.value
+        return fact.value.replace("_", " ") if fact.name == "best_wavelet" else fact.value
     whole = fact.value.is_integer() and abs(fact.value) < 1e9
     number = f"{fact.value:.0f}" if whole else f"{fact.value:.4g}"
     parts = [_printed(part) for part in fact.units.split() if part != "1"]

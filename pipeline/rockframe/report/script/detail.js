@@ -4,7 +4,8 @@ const signed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
 
 function list(host, entries) {
   host.replaceChildren(...entries.map(([label, value]) =>
-    element("div", {}, element("dt", {}, label), element("dd", {}, value))));
+    element("div", { class: value.length > 40 ? "long" : "" },
+      element("dt", {}, label), element("dd", {}, value))));
 }
 
 function said({ pair, ground }) {
@@ -27,7 +28,10 @@ class Detail {
   connect() {
     at("play").addEventListener("click", () => this.toggle());
     at("scrub").addEventListener("input", (event) => this.move(Number(event.target.value)));
-    at("exaggeration").addEventListener("change", () => this.move(this.index));
+    at("exaggeration").addEventListener("change", () => {
+      this.stand();
+      this.move(this.index);
+    });
     at("zoom-in").addEventListener("click", () => this.plots.zoom(0.5));
     at("zoom-out").addEventListener("click", () => this.plots.zoom(2));
     at("zoom-all").addEventListener("click", () => this.plots.all());
@@ -62,13 +66,19 @@ class Detail {
     this.largest = motion.acceleration.reduce((most, a) => Math.max(most, Math.abs(a)), 0);
     at("detail").hidden = false;
     this.words(motion);
-    at("frame").replaceChildren();
-    this.pose = rockingFrame(at("frame"), motion.structure);
+    this.stand();
     at("scrub").max = motion.time.length - 1;
     this.plots?.destroy();
     this.plots = linkedPlots(motion, (index) => { if (!this.playing) this.move(index); });
     this.move(this.telling(motion));
     this.onShow(number);
+  }
+
+  stand() {
+    const { pair, structure } = this.motion;
+    const lean = Number(at("exaggeration").value) * pair.peak * structure.slenderness;
+    at("frame").replaceChildren();
+    this.pose = rockingFrame(at("frame"), structure, lean);
   }
 
   // Where the frame leans most while it still stands: the picture to begin with.
@@ -88,10 +98,12 @@ class Detail {
     const line = `${event}The structure ${said(motion)}.`;
     at("verdict-line").textContent = line;
     at("verdict-line").className = `verdict-line ${pair.verdict}`;
-    const kind = structure.mass_ratio === 0 ? "A single column" : "Two of the columns and the beam";
-    at("frame-caption").textContent = `${kind}, columns of ${structure.height} m by ` +
-      `${structure.width} m to scale; the arrow is the ground acceleration, dotted the frame at ` +
-      "rest. Positive is to the right.";
+    const size = `${structure.height} m by ${structure.width} m`;
+    const kind = structure.mass_ratio === 0
+      ? `The column, ${size}, to scale`
+      : `Two of the columns, ${size}, to scale, and the beam`;
+    at("frame-caption").textContent =
+      `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
     at("pulse-key").hidden = motion.pulse.length === 0;
     const named = { ground: "Ground acceleration and pulse", ratio: "Rotation over slenderness",
       u: "Drift u of the beam", v: "Lift v of the beam" };

@@ -19,12 +19,13 @@ function moved(height, width, theta) {
   return [side * (x + width), y - height];
 }
 
-function rockingFrame(host, structure) {
+// Drawn with room for a lean of that much [rad].
+function rockingFrame(host, structure, lean) {
   const { height, width, mass_ratio: mass } = structure;
   const single = mass === 0;
   const spacing = single ? 0 : Math.max(1.25 * height, 2.5 * width);
   const depth = single ? 0 : (height * mass) / (8 + 2 * mass) + 0.05 * height;
-  const reach = spacing / 2 + width / 2 + 1.08 * height;
+  const reach = spacing / 2 + width + Math.max(0.3, 1.08 * Math.sin(Math.min(lean, Math.PI / 2))) * height;
   const top = Math.max(height, Math.hypot(height, width)) + depth + 0.08 * height;
   const below = 0.24 * height;
   const svg = drawn("svg", {

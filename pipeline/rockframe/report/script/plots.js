@@ -87,6 +87,7 @@ function linkedPlots(motion, onCursor) {
         setScale: [(plot, key) => {
           if (key !== "x") return;
           const { min, max } = plot.scales.x;
+          Object.assign(document.getElementById("graphs").dataset, { from: min, to: max });
           for (const other of plots) {
             const there = other.scales.x;
             if (there.min !== min || there.max !== max) other.setScale("x", { min, max });
