@@ -28,33 +28,7 @@ SWITCHES: Final = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 SCREENSHOTS: Final = Path(__file__).parents[2] / "outputs" / "report"
-#: Texts and controls that lie on each other, on a page without its scrolling parts.
-OVERLAPS: Final = """() => {
-  const boxes = [];
-  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (walk.nextNode()) {
-    const node = walk.currentNode, host = node.parentElement;
-    if (!node.data.trim() || !host.checkVisibility()) continue;
-    if (host.closest(".wide, .skip, option, script, svg")) continue;
-    const range = document.createRange();
-    range.selectNodeContents(node);
-    for (const box of range.getClientRects()) boxes.push([node.data.trim(), box, host]);
-  }
-  for (const host of document.querySelectorAll("input, select, canvas, svg")) {
-    const box = host.getBoundingClientRect();
-    if (host.checkVisibility()) boxes.push([host.id || host.tagName, box, host]);
-  }
-  const found = [];
-  boxes.forEach(([a, p, x], i) => boxes.slice(i + 1).forEach(([b, q, y]) => {
-    if (x.contains(y) || y.contains(x)) return;
-    const wide = Math.min(p.right, q.right) - Math.max(p.left, q.left);
-    const high = Math.min(p.bottom, q.bottom) - Math.max(p.top, q.top);
-    if (wide > 1 && high > 4) found.push(`${a} | ${b}`);
-  }));
-  for (const [a, box] of boxes)
-    if (box.left < -1 || box.right > innerWidth + 1) found.push(`${a} | edge of the page`);
-  return found;
-}"""
+OVERLAPS: Final = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -83,12 +57,18 @@ def page(browser: Any) -> Iterator[Any]:
 
 
 def opened(page: Any, run: Path, history: int) -> None:
-    """Open the report at a history; it is written when it is first wanted."""
-    path = run / "report.html"
-    if not path.exists():
-        assert main(["report", str(run)]) == 0
-    page.goto(f"{path.as_uri()}#history-{history}")
+    """Open the report of a run at a history."""
+    page.goto(f"{(run / 'report.html').as_uri()}#history-{history}")
     page.wait_for_selector(f"html[data-shown='{history}']")
+
+
+def until(page: Any, quantity: str, bound: float) -> None:
+    """Wait until a number of the page is above the bound."""
+    values = {
+        "time": "document.getElementById('at-time').dataset.value",
+        "from": "document.getElementById('graphs').dataset.from",
+    }
+    page.wait_for_function(f"bound => Number({values[quantity]}) > bound", arg=bound)
 
 
 def value(page: Any, name: str) -> float:
@@ -173,9 +153,7 @@ def test_the_animation_moves_with_the_cursor(page: Any, bundled_run: Path) -> No
     turned = page.get_attribute("svg.frame .column", "transform")
     before = value(page, "time")
     page.click("#play")
-    page.wait_for_function(
-        "t => Number(document.getElementById('at-time').dataset.value) > t", arg=before + 0.5
-    )
+    until(page, "time", before + 0.5)
     assert page.get_attribute("svg.frame .column", "transform") != turned
     page.click("#play")
     stopped = value(page, "time")
@@ -196,15 +174,13 @@ def test_the_pointer_moves_the_cursor_and_zooms_all_plots(page: Any, bundled_run
     page.mouse.down()
     page.mouse.move(box["x"] + 0.5 * box["width"], middle, steps=5)
     page.mouse.up()
-    page.wait_for_function(
-        "f => Number(document.getElementById('graphs').dataset.from) > f", arg=start + 1
-    )
+    until(page, "from", start + 1.0)
     zoomed = window(page)
     assert zoomed == pytest.approx(
         (start + 0.25 * (end - start), start + 0.5 * (end - start)), abs=0.2
     )
     page.click("#zoom-all")
-    page.wait_for_function("() => Number(document.getElementById('graphs').dataset.from) === 0")
+    page.wait_for_selector("#graphs[data-from='0']")
 
 
 def window(page: Any) -> tuple[float, float]:
@@ -220,12 +196,9 @@ def test_keys_are_enough(page: Any, bundled_run: Path) -> None:
     assert value(page, "time") == pytest.approx(before + 0.01)
     page.keyboard.press("Shift+ArrowLeft")
     assert value(page, "time") == pytest.approx(before - 0.49)
-    start, end = window(page)
+    start, _ = window(page)
     page.keyboard.press("+")
-    page.wait_for_function(
-        "w => { const d = document.getElementById('graphs').dataset; return d.to - d.from < w }",
-        arg=0.6 * (end - start),
-    )
+    until(page, "from", start + 1.0)
     page.keyboard.press("Space")
     assert page.inner_text("#play") == "Pause"
     page.keyboard.press("Space")
@@ -250,8 +223,9 @@ def test_what_is_saved_is_what_the_run_holds(page: Any, bundled_run: Path) -> No
         np.testing.assert_array_equal(saved, expected[name].values.astype("f4"))
 
 
-def test_names_are_shown_and_not_run(page: Any, hostile_run: Path) -> None:
-    opened(page, hostile_run, 0)
+def test_names_are_shown_and_not_run(page: Any, hostile_run: Path, tmp_path: Path) -> None:
+    assert main(["report", str(hostile_run), "--output", str(tmp_path / "report.html")]) == 0
+    opened(page, tmp_path, 0)
     assert EVENT in page.inner_text("#verdict-line")
     assert "under <script>" in page.inner_text("#detail-title")
     assert page.locator("img").count() == 0

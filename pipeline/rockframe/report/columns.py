@@ -44,7 +44,7 @@ class Column:
 
         Examples
         --------
-        >>> Column("u_max_m", "u", "cm", 1, 100.0).cell({"u_max_m": "0.135"})
+        >>> Column("u_max_m", "u", "cm", 1, 100.0).cell({"u_max_m": "0.135", "verdict": "safe"})
         '13.5'
         """
         text = row[self.key]

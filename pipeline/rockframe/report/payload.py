@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockframe.results import Fact, Ground, History, Run
+from rockframe.units import GRAVITY
 
 #: Signs that CF's units have in print.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
@@ -83,7 +84,7 @@ def payload(
     Returns
     -------
     facts : dict
-        JSON values: ``grounds``, ``structures`` and ``pairs``.
+        JSON values: ``gravity``, ``grounds``, ``structures`` and ``pairs``.
     samples : dict of str to str
         What `encode` returned: ``g0`` and ``p0`` the first record's motion and pulse, ``theta0``,
         ``u0`` and ``v0`` the first history.
@@ -116,7 +117,12 @@ def payload(
                 }
             )
     structures = {name: _structure(facts) for name, facts in run.structures.items()}
-    return {"grounds": grounds, "structures": structures, "pairs": pairs}, samples
+    return {
+        "gravity": GRAVITY,
+        "grounds": grounds,
+        "structures": structures,
+        "pairs": pairs,
+    }, samples
 
 
 def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any]:
@@ -186,8 +192,8 @@ def with_unit(fact: Fact) -> str:
 
     Examples
     --------
-    >>> with_unit(Fact("pga", "peak ground acceleration", 5.5346, "m s-2"))
-    '5.535 m s⁻²'
+    >>> with_unit(Fact("pga", "peak ground acceleration", 5.5346, "m s-2")).split()
+    ['5.535', 'm', 's⁻²']
     """
     if isinstance(fact.value, str):
         return fact.value.replace("_", " ") if fact.name == "best_wavelet" else fact.value

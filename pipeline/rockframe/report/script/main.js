@@ -25,7 +25,10 @@ async function showAsked(jump) {
   try {
     await detail.show(number);
     document.documentElement.dataset.shown = number;
-    if (jump) at("detail").scrollIntoView();
+    if (jump) {
+      at("detail").scrollIntoView();
+      at("detail-title").focus({ preventScroll: true });
+    }
   } catch (error) {
     at("trouble").textContent = `This history cannot be shown: ${error}`;
     at("trouble").hidden = false;
@@ -49,7 +52,8 @@ record.addEventListener("change", () => {
 structure.addEventListener("change", () => go(Number(structure.value)));
 at("previous").addEventListener("click", () => go(asked() - 1));
 at("next").addEventListener("click", () => go(asked() + 1));
-addEventListener("hashchange", () => showAsked(true));
+// From a link the page goes to the history; from its own controls it stays where it is.
+addEventListener("hashchange", () => showAsked(document.activeElement?.matches("a, body") ?? true));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => detail.plots?.redraw());
 addEventListener("beforeprint", () => {
   document.documentElement.classList.add("printing");

@@ -1,5 +1,5 @@
 // Four plots over one time axis: zoomed together, with one cursor.
-const GRAVITY = 9.81; // units only: the page states accelerations in g
+const GRAVITY = facts.gravity;
 // A frame beyond this multiple of its slenderness falls; further drawn, that would flatten the rest.
 const DRAWN_TO = 1.3;
 const VISIBLE = 0.005;
