@@ -86,7 +86,8 @@ def column(page: Any, key: str) -> list[str]:
         "(heads, key) => heads.findIndex(head => head.dataset.key === key)", key
     )
     cells: list[str] = page.locator("#results tbody tr:not([hidden])").evaluate_all(
-        "(rows, i) => rows.map(row => row.cells[i].dataset.order)", place
+        "(rows, i) => rows.map(row => row.cells[i].dataset.order ?? row.cells[i].textContent)",
+        place,
     )
     return cells
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import rockframe
 from rockframe.cli.main import main
 from rockframe.report.columns import shown
-from rockframe.report.payload import decode, encode
+from rockframe.report.payload import decode, encode, unpack
 
 from .conftest import EVENT, FILE, REJECTED, STATION
 
@@ -116,8 +116,8 @@ def test_no_request_can_leave(hostile_run: Path) -> None:
 
 
 def test_the_table_is_carried_as_it_is(hostile_run: Path) -> None:
-    carried = json.loads(Parsed(report(hostile_run)).texts["table"])["text"]
-    assert carried.encode() == (hostile_run / "table.csv").read_bytes()
+    carried = unpack(Parsed(report(hostile_run)).texts["data-table"])
+    assert carried == (hostile_run / "table.csv").read_bytes()
 
 
 def test_the_same_run_gives_the_same_bytes(hostile_run: Path) -> None:

@@ -16,10 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--histories",
         type=_count,
-        default=200,
+        default=150,
         metavar="N",
         help="most histories in the page; of more, those that stand with the largest rotation come "
-        "first (default: 200)",
+        "first (default: 150)",
     )
 
 

@@ -57,10 +57,8 @@ class Column:
         return f"{self.factor * float(text):.{self.decimals}f}"
 
     def order(self, row: Mapping[str, str]) -> str:
-        """Return what the column is sorted by: the number itself, unknown ones below all."""
+        """Return what a column of numbers is sorted by: the number; unknown ones below all."""
         text = row[self.key]
-        if self.decimals is None:
-            return text.casefold()
         return text if text and math.isfinite(float(text)) else "-Infinity"
 
 

@@ -67,10 +67,8 @@ def _overview(run: Run) -> dict[str, Any]:
     structures = list(dict.fromkeys(row["structure"] for row in run.rows))
     place = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
     return {
-        "name": run.folder.resolve().name,
         "rows": run.rows,
         "columns": shown(run.rows),
-        "table": run.table,
         "count": count,
         "records": records,
         "structures": structures,

@@ -33,13 +33,28 @@ def encode(values: ArrayLike) -> str:
     >>> decode(encode([0.5, -0.25])).tolist()
     [0.5, -0.25]
     """
-    content = np.asarray(values, dtype="<f4").tobytes()
+    return pack(np.asarray(values, dtype="<f4").tobytes())
+
+
+def pack(content: bytes) -> str:
+    """Return bytes deflated (zlib), in base64.
+
+    Examples
+    --------
+    >>> unpack(pack(b"a,b"))
+    b'a,b'
+    """
     return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
+
+
+def unpack(text: str) -> bytes:
+    """Return what `pack` was given."""
+    return zlib.decompress(base64.b64decode(text))
 
 
 def decode(text: str) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
     """Return what `encode` was given, to float32: what the page's script does, in Python."""
-    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<f4")
+    return np.frombuffer(unpack(text), dtype="<f4")
 
 
 def choose(run: Run, limit: int) -> list[tuple[str, str]]:
@@ -84,14 +99,14 @@ def payload(
     Returns
     -------
     facts : dict
-        JSON values: ``gravity``, ``grounds``, ``structures`` and ``pairs``.
+        JSON values: ``name``, ``gravity``, ``grounds``, ``structures`` and ``pairs``.
     samples : dict of str to str
-        What `encode` returned: ``g0`` and ``p0`` the first record's motion and pulse, ``theta0``,
-        ``u0`` and ``v0`` the first history.
+        ``table`` as `pack` gives it, and what `encode` returned: ``g0`` and ``p0`` the first
+        record's motion and pulse, ``theta0``, ``u0`` and ``v0`` the first history.
     """
     grounds: list[dict[str, Any]] = []
     pairs: list[dict[str, Any]] = []
-    samples: dict[str, str] = {}
+    samples = {"table": pack(run.table.encode("utf-8"))}
     row_of = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
     entry_of = {entry["record_id"]: entry for entry in run.entries}
     for ground, histories in motions:
@@ -118,6 +133,7 @@ def payload(
             )
     structures = {name: _structure(facts) for name, facts in run.structures.items()}
     return {
+        "name": run.folder.resolve().name,
         "gravity": GRAVITY,
         "grounds": grounds,
         "structures": structures,

@@ -1,11 +1,15 @@
 // What the page carries: facts as JSON, samples as float32, deflated, in base64.
 const facts = JSON.parse(document.getElementById("facts").textContent);
 
-async function samples(key) {
+async function inflated(key) {
   const text = document.getElementById(`data-${key}`).textContent;
   const bytes = Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
-  const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Float32Array(await new Response(inflated).arrayBuffer());
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream);
+}
+
+async function samples(key) {
+  return new Float32Array(await (await inflated(key)).arrayBuffer());
 }
 
 async function motionOf(index) {

@@ -106,7 +106,7 @@ class Detail {
       `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
     at("pulse-key").hidden = motion.pulse.length === 0;
     const named = { ground: "Ground acceleration and pulse", ratio: "Rotation over slenderness",
-      u: "Drift u of the beam", v: "Lift v of the beam" };
+      u: "Drift u", v: "Lift v" };
     for (const [id, name] of Object.entries(named)) {
       at(`plot-${id}`).setAttribute("role", "img");
       at(`plot-${id}`).setAttribute("aria-label", `${name}, ${pair.structure} under ${pair.record}. ${line}`);

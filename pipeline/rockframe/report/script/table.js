@@ -10,14 +10,15 @@ function resultsTable() {
     const head = heads[column];
     const falls = head.getAttribute("aria-sort") === "ascending";
     const number = head.firstElementChild.dataset.kind === "number";
-    const key = (row) => row.cells[column].dataset.order;
+    const key = (row) => row.cells[column].dataset.order ?? row.cells[column].textContent;
     const compare = number
-      ? (a, b) => Number(key(a)) - Number(key(b)) || 0
-      : (a, b) => key(a).localeCompare(key(b), "en", { numeric: true });
-    const rows = [...body.rows].sort((a, b) => (falls ? compare(b, a) : compare(a, b)));
+      ? (a, b) => Number(a) - Number(b) || 0
+      : new Intl.Collator("en", { numeric: true }).compare;
+    const rows = [...body.rows].map((row) => [key(row), row]);
+    rows.sort(([a], [b]) => (falls ? compare(b, a) : compare(a, b)));
     for (const other of heads) other.removeAttribute("aria-sort");
     head.setAttribute("aria-sort", falls ? "descending" : "ascending");
-    body.append(...rows);
+    body.append(...rows.map(([, row]) => row));
   }
 
   function filter() {
@@ -38,9 +39,8 @@ function resultsTable() {
   words.addEventListener("input", filter);
   verdict.addEventListener("change", filter);
   filter();
-  document.getElementById("save-table").addEventListener("click", () => {
-    const carried = JSON.parse(document.getElementById("table").textContent);
-    save(`${carried.name}-table.csv`, carried.text);
+  document.getElementById("save-table").addEventListener("click", async () => {
+    save(`${facts.name}-table.csv`, await (await inflated("table")).text());
   });
   return (index) => {
     for (const row of body.rows) {
