@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, read_file
 from rockframe.record import Record
+from rockframe.results import read_records
 from rockframe.signals import (
     BandPass,
     CheckVerdict,
@@ -114,6 +115,17 @@ def test_a_held_value_is_a_gap() -> None:
     held = shake()
     held[1500:1571] = held[1500]
     assert longest_constant(held[1200:1800], STEP) == pytest.approx(0.70)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "expected"),
+    [(1.004, "OK"), (math.nan, "OK"), (0.98, "WARN"), (1.6, "REJECT"), (-1.0, "REJECT")],
+)
+def test_the_peak_is_held_to_the_stated_one(ratio: float, expected: str) -> None:
+    record = replace(record_of(hum() + shake()), peak_ratio=ratio)
+    result = passport(record, record, PassportLimits())
+    assert verdict(result, "stated_peak").name == expected
+    np.testing.assert_equal(result.measures.stated_peak, abs(ratio - 1.0))
 
 
 def test_opening_share_is_that_of_a_record_cut_at_its_start() -> None:
@@ -273,7 +285,7 @@ def test_the_stage_rejects_and_writes_what_it_measured(two_files: Path, tmp_path
     output = tmp_path / "records.nc"
     options = ReadOptions(units="g", time_step=STEP)
     result = ingest_stage([two_files], output, options=options)
-    assert [record.record_id for record in result.records] == ["whole"]
+    assert [record.record_id for record in result.accepted] == ["whole"]
     assert result.rejections[0].reason.startswith("record 'clipped': clipped_samples ")
     with output.with_suffix(".csv").open(newline="") as stream:
         whole, clipped = csv.DictReader(stream)
@@ -285,9 +297,10 @@ def test_the_stage_rejects_and_writes_what_it_measured(two_files: Path, tmp_path
         assert dataset["passport"].attrs["flag_meanings"] == "ok warn reject"
         assert dataset["late_trigger"].attrs["flag_meanings"] == "in_time late"
         assert dataset["noise_level"].item() == pytest.approx(1e-4 * GRAVITY, rel=0.05)
-        intensity = arias_intensity(result.records[0].acceleration, STEP)
+        (record,) = read_records(output)
+        intensity = arias_intensity(record.acceleration, STEP)
         assert dataset["arias_intensity"].item() == intensity
-        velocity = integrate(result.records[0].acceleration, STEP)
+        velocity = integrate(record.acceleration, STEP)
         assert dataset["end_velocity"].item() == velocity[-1]
         for name in dataset.variables:
             assert {"units", "long_name"} <= set(dataset[name].attrs), name
@@ -311,6 +324,18 @@ def test_bundled_records_are_whole(bundled_records: Path, tmp_path: Path) -> Non
 def test_the_papers_records_are_not_rejected(peer_records: Path, tmp_path: Path) -> None:
     files = sorted(peer_records.glob("*.csv"))
     assert ingest_stage(files, tmp_path / "records.nc").rejections == ()
+
+
+def test_stated_peaks_of_archives(shared: Path, tmp_path: Path) -> None:
+    names = ("csmip/CE89146.V2", "geonet/20180212_211557_WPWS_20.V2A", "knet/AOM0170806140843.EW")
+    output = tmp_path / "records.nc"
+    result = ingest_stage([shared / name for name in names], output)
+    found = [record.passport.measures.stated_peak for record in result.accepted]
+    assert len(found) == 7
+    np.testing.assert_allclose(found[:6], 0.0, atol=1e-5)  # one unit of the last digit
+    assert 0.0 < found[6] < 0.01  # stated after another baseline
+    ratios = [abs(record.peak_ratio - 1.0) for record in read_records(output)]
+    np.testing.assert_array_equal(ratios, found)
 
 
 @pytest.mark.parametrize("name", ["RSN77_SFERN_PUL164", "NIS090", "A-BPL160", "elCentro"])

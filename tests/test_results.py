@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import weakref
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,15 +21,15 @@ from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record
 from rockframe.results import (
     PULSES,
-    RECORDS,
     RESPONSE,
     best_pulses,
+    open_records,
     open_response,
     pulses_dataset,
     read_records,
-    records_dataset,
     response_dataset,
     write,
+    write_records,
 )
 from rockframe.rocking import respond
 from rockframe.wavelets import WAVELETS, Pulse
@@ -59,6 +61,12 @@ def save(dataset: xr.Dataset, path: Path, kind: str) -> Path:
     return path
 
 
+def save_records(records: Iterable[Record], path: Path) -> Path:
+    made = ((record, None) for record in records)
+    write_records(made, path, input_sha256={"made.csv": "0" * 64}, parameters={"a": 1.5})
+    return path
+
+
 @pytest.fixture
 def response_path(tmp_path: Path) -> Path:
     responses = [[respond(frame, record) for frame in FRAMES] for record in RECORDS_MADE]
@@ -80,7 +88,7 @@ def test_a_record_comes_back_as_it_went(
     tmp_path_factory: pytest.TempPathFactory, samples: np.ndarray, step: float, event: str
 ) -> None:
     record = Record(record_id="a-1", acceleration=samples, time_step=step, event=event)
-    path = save(records_dataset([record]), tmp_path_factory.mktemp("r") / "records.nc", RECORDS)
+    path = save_records([record], tmp_path_factory.mktemp("r") / "records.nc")
     (back,) = read_records(path)
     np.testing.assert_array_equal(back.acceleration, record.acceleration)
     assert (back.record_id, back.time_step, back.event) == ("a-1", step, event)
@@ -89,16 +97,77 @@ def test_a_record_comes_back_as_it_went(
 
 
 def test_ragged_rows_are_cut_at_the_right_places(tmp_path: Path) -> None:
-    path = save(records_dataset(RECORDS_MADE), tmp_path / "records.nc", RECORDS)
+    path = save_records(RECORDS_MADE, tmp_path / "records.nc")
     for back, record in zip(read_records(path), RECORDS_MADE, strict=True):
         np.testing.assert_array_equal(back.acceleration, record.acceleration)
         assert back.processing == record.processing
         assert back.station == record.station
 
 
+def test_records_are_read_one_by_one(tmp_path: Path) -> None:
+    with open_records(save_records(RECORDS_MADE, tmp_path / "records.nc")) as records:
+        assert records.names == ["weak", "strong"]
+        assert records.orientations == [Orientation.HORIZONTAL] * 2
+        assert [record.record_id for record in records] == ["weak", "strong"]
+        strong = records.read("strong").acceleration
+        with pytest.raises(ParameterError, match=r"record 'x'. Must be one of: weak, strong"):
+            records.read("x")
+    np.testing.assert_array_equal(strong, RECORDS_MADE[1].acceleration)
+
+
+def test_records_are_not_held_while_they_are_written(tmp_path: Path) -> None:
+    alive: weakref.WeakSet[Record] = weakref.WeakSet()
+    most = 0
+
+    def one_after_the_other() -> Iterator[Record]:
+        nonlocal most
+        for number in range(20):
+            record = shaken(f"r{number}", 1.0, 5000)
+            alive.add(record)
+            most = max(most, len(alive))
+            yield record
+
+    path = save_records(one_after_the_other(), tmp_path / "records.nc")
+    assert most <= 3
+    assert len(read_records(path)) == 20
+
+
+def test_an_error_among_the_records_leaves_nothing(tmp_path: Path) -> None:
+    def broken() -> Iterator[Record]:
+        yield RECORDS_MADE[0]
+        raise InputError("b.AT2", "is damaged.")
+
+    with pytest.raises(InputError, match=r"b\.AT2: is damaged"):
+        save_records(broken(), tmp_path / "records.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_record_makes_no_folder(tmp_path: Path) -> None:
+    broken = (read_records(tmp_path / name)[0] for name in ["lost.nc"])
+    with pytest.raises(InputError, match=r"lost\.nc: no such file"):
+        save_records(broken, tmp_path / "new" / "records.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, share: float) -> None:
+    resource = pytest.importorskip("resource", reason="no limits of file size on this system")
+    noise = np.random.default_rng(1).standard_normal(40_000)
+    records = [Record(record_id="noise", acceleration=noise, time_step=0.01)]
+    size = save_records(records, tmp_path / "whole.nc").stat().st_size
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * size), hard))
+    try:
+        with pytest.raises(InputError, match=r"records\.nc: cannot be written: "):
+            save_records(records, tmp_path / "records.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert [file.name for file in tmp_path.iterdir()] == ["whole.nc"]
+
+
 def test_the_same_inputs_give_the_same_bytes(tmp_path: Path) -> None:
-    first = save(records_dataset(RECORDS_MADE), tmp_path / "a.nc", RECORDS).read_bytes()
-    second = save(records_dataset(RECORDS_MADE), tmp_path / "b.nc", RECORDS).read_bytes()
+    first = save_records(RECORDS_MADE, tmp_path / "a.nc").read_bytes()
+    second = save_records(RECORDS_MADE, tmp_path / "b.nc").read_bytes()
     assert first == second
 
 
@@ -157,7 +226,9 @@ def test_best_pulses_come_back(tmp_path: Path) -> None:
         [match_pulse(record.acceleration, 0.01, name) for name in WAVELETS]
         for record in RECORDS_MADE
     ]
-    path = save(pulses_dataset(RECORDS_MADE, matches), tmp_path / "pulses.nc", PULSES)
+    path = save(
+        pulses_dataset([r.record_id for r in RECORDS_MADE], matches), tmp_path / "pulses.nc", PULSES
+    )
     assert best_pulses(path) == {"weak": matches[0][0], "strong": matches[1][0]}
 
 
@@ -170,7 +241,7 @@ def test_a_file_of_another_kind_is_refused(response_path: Path) -> None:
 
 def test_a_subset_of_records_with_all_samples_is_refused(tmp_path: Path) -> None:
     """Cut at the stated row sizes it would give one record's samples under another's name."""
-    path = save(records_dataset(RECORDS_MADE), tmp_path / "records.nc", RECORDS)
+    path = save_records(RECORDS_MADE, tmp_path / "records.nc")
     with xr.open_dataset(path) as bare:
         bare.load().isel(record=[1]).to_netcdf(tmp_path / "subset.nc")
     with pytest.raises(InputError, match=r"1201 samples in row_size, 2701 along obs. Must be eq"):
@@ -178,14 +249,14 @@ def test_a_subset_of_records_with_all_samples_is_refused(tmp_path: Path) -> None
 
 
 def test_an_identifier_twice_is_refused(tmp_path: Path) -> None:
-    path = save(records_dataset(RECORDS_MADE[:1] * 2), tmp_path / "records.nc", RECORDS)
+    path = save_records(RECORDS_MADE[:1] * 2, tmp_path / "records.nc")
     with pytest.raises(InputError, match=r"record_id 'weak' occurs twice. Must be unique"):
         read_records(path)
 
 
 def test_a_file_that_does_not_end_in_nc_is_not_written(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"ends in '.csv'. Must end in .nc"):
-        save(records_dataset(RECORDS_MADE), tmp_path / "records.csv", RECORDS)
+        save_records(RECORDS_MADE, tmp_path / "records.csv")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -203,7 +274,7 @@ def test_something_that_is_no_netcdf_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_a_flipped_byte_is_never_read_as_data(tmp_path: Path, share: float) -> None:
-    path = save(records_dataset(RECORDS_MADE), tmp_path / "records.nc", RECORDS)
+    path = save_records(RECORDS_MADE, tmp_path / "records.nc")
     content = bytearray(path.read_bytes())
     content[int(share * len(content))] ^= 0xFF
     path.write_bytes(content)

@@ -14,6 +14,7 @@ from .matching import match_pulse as match_pulse
 from .matching import scalogram as scalogram
 from .record import Orientation as Orientation
 from .record import Record as Record
+from .results import open_records as open_records
 from .results import open_response as open_response
 from .results import read_records as read_records
 from .rocking import GroundAcceleration as GroundAcceleration

@@ -18,11 +18,20 @@ RECORD_ID: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 class Orientation(IntEnum):
-    """Direction of a component; the values of the flag variable `orientation`."""
+    """Direction of a component; the values of the flag variable `orientation`.
+
+    ``VERTICAL`` is positive upwards, ``DOWNWARD`` is a vertical that is positive downwards.
+    """
 
     HORIZONTAL = 0
     VERTICAL = 1
     UNSTATED = 2
+    DOWNWARD = 3
+
+    @property
+    def upright(self) -> bool:
+        """Whether the component is a vertical one, upwards or downwards."""
+        return self in (Orientation.VERTICAL, Orientation.DOWNWARD)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,6 +64,9 @@ class Record:
         Where event, magnitude and distance are from.
     source_file, source_format, source_sha256 : str
         Name of the file, its format, and its SHA-256.
+    peak_ratio : float
+        Peak of the samples of the file over the peak that its header states [1]; negative if the
+        header's has a sign, and it is another one.
     processing : tuple of str
         What was done to the samples after reading, in order.
 
@@ -86,6 +98,7 @@ class Record:
     source_file: str = ""
     source_format: str = ""
     source_sha256: str = ""
+    peak_ratio: float = math.nan
     processing: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

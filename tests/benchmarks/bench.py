@@ -241,7 +241,7 @@ def pandas_table(data: bytes, head: int, separator: str) -> object:
 
 
 def ingesting() -> dict[str, float]:
-    """100 and 1,000 AT2 files of 8,000 samples into records.nc: time, largest memory of parent."""
+    """AT2 files of 8,000 samples into records.nc, 100 to 3,000: time, largest memory of parent."""
     results = {}
     data = sample_files(8000)["at2"]
     measure = "import resource, sys; from rockframe.cli.main import main; main(sys.argv[1:]); "
@@ -249,7 +249,7 @@ def ingesting() -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         records = Path(folder, "records")
         records.mkdir()
-        for count in (100, 1000):
+        for count in (100, 1000, 3000):
             for number in range(count):
                 (records / f"R{number:04d}.AT2").write_bytes(data)
             words = ["ingest", str(records), "--output", f"{folder}/records.nc"]

@@ -12,7 +12,7 @@ import pytest
 from rockframe.cli.main import main
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch import Request, fetch
-from rockframe.ingest import collect, read_catalogue
+from rockframe.ingest import collect, read_catalogue, sorted_out
 from rockframe.stages import fetch_stage
 
 from .centre import MSEED, ORIGIN, DataCentre, Reply, miniseed, waveform
@@ -146,7 +146,7 @@ def test_the_catalogue_is_the_projects(request_of: Make, output: Path) -> None:
 
 def test_ingest_takes_nothing_but_waveforms_and_stationxml(request_of: Make, output: Path) -> None:
     fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
-    records, rejections = collect([output])
+    records, rejections = sorted_out(collect([output]))
     seen = {record.source_file for record in records} | {row.file for row in rejections}
     assert all(name.endswith((".mseed", "XX.CLC.xml")) for name in seen)
 
@@ -213,7 +213,7 @@ def test_mistakes_are_one_line(
 def test_what_is_fetched_can_be_ingested(request_of: Make, output: Path) -> None:
     """Counts over the sensitivity that the centre states, with the event's facts beside them."""
     fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
-    records, rejections = collect([output])
+    records, rejections = sorted_out(collect([output]))
     assert rejections == []
     assert [record.component for record in records] == ["HNE", "HNN", "HNZ"]
     for record in records:

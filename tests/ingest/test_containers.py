@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, containers, read_file
+from rockframe.ingest import collect, containers, read_file, sorted_out
 from rockframe.ingest.containers import contents, printable
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
@@ -36,7 +36,7 @@ def refusal(*members: tuple[str | zipfile.ZipInfo, bytes]) -> str:
 def test_members_are_records_of_their_own(tmp_path: Path, at2: At2) -> None:
     path = tmp_path / "download (1).zip"
     path.write_bytes(zipped(("RSN77.AT2", at2()), ("notes.md", b"Words.\n"), ("b.csv", TABLE)))
-    records, [rejection] = collect([path])
+    records, [rejection] = sorted_out(collect([path]))
     assert [record.record_id for record in records] == ["RSN77", "b"]
     assert [r.source_file for r in records] == [f"{path.name}:RSN77.AT2", f"{path.name}:b.csv"]
     assert rejection.file == "download (1).zip:notes.md"

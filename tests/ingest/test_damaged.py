@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import ReadOptions, Rejection, collect, read_bytes, read_file
+from rockframe.ingest import ReadOptions, Rejection, collect, read_bytes, read_file, sorted_out
 from rockframe.ingest.attempt import attempt
 from rockframe.record import Record
 
@@ -55,8 +55,8 @@ def test_reads_right_or_is_refused(case: Case, tmp_path: Path) -> None:
 def test_all_in_one_folder_through_a_worker(tmp_path: Path) -> None:
     for number, case in enumerate(CASES):
         (tmp_path / f"{number:03d} {case.name}").write_bytes(case.data)
-    alone = collect([tmp_path])
-    apart = collect([tmp_path], workers=1)
+    alone = sorted_out(collect([tmp_path]))
+    apart = sorted_out(collect([tmp_path], workers=1))
     assert [r.record_id for r in alone[0]] == [r.record_id for r in apart[0]]
     assert samples(alone[0]) == samples(apart[0])
     assert alone[1] == apart[1]

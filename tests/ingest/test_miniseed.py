@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import ReadOptions, collect, read_bytes, read_file
+from rockframe.ingest import ReadOptions, collect, read_bytes, read_file, sorted_out
 from rockframe.record import Orientation
 
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
@@ -247,7 +247,7 @@ def test_units_must_agree(write: Write) -> None:
 def test_station_xml_is_no_record(write: Write) -> None:
     path = write()
     (path.parent / "quakes.xml").write_text("<quakeml/>")
-    records, rejections = collect([path.parent])
+    records, rejections = sorted_out(collect([path.parent]))
     assert [record.record_id for record in records] == ["CI.CLC..HNE"]
     assert [rejection.file for rejection in rejections] == ["quakes.xml"]
 

@@ -74,9 +74,27 @@ def test_data_can_be_processed_in_place(v1: Callable[..., bytes]) -> None:
     trace.detrend("demean").data[0] += 1.0
 
 
-def test_headonly(at2: Callable[..., bytes]) -> None:
-    trace = obspy_read(BytesIO(at2()), format="PEERAT2", headonly=True)[0]
-    assert (trace.stats.npts, len(trace.data)) == (3, 0)
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("PEERAT2", "peer_at2/RSN77_SFERN_PUL164.AT2"),
+        ("CSMIPV1", "csmip/CE89146.V1"),
+        ("CSMIPV2", "csmip/CE89146.V2"),
+        ("COSMOS", "cosmos/NP1795-n.305.v0c"),
+        ("SMC", "smc/0111a.smc"),
+    ],
+)
+def test_headonly(shared_records: Path, name: str, file: str) -> None:
+    path = shared_records / "formats" / file
+    heads, whole = (obspy_read(str(path), format=name, headonly=only) for only in (True, False))
+    for head, trace in zip(heads, whole, strict=True):
+        assert (len(head.data), head.stats.npts) == (0, len(trace.data))
+        assert head.stats[name.lower()] == trace.stats[name.lower()]
+
+
+def test_headonly_of_text() -> None:
+    [trace] = obspy_read(BytesIO(b"t,acc_g\n0.0,0.1\n0.5,0.2\n"), format="ACCTEXT", headonly=True)
+    assert (trace.stats.npts, len(trace.data), trace.stats.delta) == (2, 0, 0.5)
 
 
 def test_our_errors_come_through() -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
 SAMPLES = np.array([0.1, -0.52, 0.3])
 
 
-def check(value: str, time: str | None = None, *, signed: bool = True) -> None:
+def check(value: str, time: str | None = None, *, signed: bool = True) -> float:
     stated = StatedPeak(
         value=Printed.of(value),
         time=None if time is None else Printed.of(time),
@@ -19,7 +20,7 @@ def check(value: str, time: str | None = None, *, signed: bool = True) -> None:
         line=7,
         signed=signed,
     )
-    require_peak(Path("a.V2"), SAMPLES, 0.01, stated, 0.01)
+    return require_peak(Path("a.V2"), SAMPLES, 0.01, stated, 0.01)
 
 
 @pytest.mark.parametrize("value", ["-0.52", "-.5200", "-0.5", "-5.2E-1", "-0.53"])
@@ -40,6 +41,18 @@ def test_sizes_have_no_sign() -> None:
 @pytest.mark.parametrize("time", ["0.01", "0.020", "0.00"])
 def test_time_counts_from_the_first_sample_or_step(time: str) -> None:
     check("-0.52", time)
+
+
+@pytest.mark.parametrize(
+    ("value", "signed", "ratio"), [("-0.53", True, 0.52 / 0.53), ("0.52", False, 1.0)]
+)
+def test_ratio_of_what_was_found(value: str, signed: bool, ratio: float) -> None:
+    assert check(value, signed=signed) == pytest.approx(ratio)
+
+
+def test_a_stated_peak_of_zero_has_no_ratio() -> None:
+    stated = StatedPeak(value=Printed.of("0.0"), units="g", line=7)
+    assert math.isnan(require_peak(Path("a.V2"), np.array([0.004, 0.0]), 0.01, stated, 0.0))
 
 
 def test_other_time() -> None:

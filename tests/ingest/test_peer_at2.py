@@ -71,7 +71,7 @@ def test_title_facts(at2: Callable[..., bytes]) -> None:
 
 def test_vertical(at2: Callable[..., bytes]) -> None:
     record = one(at2(title="San Fernando, 2/9/1971, Pacoima Dam, DWN"))
-    assert record.orientation is Orientation.VERTICAL
+    assert record.orientation is Orientation.DOWNWARD
     assert math.isnan(record.azimuth)
 
 

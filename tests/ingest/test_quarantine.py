@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import Limits, ReadOptions, attempt, collect
+from rockframe.ingest import Limits, ReadOptions, attempt, collect, sorted_out
 from rockframe.ingest.quarantine import serve, worker_count
 from rockframe.stages import ingest_stage
 
@@ -63,7 +63,7 @@ def many(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_bad_file_is_a_row_and_the_others_are_read(folder: Path) -> None:
     for name in ("bug", "crash", "hang", "print"):
         (folder / f"c-{name}.csv").write_text(TABLE)
-    records, rejections = collect([folder], workers=2, limits=Limits(seconds=1.0))
+    records, rejections = sorted_out(collect([folder], workers=2, limits=Limits(seconds=1.0)))
     assert [r.record_id for r in records] == ["a", "b", "c-print", "c", "d", "e", "f"]
     assert [(r.file, r.reason) for r in rejections] == [
         (
@@ -78,7 +78,7 @@ def test_a_bad_file_is_a_row_and_the_others_are_read(folder: Path) -> None:
 def test_memory(folder: Path) -> None:
     rows = "".join(f"{i / 100:.2f},0.1\n" for i in range(400_000))
     (folder / "large.csv").write_text("time_s,acc_g\n" + rows)
-    records, [rejection] = collect([folder], workers=1, limits=Limits(memory=24 << 20))
+    records, [rejection] = sorted_out(collect([folder], workers=1, limits=Limits(memory=24 << 20)))
     assert len(records) == 6
     assert rejection.reason == "took more than 24 MB of memory to read. Must be readable in less."
 
@@ -94,7 +94,7 @@ def test_the_same_bytes_however_many_workers(bundled_records: Path, tmp_path: Pa
 
 
 def test_samples_stay_read_only(folder: Path) -> None:
-    records, _ = collect([folder], workers=1)
+    records, _ = sorted_out(collect([folder], workers=1))
     assert not records[0].acceleration.flags.writeable
 
 
@@ -128,6 +128,15 @@ def test_a_dead_worker_is_replaced() -> None:
             ([], True),
             ([1], False),
         ]
+
+
+def test_workers_do_not_run_far_ahead(tmp_path: Path) -> None:
+    calls = [(Path.touch, [tmp_path / str(number)]) for number in range(20)]
+    with closing(serve(map, calls, 1, Limits())) as served:
+        next(served)
+        assert len(list(tmp_path.iterdir())) <= 5
+        assert len(list(served)) == 19
+    assert len(list(tmp_path.iterdir())) == 20
 
 
 def test_closing_ends_the_workers() -> None:

@@ -64,6 +64,21 @@ def test_several_claims(monkeypatch: pytest.MonkeyPatch) -> None:
         sniff_format(b"0.1\n0.2\n")
 
 
+@pytest.mark.parametrize(
+    ("first", "volume"),
+    [
+        ("CORRECTED ACCELEROGRAM IIA001 COMP S00E FILE 1", "II"),
+        ("IIC048  71.019.0", "II"),
+        ("OF UNCORRECTED ACCELEROGRAM DATA OF VOL. I", "I"),
+    ],
+)
+def test_tapes_of_unknown_layout_are_named(first: str, volume: str) -> None:
+    words = rf"is a Caltech/USC volume {volume} file, .*Must be a copy .* in another format"
+    with pytest.raises(InputError, match=words) as caught:
+        sniff_format(f"{first}\nIMPERIAL VALLEY EARTHQUAKE\nMAY 18, 1940\n  1  2  3\n".encode())
+    assert "\n" not in str(caught.value)
+
+
 def test_names_are_unique() -> None:
     assert len({known.name for known in FORMATS}) == len(FORMATS)
     assert len({known.obspy_name for known in FORMATS}) == len(FORMATS)
@@ -86,9 +101,14 @@ def test_horizontal(component: str, azimuth: float) -> None:
     assert direction(component) == (Orientation.HORIZONTAL, azimuth)
 
 
-@pytest.mark.parametrize("component", ["UP", "Up", "DWN", "DN", "V", "VERT", "Z", "-UP", "U-D"])
+@pytest.mark.parametrize("component", ["UP", "Up", "V", "VERT", "Z", "-UP", "U-D"])
 def test_vertical(component: str) -> None:
     assert direction(component)[0] is Orientation.VERTICAL
+
+
+@pytest.mark.parametrize("component", ["DWN", "DN", "Down"])
+def test_a_name_says_which_way_is_positive(component: str) -> None:
+    assert direction(component)[0] is Orientation.DOWNWARD
 
 
 @pytest.mark.parametrize("component", ["", "361", "L", "H1", "FN", "N95E", "500"])

@@ -116,10 +116,12 @@ def test_a_step_given_in_full_agrees() -> None:
         read_bytes(PATH, sac(), ReadOptions("g", 0.01))
 
 
-@pytest.mark.parametrize("incidence", [0.0, 180.0])
-def test_vertical(incidence: float) -> None:
+@pytest.mark.parametrize(
+    ("incidence", "orientation"), [(0.0, Orientation.VERTICAL), (180.0, Orientation.DOWNWARD)]
+)
+def test_vertical(incidence: float, orientation: Orientation) -> None:
     [record] = read_bytes(PATH, sac(fields={CMPINC: incidence}), IN_G)
-    assert record.orientation is Orientation.VERTICAL
+    assert record.orientation is orientation
 
 
 def test_direction_by_the_name_where_unstated() -> None:

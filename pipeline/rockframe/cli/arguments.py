@@ -121,6 +121,15 @@ def add_structures(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--structure", metavar="NAME", help="only the structure of this name")
 
 
+def add_vertical(parser: argparse.ArgumentParser) -> None:
+    """The option of vertical ground motion."""
+    parser.add_argument(
+        "--vertical",
+        action="store_true",
+        help="let the ground move vertically too, as the vertical record of each motion says",
+    )
+
+
 def add_periods(parser: argparse.ArgumentParser) -> None:
     """Options of the search for pulses."""
     parser.add_argument(

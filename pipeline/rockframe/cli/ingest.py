@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
             workers=options.workers,
             strict=options.strict,
         )
-    accepted = _accepted(result, options.uncorrected)
+    accepted = _accepted(result)
     if options.json:
         rejected = _rejected(result)
         show_json({"accepted": accepted, "rejected": rejected, "output": str(options.output)})
@@ -49,24 +49,22 @@ def run(options: argparse.Namespace) -> int:
     return 1 if result.rejections else 0
 
 
-def _accepted(result: Ingested, all_uncorrected: bool) -> list[dict[str, Any]]:
-    from rockframe.signals import integrate, peak
+def _accepted(result: Ingested) -> list[dict[str, Any]]:
     from rockframe.units import GRAVITY
 
-    passports = {entry.record_id: entry.passport for entry in result.entries if not entry.reason}
     return [
         {
             "record_id": record.record_id,
             "format": record.source_format,
-            "samples": record.acceleration.size,
+            "samples": record.samples,
             "time_step_s": record.time_step,
-            "pga_g": peak(record.acceleration) / GRAVITY,
-            "pgv_m_s": peak(integrate(record.acceleration, record.time_step)),
-            "corrected_here": record.uncorrected or all_uncorrected,
+            "pga_g": record.passport.measures.peak_acceleration / GRAVITY,
+            "pgv_m_s": record.passport.measures.peak_velocity,
+            "corrected_here": record.corrected_here,
             "processing": list(record.processing),
-            **_passport(passports[record.record_id]),
+            **_passport(record.passport),
         }
-        for record in result.records
+        for record in result.accepted
     ]
 
 

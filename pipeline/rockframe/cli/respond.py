@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from rockframe.cli.arguments import add_structures, path
+from rockframe.cli.arguments import add_structures, add_vertical, path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,33 +14,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_structures(parser)
+    add_vertical(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.console import progress_bar, show_json, show_table
+    from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
     from rockframe.results import response_rows
     from rockframe.stages import respond_stage
     from rockframe.study import SHIPPED_STRUCTURES
 
     with progress_bar("rocking") as progress:
-        respond_stage(
+        rejections = respond_stage(
             options.records,
             options.output,
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=options.structure,
+            vertical=options.vertical,
             progress=progress,
         )
     rows = response_rows(options.output)
     if options.json:
-        show_json({"responses": rows, "output": str(options.output)})
-        return 0
-    show_table(
-        f"Responses in {options.output}",
-        ["record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"],
-        [[str(row["record_id"]), str(row["structure"]), *response_cells(row)] for row in rows],
-    )
-    return 0
+        rejected = [vars(rejection) for rejection in rejections]
+        show_json({"responses": rows, "rejected": rejected, "output": str(options.output)})
+    else:
+        show_table(
+            f"Responses in {options.output}",
+            ["record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"],
+            [[str(row["record_id"]), str(row["structure"]), *response_cells(row)] for row in rows],
+        )
+    show_rejections(rejections)
+    return 1 if rejections else 0
 
 
 def response_cells(row: Mapping[str, Any]) -> list[str]:

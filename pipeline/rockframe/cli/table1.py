@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.arguments import add_periods, add_reading, add_structures, path
+from rockframe.cli.arguments import add_periods, add_reading, add_structures, add_vertical, path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output", type=path, default=Path("outputs/table1"), help="folder to write"
     )
     add_structures(parser)
+    add_vertical(parser)
     add_reading(parser)
     add_periods(parser)
 
@@ -50,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         _write_table(rows, partial / "table.csv")
         if comparisons:
             _write_table(comparisons, partial / "paper.csv")
-        _draw(ingested, rows, partial)
+        _draw(rows, partial)
         count = _finish(options, ingested, partial)
     if options.json:
         show_json(
@@ -115,14 +116,15 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             progress=progress,
         )
     with progress_bar("rocking") as progress:
-        respond_stage(
+        without_vertical = respond_stage(
             records,
             folder / "response.nc",
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=options.structure,
+            vertical=options.vertical,
             progress=progress,
         )
-    return ingested, (*ingested.rejections, *without_pulse)
+    return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
 
 
 def _rows(folder: Path) -> list[TableRow]:
@@ -133,19 +135,22 @@ def _rows(folder: Path) -> list[TableRow]:
     return [with_paper_facts(row) for row in table_rows(*files)]
 
 
-def _draw(ingested: Ingested, rows: Sequence[TableRow], folder: Path) -> None:
+def _draw(rows: Sequence[TableRow], folder: Path) -> None:
     """One figure for each record that was answered."""
     from rockframe.cli.console import progress_bar
     from rockframe.figures import draw_response_history, save
-    from rockframe.results import best_pulses, open_response
+    from rockframe.results import best_pulses, open_records, open_response
 
-    accelerations = {record.record_id: record.acceleration for record in ingested.records}
     titles = {row.record_id: f"{row.event}, {row.record}".removeprefix(", ") for row in rows}
     pulses = best_pulses(folder / "pulses.nc")
-    with open_response(folder / "response.nc") as response, progress_bar("drawing") as progress:
+    with (
+        open_records(folder / "records.nc") as records,
+        open_response(folder / "response.nc") as response,
+        progress_bar("drawing") as progress,
+    ):
         for i, name in enumerate(response.records):
             figure = draw_response_history(
-                accelerations[name],
+                records.read(name).acceleration,
                 pulses.get(name),
                 [response.sel(record=name, structure=s) for s in response.structures],
                 titles[name],
@@ -189,6 +194,7 @@ def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> in
             "structure": options.structure,
             "time_step_s": options.time_step,
             "units": options.units,
+            "vertical": options.vertical,
         },
         outputs=outputs,
     )

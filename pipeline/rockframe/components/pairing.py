@@ -54,16 +54,9 @@ def pair_horizontals(
     >>> [(pair.first.component, pair.second.component) for pair in pairs], unpaired
     ([('090', '360')], ())
     """
-    motions: defaultdict[tuple[str, ...], list[Record]] = defaultdict(list)
-    for record in records:
-        # Without a station nothing says that two records belong together.
-        alone = "" if record.station else record.record_id
-        motions[record.event, record.network, record.station, record.start_time, alone].append(
-            record
-        )
     pairs: list[HorizontalPair] = []
     unpaired: list[Unpaired] = []
-    for motion in motions.values():
+    for motion in _motions(records):
         known = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
         unpaired += [
             Unpaired(r.record_id, "direction unstated. Must be a horizontal of stated azimuth.")
@@ -78,6 +71,48 @@ def pair_horizontals(
     return tuple(pairs), tuple(unpaired)
 
 
+def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
+    """Find the vertical record of the same motion for each record that is not vertical.
+
+    Parameters
+    ----------
+    records : iterable of Record
+        As `pair_horizontals` takes them.
+
+    Returns
+    -------
+    dict of str to Record
+        By the identifier of the other record; without those that have none, or more than one, of
+        the same event, station, network, start time, time step and length.
+
+    Examples
+    --------
+    >>> from rockframe import bundled_records, read_file
+    >>> records = read_file(bundled_records() / "Ridgecrest2019-CCC.V1")
+    >>> [vertical.component for vertical in vertical_beside(records).values()]
+    ['UP', 'UP']
+    """
+    found: dict[str, Record] = {}
+    for motion in _motions(records):
+        verticals = [r for r in motion if r.orientation.upright]
+        for record in motion:
+            beside = [r for r in verticals if sampling(r) == sampling(record)]
+            if not record.orientation.upright and len(beside) == 1:
+                found[record.record_id] = beside[0]
+    return found
+
+
+def _motions(records: Iterable[Record]) -> list[list[Record]]:
+    motions: defaultdict[tuple[str, ...], list[Record]] = defaultdict(list)
+    for record in records:
+        # Without a station nothing says that two records belong together.
+        alone = "" if record.station else record.record_id
+        motions[record.event, record.network, record.station, record.start_time, alone].append(
+            record
+        )
+    return list(motions.values())
+
+
 def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     """The pair of a motion, or the reason why there is none."""
     names = ", ".join(record.record_id for record in known)
@@ -89,7 +124,7 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     if len(known) > 2:
         raise ParameterError(f"{len(known)} horizontals {where}: {names}. Must be two.")
     pair = HorizontalPair(*known)
-    verticals = [r for r in motion if r.orientation is Orientation.VERTICAL]
+    verticals = [r for r in motion if r.orientation.upright]
     if len(verticals) != 1 or sampling(verticals[0]) != sampling(known[0]):
         return pair
     return replace(pair, vertical=verticals[0])

@@ -98,7 +98,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     if not is_number(step.encode("latin-1", "replace")):
         raise header.invalid(_STEP, "a number")
     time_step = settle_time_step(path, float(step), options, header.lines[_STEP])
-    _require_peaks(header, table)
+    ratios = _peak_ratios(header, table)
     size = _MAGNITUDE.match(header.values.get("EARTHQUAKE MAGNITUDE", ""))
     records = []
     for column, record_id in enumerate(record_ids(path, _COMPONENTS)):
@@ -116,6 +116,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
                 station=header.values.get("STATION ID", ""),
                 start_time=_start_time(header.values.get("RECORD TIME", "")),
                 magnitude=float(size["size"]) if size else np.nan,
+                peak_ratio=ratios[column],
             )
         )
     return records
@@ -159,15 +160,20 @@ def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
     return values.reshape(rows, len(_COMPONENTS))
 
 
-def _require_peaks(header: _Header, table: NDArray[np.float64]) -> None:
+def _peak_ratios(header: _Header, table: NDArray[np.float64]) -> list[float]:
+    """The peaks in the file over those stated, which must be the same."""
     stated = {found["component"]: found["peak"] for found in _PEAKS.finditer(header.require(_PEAK))}
+    ratios = []
     for column, component in enumerate(_COMPONENTS):
         if component not in stated:
             raise header.invalid(_PEAK, f"three values, one for ({component})")
         line = header.lines[_PEAK]
-        require_printed_peak(
-            header.path, stated[component], table[:, column], f"gal {component}", line
+        ratios.append(
+            require_printed_peak(
+                header.path, stated[component], table[:, column], f"gal {component}", line
+            )
         )
+    return ratios
 
 
 def _start_time(stated: str) -> str:

@@ -32,8 +32,11 @@ def collect(
     workers: int | None = 0,
     limits: Limits | None = None,
     strict: bool = False,
-) -> tuple[list[Record], list[Rejection]]:
-    r"""Read files, archives and folders of records.
+) -> Generator[Record | Rejection, None, None]:
+    r"""Read files, archives and folders of records; memory does not grow with their number.
+
+    The records of one archive, of 1,000 members at most, are held together. Close the iterator
+    (`contextlib.closing`) to end the workers early.
 
     Parameters
     ----------
@@ -56,13 +59,12 @@ def collect(
     strict : bool
         Let the first rejection be an error.
 
-    Returns
-    -------
-    records : list of Record
-        In the order of the paths.
-    rejections : list of Rejection
-        The files that gave none: of unknown format, damaged, or with a record identifier that an
-        earlier file has; and the files that a folder's own catalogue names but the folder lacks.
+    Yields
+    ------
+    Record or Rejection
+        In the order of the paths. Rejected are files of unknown format, damaged ones, those with a
+        record identifier that an earlier file has, and files that a folder's own catalogue names
+        but the folder lacks.
 
     Raises
     ------
@@ -78,14 +80,12 @@ def collect(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = Path(folder, "shake.csv").write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
     ...     _ = Path(folder, "notes.md").write_text("Two samples.\n")
-    ...     records, rejections = collect([folder])
-    >>> [record.record_id for record in records], [rejection.file for rejection in rejections]
-    (['shake'], ['notes.md'])
+    ...     [rejection, record] = collect([folder])
+    >>> rejection.file, record.record_id
+    ('notes.md', 'shake')
     """
     sources = [source for path in paths for source in _sources(Path(path), catalogue)]
     files = [path for path, _ in sources]
-    records: list[Record] = []
-    rejections: list[Rejection] = []
     owners: dict[str, str] = {}
     with closing(_outcomes(files, options, worker_count(workers, files), limits)) as outcomes:
         for path, entry in sources:
@@ -94,11 +94,35 @@ def collect(
             for outcome in next(outcomes):
                 settled = _settled(outcome, owners)
                 if not isinstance(settled, Rejection):
-                    records += [with_facts(r, entry) if entry else r for r in settled]
+                    yield from (with_facts(r, entry) if entry else r for r in settled)
                 elif strict:
                     raise InputError(settled.file, settled.reason, settled.line)
                 else:
-                    rejections.append(settled)
+                    yield settled
+
+
+def sorted_out(
+    outcomes: Iterable[Record | Rejection],
+) -> tuple[list[Record], list[Rejection]]:
+    """Return the records and the rejections, each in their order.
+
+    Parameters
+    ----------
+    outcomes : iterable of Record or Rejection
+        As `collect` gives them; all are held in memory.
+
+    Examples
+    --------
+    >>> sorted_out([Rejection("notes.md", "of no known format.")])
+    ([], [Rejection(file='notes.md', reason='of no known format.', line=None)])
+    """
+    records: list[Record] = []
+    rejections: list[Rejection] = []
+    for outcome in outcomes:
+        if isinstance(outcome, Rejection):
+            rejections.append(outcome)
+        else:
+            records.append(outcome)
     return records, rejections
 
 

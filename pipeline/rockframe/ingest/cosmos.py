@@ -132,7 +132,7 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
     samples = read_columns(channel.path, channel.rows, columns, _samples(channel), line)
     step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
     _require_length(channel, samples.size * step, step)
-    _require_peak(channel, samples, step, signed=stage != _RAW)
+    peak_ratio = _peak_ratio(channel, samples, step, signed=stage != _RAW)
     named = station_of(channel.text[4]) or seed_name(channel.comments)
     component = _component(channel)
     orientation, azimuth = _direction(channel, component)
@@ -151,6 +151,7 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
         start_time=start_time_of(channel.text[7]),
         magnitude=magnitude.value if magnitude else math.nan,
         epicentral_distance=distance.value if distance else math.nan,
+        peak_ratio=peak_ratio,
         processing=filters_of(channel.text) + converted,
     )
 
@@ -239,13 +240,12 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
         )
 
 
-def _require_peak(
-    channel: Channel, samples: NDArray[np.float64], step: float, signed: bool
-) -> None:
+def _peak_ratio(channel: Channel, samples: NDArray[np.float64], step: float, signed: bool) -> float:
+    """The peak in the file over the stated one, which must be the same."""
     value = channel.real(_PEAK)
     largest = float(np.abs(samples).max())
     if value is None or largest == 0.0:
-        return
+        return math.nan
     layout = channel.layout
     power = math.floor(math.log10(largest)) + 1 if layout.exponent else 0
     peak = StatedPeak(
@@ -256,7 +256,7 @@ def _require_peak(
         # Raw files state the size of the peak.
         signed=signed,
     )
-    require_peak(channel.path, samples, step, peak, 10.0 ** (power - layout.places))
+    return require_peak(channel.path, samples, step, peak, 10.0 ** (power - layout.places))
 
 
 def _component(channel: Channel) -> str:

@@ -9,7 +9,6 @@ from typing import Final
 
 from rockframe.ingest.identify import direction
 from rockframe.ingest.timing import utc_time
-from rockframe.record import Orientation
 
 _STATION: Final = re.compile(r"\bCode:\s*(?P<network>\w{1,2})-(?P<station>\w+)")
 _SEED: Final = re.compile(r"<SCNL>\s*(?P<station>\w+)\.(?P<channel>\w+)\.(?P<network>\w+)\.")
@@ -90,7 +89,7 @@ def component_of(line: str, seed: Name) -> str:
     degrees = _DEGREES.search(label)
     if degrees:
         return f"{int(degrees['azimuth']):03d}"
-    if direction(label)[0] is Orientation.VERTICAL:
+    if direction(label)[0].upright:
         return label.upper()
     return seed.channel or label
 

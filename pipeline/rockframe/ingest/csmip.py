@@ -11,7 +11,6 @@ from typing import Final
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction
 from rockframe.ingest.timing import utc_time
-from rockframe.record import Orientation
 
 #: The line that names a channel, and an example of it for errors.
 CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
@@ -86,7 +85,7 @@ class Header:
             return f"{int(degrees['azimuth']):03d}"
         # A structure's channels say after wide blanks where they are.
         name = re.split(r"\s{2,}", named["label"])[0]
-        return name.upper() if direction(name)[0] is Orientation.VERTICAL else name
+        return name.upper() if direction(name)[0].upright else name
 
     @property
     def network(self) -> str:

@@ -220,7 +220,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     step = settle_time_step(channel.path, _time_step(channel), options, block.line)
     samples = read_columns(channel.path, block.rows, block.columns, block.count, block.line)
     places = int(block.heading["places"] or 3)
-    require_peak(channel.path, samples, step, _peak(channel), 10.0**-places)
+    peak_ratio = require_peak(channel.path, samples, step, _peak(channel), 10.0**-places)
     orientation, azimuth = direction(channel.component)
     event = _EVENT.match(channel.lines[2])
     return Record(
@@ -234,6 +234,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         station=channel.station,
         network=channel.network,
         start_time=channel.start_time,
+        peak_ratio=peak_ratio,
         processing=stated_processing(channel.lines[14], channel.lines[15]),
     )
 

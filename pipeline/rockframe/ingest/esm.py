@@ -122,7 +122,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     samples = _samples(header, text)
     _require_count(header, samples.size, step)
     line = header.lines["PGA_CM/S^2"]
-    require_printed_peak(path, header.get("PGA_CM/S^2"), samples, "cm/s2", line)
+    peak_ratio = require_printed_peak(path, header.get("PGA_CM/S^2"), samples, "cm/s2", line)
     component = header.get("STREAM")
     orientation, azimuth = seed_direction(component)
     magnitude = header.number("MAGNITUDE_W")
@@ -141,6 +141,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             start_time=_start_time(header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS")),
             magnitude=header.number("MAGNITUDE_L") if math.isnan(magnitude) else magnitude,
             epicentral_distance=header.number("EPICENTRAL_DISTANCE_KM"),
+            peak_ratio=peak_ratio,
         )
     ]
 

@@ -71,7 +71,7 @@ class _Component:
     @property
     def name(self) -> str:
         name = self.matched(12, _COMPONENT, "Component S16W")["component"]
-        return name.upper() if direction(name)[0] is Orientation.VERTICAL else name
+        return name.upper() if direction(name)[0].upright else name
 
     def matched(self, index: int, pattern: re.Pattern[str], example: str) -> re.Match[str]:
         found = pattern.match(self.header[index])
@@ -176,7 +176,7 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
     step = settle_time_step(path, _step(component), options, line + 10)
     samples = _samples(component, step)
     peak = component.matched(13, _PEAK, "Acceleration:  peak    -41.6 mm/s/s at  43.68 sec")
-    require_printed_peak(path, peak["peak"], samples, "mm/s2", line + 13, signed=True)
+    ratio = require_printed_peak(path, peak["peak"], samples, "mm/s2", line + 13, signed=True)
     orientation, azimuth = _direction(component)
     distance = _DISTANCE.search(component.header[8])
     magnitude = _MAGNITUDE.search(component.header[8])
@@ -193,6 +193,7 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
         start_time=_start_time(component),
         magnitude=float(magnitude["magnitude"]) if magnitude else math.nan,
         epicentral_distance=float(distance["distance"]) if distance else math.nan,
+        peak_ratio=ratio,
     )
 
 

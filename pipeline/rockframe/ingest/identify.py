@@ -12,9 +12,8 @@ from typing import Final
 from rockframe.record import Orientation
 
 _LONGEST: Final = 64
-_VERTICAL: Final = frozenset(
-    ["UP", "DOWN", "DWN", "DN", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"]
-)
+_VERTICAL: Final = frozenset(["UP", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"])
+_DOWNWARD: Final = frozenset(["DOWN", "DWN", "DN"])
 _COMPASS: Final = {
     "N": 0.0,
     "NS": 0.0,
@@ -128,7 +127,7 @@ def direction(component: str) -> tuple[Orientation, float]:
     >>> direction("164"), direction("EW")
     ((<Orientation.HORIZONTAL: 0>, 164.0), (<Orientation.HORIZONTAL: 0>, 90.0))
     >>> direction("DWN"), direction("L")
-    ((<Orientation.VERTICAL: 1>, nan), (<Orientation.UNSTATED: 2>, nan))
+    ((<Orientation.DOWNWARD: 3>, nan), (<Orientation.UNSTATED: 2>, nan))
     """
     name = component.strip().upper()
     if re.fullmatch(r"\d{1,3}", name, re.ASCII) and int(name) <= 360:
@@ -136,6 +135,8 @@ def direction(component: str) -> tuple[Orientation, float]:
     name = name.replace("-", "")
     if name in _VERTICAL:
         return Orientation.VERTICAL, math.nan
+    if name in _DOWNWARD:
+        return Orientation.DOWNWARD, math.nan
     if name in _COMPASS:
         return Orientation.HORIZONTAL, _COMPASS[name]
     bearing = _BEARING.fullmatch(name)

@@ -132,7 +132,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_count(header, counts.size, rate)
     trace = read_stream(path, text, "KNET")[0]
     acceleration = _same(path, np.asarray(trace.data, dtype=np.float64) * factor, counts * factor)
-    _require_peak(header, acceleration)
+    peak_ratio = _peak_ratio(header, acceleration)
     orientation, azimuth = direction(component.rstrip("12"))
     station = header.values["Station Code"]
     return [
@@ -149,6 +149,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             network=trace.stats.network,
             start_time=str(trace.stats.starttime),
             magnitude=magnitude,
+            peak_ratio=peak_ratio,
         )
     ]
 
@@ -200,10 +201,11 @@ def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> ND
     return read
 
 
-def _require_peak(header: _Header, acceleration: NDArray[np.float64]) -> None:
+def _peak_ratio(header: _Header, acceleration: NDArray[np.float64]) -> float:
+    """The peak in the file over the stated one, which must be the same."""
     key = "Max. Acc. (gal)"
     gal = (acceleration - acceleration.mean()) / acceleration_factor("gal")
-    require_printed_peak(
+    return require_printed_peak(
         header.path, header.values[key], gal, "gal", header.line(key), share=_PEAK_SHARE
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,7 +89,7 @@ def require_peak(
     time_step: float,
     stated: StatedPeak,
     resolution: float,
-) -> None:
+) -> float:
     """Refuse a file whose header states another peak than its samples have.
 
     The stated number and the samples may differ by one unit of the last digit of either. The time
@@ -108,6 +109,12 @@ def require_peak(
     resolution : float
         One unit of the last printed digit of the samples, in the same units.
 
+    Returns
+    -------
+    float
+        The peak in the file over the stated one [1], of their sizes if the header's has no sign;
+        NaN if that is zero.
+
     Raises
     ------
     InputError
@@ -117,6 +124,7 @@ def require_peak(
     --------
     >>> peak = StatedPeak(value=Printed.of("-0.30"), units="g", line=8)
     >>> require_peak(Path("a.V2"), np.array([0.1, -0.3]), 0.01, peak, 0.1)
+    1.0
     >>> require_peak(Path("a.V2"), np.array([0.1, -0.5]), 0.01, peak, 0.1)
     Traceback (most recent call last):
     rockframe.errors.InputError: a.V2:8: peak -0.3 g stated, but -0.5 g in the file. Must agree.
@@ -136,16 +144,17 @@ def require_peak(
             "in the file. Must agree.",
             line=stated.line,
         )
-    if stated.time is None:
-        return
-    late = np.abs(peaks * time_step - stated.time.value)
-    if late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
+    late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)
+    if stated.time and late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
         raise InputError(
             path,
             f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s "
             "in the file. Must agree.",
             line=stated.line,
         )
+    agreeing = samples[peaks[right]]
+    ratio = float(agreeing[np.abs(agreeing).argmax()]) / value if value else math.nan
+    return ratio if stated.signed else abs(ratio)
 
 
 def require_printed_peak(
@@ -157,7 +166,7 @@ def require_printed_peak(
     *,
     signed: bool = False,
     share: float = 0.0,
-) -> None:
+) -> float:
     """Refuse samples whose peak is not the one that the header prints, whenever it was.
 
     Parameters
@@ -177,6 +186,11 @@ def require_printed_peak(
     share : float
         Relative difference that is allowed besides that of the last printed digit [1].
 
+    Returns
+    -------
+    float
+        As `require_peak`.
+
     Raises
     ------
     InputError
@@ -192,4 +206,4 @@ def require_printed_peak(
     if not is_number(token):
         raise bad_number(path, token, line, "peak acceleration")
     peak = StatedPeak(value=Printed.of(stated), units=units, line=line, signed=signed)
-    require_peak(path, samples, 1.0, peak, share * abs(peak.value.value))
+    return require_peak(path, samples, 1.0, peak, share * abs(peak.value.value))

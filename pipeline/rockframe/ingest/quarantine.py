@@ -8,8 +8,9 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -26,6 +27,8 @@ _MEGABYTE: Final = 1 << 20
 #: A further worker pays for its start (0.2 s) from this much text on [bytes].
 _BYTES_A_WORKER: Final = 16 * _MEGABYTE
 _LONGEST_REASON: Final = 200
+#: Calls of each worker that may be done before their values are asked for; the memory they take.
+_AHEAD: Final = 4
 
 
 @dataclass(frozen=True)
@@ -143,8 +146,14 @@ def serve(
             idle.put(worker)
 
     threads = ThreadPoolExecutor(workers)
+    waiting: deque[Future[Served[T]]] = deque()
     try:
-        yield from threads.map(call, calls)
+        for arguments in calls:
+            waiting.append(threads.submit(call, arguments))
+            if len(waiting) > workers * _AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
     finally:
         threads.shutdown(wait=False, cancel_futures=True)
         for worker in team:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,12 +24,16 @@ from rockframe.ingest import (
     smc,
     text,
 )
-from rockframe.ingest.lines import is_utf16
+from rockframe.ingest.lines import head_lines, is_utf16
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.record import Record
 
 #: Formats are recognised by at most this many bytes.
 HEAD: Final = 4096
+
+#: The first lines of tapes that no reader knows: text, and numbers of records such as IIA001.
+_CALTECH_I: Final = re.compile(r"\bof uncorrected accelerogram data of\b", re.I)
+_CALTECH_II: Final = re.compile(r"\bII[A-Z]{1,2}\d{3}\b")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,6 +196,13 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     if claims:
         names = ", ".join(known.name for known in claims)
         raise InputError(source, f"ambiguous format: {names} all claim it. Must be one of them.")
+    volume = _caltech_volume(head)
+    if volume:
+        raise InputError(
+            source,
+            f"is a Caltech/USC volume {volume} file, whose layout is not known for certain. "
+            "Must be a copy of the record in another format, as PEER AT2, SMC or COSMOS.",
+        )
     names = ", ".join(known.name for known in FORMATS)
     raise InputError(source, f"unknown format, begins {_beginning(head)}. Must be one of: {names}.")
 
@@ -235,6 +247,14 @@ def read_bytes(
         replace(record, source_file=path.name, source_format=chosen.name, source_sha256=digest)
         for record in chosen.read(path, data, options)
     ]
+
+
+def _caltech_volume(head: bytes) -> str:
+    """The volume of Caltech's and USC's tapes that a file is of; empty if it is of none."""
+    first = "\n".join(head_lines(head)[:2])
+    if _CALTECH_I.search(first):
+        return "I"
+    return "II" if _CALTECH_II.search(first) else ""
 
 
 def _beginning(head: bytes) -> str:

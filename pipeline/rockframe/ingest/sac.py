@@ -255,7 +255,7 @@ def _direction(file: _Sac, component: str) -> tuple[Orientation, float]:
     """Direction as CMPINC (from the vertical up) and CMPAZ state it, else as the name does."""
     incidence, azimuth = file.stated(_INCIDENCE), file.stated(_AZIMUTH)
     if incidence in (0.0, 180.0):
-        return Orientation.VERTICAL, math.nan
+        return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
     if incidence == 90.0 and not math.isnan(azimuth):
         return Orientation.HORIZONTAL, azimuth % 360.0
     return seed_direction(component)

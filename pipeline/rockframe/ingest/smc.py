@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -133,8 +133,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     else:
         step = settle_time_step(path, _time_step(header), options, _TEXT_LINES + _INTEGER_LINES + 1)
         samples = read_columns(path, lines[line:], columns, _count(header), line)
-    _require_peak(header, samples, step, columns)
-    return [_record(header, factor * samples, step, kind["un"] is not None)]
+    ratio = _peak_ratio(header, samples, step, columns)
+    record = _record(header, factor * samples, step, kind["un"] is not None)
+    return [replace(record, peak_ratio=ratio)]
 
 
 def _kind(path: Path, first: str) -> re.Match[str]:
@@ -230,22 +231,22 @@ def _pairs(
     return numbers[1::2], step
 
 
-def _require_peak(
+def _peak_ratio(
     header: _Header, samples: NDArray[np.float64], step: float, columns: Columns
-) -> None:
-    """Compare the larger of the stated maximum and minimum with the samples."""
+) -> float:
+    """The peak in the file over the larger of the stated extremes, which must be the same."""
     extremes = [(header.printed(item), item) for item in (30, 32)]
     stated = [(value, item) for value, item in extremes if value is not None]
     largest = float(np.abs(samples).max())
     if not stated or largest == 0.0:
-        return
+        return math.nan
     value, item = max(stated, key=lambda pair: abs(pair[0].value))
     resolution = 10.0 ** (math.floor(math.log10(largest)) + 1 - _DIGITS[columns])
     line = _TEXT_LINES + _INTEGER_LINES + 1 + (item - 1) // _REALS.count
     # The time of an extreme stands before it.
     time = header.printed(item - 1)
     peak = StatedPeak(value=value, time=time, units="cm/s2", line=line)
-    require_peak(header.path, samples, step, peak, resolution)
+    return require_peak(header.path, samples, step, peak, resolution)
 
 
 def _record(
@@ -255,8 +256,10 @@ def _record(
     component = stated["name"] if stated else ""
     component = f"{int(component):03d}" if re.fullmatch(r"\d{1,3}", component) else component
     orientation, azimuth = direction(component)
-    if header.integer(13) in (0, 180):
-        orientation, azimuth = Orientation.VERTICAL, math.nan
+    from_up = header.integer(13)
+    if from_up in (0, 180):
+        orientation = Orientation.DOWNWARD if from_up else Orientation.VERTICAL
+        azimuth = math.nan
     stated_azimuth = header.integer(14)
     if (
         orientation is Orientation.HORIZONTAL

@@ -243,8 +243,8 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
 def _direction(channel: Any) -> tuple[Orientation, float]:
     if channel.dip is None:
         return Orientation.UNSTATED, math.nan
-    if abs(channel.dip) >= _STEEP:
-        return Orientation.VERTICAL, math.nan
+    if abs(channel.dip) >= _STEEP:  # counted downwards from the horizontal
+        return Orientation.DOWNWARD if channel.dip > 0.0 else Orientation.VERTICAL, math.nan
     if abs(channel.dip) <= _FLAT:
         azimuth = math.nan if channel.azimuth is None else float(channel.azimuth)
         return Orientation.HORIZONTAL, azimuth

@@ -17,8 +17,10 @@ from rockframe.results.files import opened as opened
 from rockframe.results.files import write as write
 from rockframe.results.pulses import best_pulses as best_pulses
 from rockframe.results.pulses import pulses_dataset as pulses_dataset
+from rockframe.results.records import RecordsFile as RecordsFile
+from rockframe.results.records import open_records as open_records
 from rockframe.results.records import read_records as read_records
-from rockframe.results.records import records_dataset as records_dataset
+from rockframe.results.records import write_records as write_records
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
 from rockframe.results.response import response_dataset as response_dataset

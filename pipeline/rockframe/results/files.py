@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
+import netCDF4
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
@@ -21,6 +23,12 @@ PULSES: Final = "pulses"
 RESPONSE: Final = "response"
 _STAGE_OF: Final = {RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond"}
 _CHUNK: Final = 16384
+_COMPRESSED: Final[dict[str, Any]] = {
+    "zlib": True,
+    "complevel": 4,
+    "shuffle": True,
+    "fletcher32": True,
+}
 
 
 def write(
@@ -51,6 +59,35 @@ def write(
     InputError
         If the file cannot be written.
     """
+    with named(path) as partial:
+        put(dataset, partial, kind, input_sha256=input_sha256, parameters=parameters)
+
+
+@contextmanager
+def named(path: Path) -> Iterator[Path]:
+    """Give a temporary path, put in the place of `path` if the block succeeds.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.nc``, or the file cannot be written.
+    """
+    if path.suffix != ".nc":
+        raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
+    with whole_file(path) as partial:
+        yield partial
+
+
+def put(
+    dataset: xr.Dataset,
+    partial: Path,
+    kind: str,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    mode: Literal["w", "a"] = "w",
+) -> None:
+    """Write a dataset and its origin into a file of `named`; mode ``a``: beside what it holds."""
     stage = _STAGE_OF[kind]
     version = versions()["rockframe"]
     described = dataset.assign_attrs(
@@ -64,18 +101,62 @@ def write(
         gravity=GRAVITY,
     )
     encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
-    if path.suffix != ".nc":
-        raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
-    with whole_file(path) as partial:
-        described.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    with _as_os_error():
+        described.to_netcdf(
+            partial, mode=mode, engine="netcdf4", format="NETCDF4", encoding=encoding
+        )
+
+
+@contextmanager
+def growing(
+    partial: Path, name: str, units: str, long_name: str
+) -> Iterator[Callable[[NDArray[np.float64]], None]]:
+    """Give a function that appends to a variable on ``obs``; memory does not grow with it.
+
+    Parameters
+    ----------
+    partial : Path
+        A file of `named`, that this begins; `put` adds the rest.
+    name, units, long_name : str
+        Of the variable, of double precision.
+    """
+    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
+    try:
+        file.createDimension("obs", None)
+        series = file.createVariable(
+            name,
+            np.float64,
+            ("obs",),
+            chunksizes=(_CHUNK,),
+            fill_value=np.nan,
+            chunk_cache=4 * 8 * _CHUNK,  # of four chunks; the default may be of 64 MB
+            **_COMPRESSED,
+        )
+        series.setncatts({"units": units, "long_name": long_name})
+
+        def append(samples: NDArray[np.float64]) -> None:
+            end = series.shape[0]
+            with _as_os_error():
+                series[end : end + samples.size] = samples
+
+        yield append
+    finally:
+        with _as_os_error():
+            file.close()
+
+
+@contextmanager
+def _as_os_error() -> Iterator[None]:
+    """Let a full disk be an OSError, as it is elsewhere: netCDF raises a RuntimeError."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
 
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:
     encoding: dict[str, Any] = {
-        "zlib": True,
-        "complevel": 4,
-        "shuffle": True,
-        "fletcher32": True,
+        **_COMPRESSED,
         "_FillValue": np.nan if variable.dtype.kind == "f" else None,
     }
     if variable.dtype.kind == "O":  # characters, not netCDF strings: those have no checksum
@@ -107,11 +188,25 @@ def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
         found = dataset.attrs.get("rockframe_kind", "unknown")
         if found != kind:
             raise InputError(path, f"is a netCDF file of kind {found!r}. {must_be}")
-        try:
+        with damage_named(path, kind):
             _require_whole_rows(path, dataset)
             yield dataset
-        except (OSError, RuntimeError) as error:
-            raise InputError(path, f"is damaged ({error}). {must_be}") from error
+
+
+@contextmanager
+def damage_named(path: Path, kind: str) -> Iterator[None]:
+    """Say of what netCDF finds damaged in the block, in which file it is.
+
+    Raises
+    ------
+    InputError
+        If something is.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
+        raise InputError(path, f"is damaged ({error}). {must_be}") from error
 
 
 def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:

@@ -9,21 +9,18 @@ import numpy as np
 import xarray as xr
 
 from rockframe.matching import PulseMatch, best_match
-from rockframe.record import Record
 from rockframe.results.files import PULSES, opened
 from rockframe.results.variables import record_ids, texts, variable
 from rockframe.wavelets import Pulse
 
 
-def pulses_dataset(
-    records: Sequence[Record], matches: Sequence[Sequence[PulseMatch]]
-) -> xr.Dataset:
+def pulses_dataset(names: Sequence[str], matches: Sequence[Sequence[PulseMatch]]) -> xr.Dataset:
     """Return the dataset of the pulse stage: for each record the best pulse of each wavelet.
 
     Parameters
     ----------
-    records : sequence of Record
-        At least one.
+    names : sequence of str
+        Identifiers of the records, at least one.
     matches : sequence of sequence of PulseMatch
         For each record its matches, the same wavelets in the same order.
     """
@@ -35,9 +32,9 @@ def pulses_dataset(
 
     best = [best_match(row) for row in matches]
     chosen = [row[i] for row, i in zip(matches, best, strict=True)]
-    shape = (len(records), len(matches[0]))
+    shape = (len(names), len(matches[0]))
     variables = {
-        "record_id": record_ids(records),
+        "record_id": record_ids(names),
         "a_p": numbers("a_p", "m s-2", "amplitude of the acceleration pulse"),
         "T_p": numbers("T_p", "s", "period of the acceleration pulse"),
         "pulse_time": numbers("time", "s", "centre of the pulse, from the record's first sample"),

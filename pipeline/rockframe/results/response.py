@@ -56,8 +56,8 @@ def response_dataset(
 
     impacts = [[response.impacts for response in row] for row in responses]
     variables = {
-        "record_id": record_ids(records),
-        "row_size": row_sizes(records),
+        "record_id": record_ids([record.record_id for record in records]),
+        "row_size": row_sizes([record.acceleration.size for record in records]),
         "time": variable(
             "obs",
             np.concatenate([row[0].time for row in responses]),

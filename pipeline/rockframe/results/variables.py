@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockframe.record import Record
-
 
 def variable(
     dims: str | tuple[str, ...], data: Any, units: str, long_name: str, **attrs: Any
@@ -40,18 +38,16 @@ def texts(dims: str, values: Sequence[str], long_name: str, **attrs: Any) -> xr.
     return variable(dims, data, "1", long_name, **attrs)
 
 
-def record_ids(records: Sequence[Record]) -> xr.Variable:
+def record_ids(names: Sequence[str]) -> xr.Variable:
     """Return the identifiers along the dimension ``record``."""
-    return texts(
-        "record", [r.record_id for r in records], "record identifier", cf_role="timeseries_id"
-    )
+    return texts("record", names, "record identifier", cf_role="timeseries_id")
 
 
-def row_sizes(records: Sequence[Record]) -> xr.Variable:
+def row_sizes(sizes: Sequence[int]) -> xr.Variable:
     """Return the lengths of the ragged rows along ``obs``."""
     return variable(
         "record",
-        np.array([r.acceleration.size for r in records], dtype=np.int64),
+        np.array(sizes, dtype=np.int64),
         "1",
         "number of samples of the record",
         sample_dimension="obs",

@@ -76,6 +76,8 @@ class Measures:
     ----------
     peak_acceleration : float
         After processing [m s-2].
+    peak_velocity : float
+        After processing, from rest [m s-1].
     arias_intensity : float
         After processing [m s-1].
     strong_start, strong_end, strong_end_75 : float
@@ -95,11 +97,14 @@ class Measures:
         Length of the noise before the event [s]; 0 if there is none.
     noise_level : float
         Its root mean square [m s-2].
+    stated_peak : float
+        Difference between the peak in the file and the one its header states, over the latter [1].
     usable_period_shortest, usable_period_longest : float
         From the corners and the band above the noise [s]; both 0 if there is no such band.
     """
 
     peak_acceleration: float
+    peak_velocity: float
     arias_intensity: float
     strong_start: float
     strong_end: float
@@ -113,6 +118,7 @@ class Measures:
     opening_share: float
     pre_event: float
     noise_level: float
+    stated_peak: float
     usable_period_shortest: float
     usable_period_longest: float
 
@@ -220,6 +226,7 @@ def _measure(
     strong = slice(int(start / step), int(end / step) + 2)
     return Measures(
         peak_acceleration=peak(after.acceleration),
+        peak_velocity=peak(velocity),
         arias_intensity=arias_intensity(after.acceleration, step),
         strong_start=start,
         strong_end=end,
@@ -234,6 +241,7 @@ def _measure(
         opening_share=opening_share(raw - raw.mean() if before.uncorrected else raw, step),
         pre_event=quiet,
         noise_level=level,
+        stated_peak=abs(before.peak_ratio - 1.0),
         usable_period_shortest=shortest,
         usable_period_longest=longest,
     )
@@ -248,6 +256,7 @@ def _judge(measures: Measures, limits: PassportLimits) -> tuple[Check, ...]:
     pga = measures.peak_acceleration
     return (
         _check("peak_acceleration", pga, "m s-2", limits),
+        _check("stated_peak", measures.stated_peak, "1", limits),
         _check("clipped_samples", measures.clipped_samples, "1", limits),
         _check("constant_time", measures.constant_time, "s", limits),
         _check("opening_share", measures.opening_share, "1", limits),

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from rockframe.errors import ParameterError
-from rockframe.record import Orientation, Record
+from rockframe.results import RecordsFile
 
 #: Called with what is done and what there is to do in all.
 Progress = Callable[[int, int], None]
@@ -16,17 +15,19 @@ def silent(_done: int, _total: int) -> None:
     """Report progress to nobody."""
 
 
-def horizontal(records: list[Record], path: Path) -> list[Record]:
-    """Return the records that are not vertical.
+def horizontal(records: RecordsFile) -> list[str]:
+    """Return the identifiers of the records that are not vertical.
 
     Raises
     ------
     ParameterError
         If all are.
     """
-    chosen = [r for r in records if r.orientation is not Orientation.VERTICAL]
+    named = zip(records.names, records.orientations, strict=True)
+    chosen = [name for name, orientation in named if not orientation.upright]
     if not chosen:
         raise ParameterError(
-            f"{path}: all {len(records)} records are vertical. Must hold a horizontal one."
+            f"{records.path}: all {len(records.names)} records are vertical. "
+            "Must hold a horizontal one."
         )
     return chosen

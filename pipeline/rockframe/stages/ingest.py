@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,16 +13,38 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import CATALOGUE, Limits, ReadOptions, Rejection, collect, read_catalogue
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.record import Record
-from rockframe.results import (
-    RECORDS,
-    Entry,
-    records_dataset,
-    refuse_strange_entries,
-    write,
-    write_entries,
-)
-from rockframe.signals import BandPass, correct, passport
+from rockframe.results import Entry, refuse_strange_entries, write_entries, write_records
+from rockframe.signals import BandPass, Passport, correct, passport
 from rockframe.study import PassportLimits
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A record that went through; its samples are in the file.
+
+    Parameters
+    ----------
+    record_id, source_format : str
+        Its identifier, and the format of its file.
+    samples : int
+        Their number.
+    time_step : float
+        Interval between them [s].
+    corrected_here : bool
+        Whether it got a baseline and a band-pass.
+    processing : tuple of str
+        What was done to the samples after reading, in order.
+    passport : Passport
+        What was measured on it.
+    """
+
+    record_id: str
+    source_format: str
+    samples: int
+    time_step: float
+    corrected_here: bool
+    processing: tuple[str, ...]
+    passport: Passport
 
 
 @dataclass(frozen=True)
@@ -30,8 +53,8 @@ class Ingested:
 
     Parameters
     ----------
-    records : tuple of Record
-        Those that went through, after processing.
+    accepted : tuple of Accepted
+        The records that went through.
     rejections : tuple of Rejection
         Those that did not, and the files that gave none.
     entries : tuple of Entry
@@ -40,7 +63,7 @@ class Ingested:
         Names and SHA-256 of the files that gave the records and of the catalogues.
     """
 
-    records: tuple[Record, ...]
+    accepted: tuple[Accepted, ...]
     rejections: tuple[Rejection, ...]
     entries: tuple[Entry, ...]
     inputs: Mapping[str, str]
@@ -108,59 +131,80 @@ def ingest_stage(
     catalogues = [catalogue] if catalogue else [path / CATALOGUE for path in paths]
     refuse_overwriting((output, beside), (*_files(paths), *catalogues))
     refuse_strange_entries(beside)
-    read, unread = collect(
-        paths,
-        options,
-        read_catalogue(catalogue) if catalogue else None,
-        progress,
-        workers=workers,
-        limits=limits,
-        strict=strict,
-    )
-    inspected = [_inspected(record, band, checks, all_uncorrected) for record in read]
-    del read  # the samples before correction need not wait for the end of the run
-    result = _sorted(inspected, unread, [path for path in catalogues if path.is_file()])
-    _require_some(result, strict)
-    passports = [e.passport for e in result.entries if e.passport and not e.reason]
-    write(
-        records_dataset(result.records, passports),
-        output,
-        RECORDS,
-        input_sha256=result.inputs,
-        parameters={
-            "all_uncorrected": all_uncorrected,
-            "band_pass_hz": [band.low, band.high],
-            "passport": checks.stated(),
-            "time_step_s": options.time_step,
-            "units": options.units,
-        },
-    )
-    write_entries(result.entries, beside)
-    return result
-
-
-def _sorted(
-    inspected: Sequence[tuple[Record, Entry]],
-    unread: Sequence[Rejection],
-    catalogues: Sequence[Path],
-) -> Ingested:
-    """Accepted records first, then what was rejected, each in the order of the files."""
-    records = tuple(record for record, entry in inspected if not entry.reason)
-    entries = [entry for _, entry in inspected]
-    entries += [Entry(r.file, "", reason=r.reason, line=r.line) for r in unread]
-    entries.sort(key=lambda entry: bool(entry.reason))
+    run = _Run(band, checks, all_uncorrected, strict)
+    with closing(
+        collect(
+            paths,
+            options,
+            read_catalogue(catalogue) if catalogue else None,
+            progress,
+            workers=workers,
+            limits=limits,
+            strict=strict,
+        )
+    ) as outcomes:
+        inputs = write_records(
+            run.inspected(outcomes),
+            output,
+            input_sha256={path.name: sha256_of(path) for path in catalogues if path.is_file()},
+            parameters={
+                "all_uncorrected": all_uncorrected,
+                "band_pass_hz": [band.low, band.high],
+                "passport": checks.stated(),
+                "time_step_s": options.time_step,
+                "units": options.units,
+            },
+        )
+    entries = sorted(run.entries, key=lambda entry: bool(entry.reason))
+    write_entries(entries, beside)
     rejections = [Rejection(e.file, e.reason, e.line) for e in entries if e.reason]
-    inputs = {record.source_file: record.source_sha256 for record in records}
-    inputs |= {path.name: sha256_of(path) for path in catalogues}
-    return Ingested(records, tuple(rejections), tuple(entries), inputs)
+    return Ingested(tuple(run.accepted), tuple(rejections), tuple(entries), inputs)
 
 
-def _require_some(result: Ingested, strict: bool) -> None:
-    if result.records and not (strict and result.rejections):
-        return
-    first, others = result.rejections[0], len(result.rejections) - 1
-    more = f" ({others} more rejected.)" if others else ""
-    raise InputError(first.file, first.reason + more, first.line)
+@dataclass(frozen=True)
+class _Run:
+    """How records are processed and checked, and what became of those that have been."""
+
+    band: BandPass
+    limits: PassportLimits
+    all_uncorrected: bool
+    strict: bool
+    accepted: list[Accepted] = field(default_factory=list)
+    entries: list[Entry] = field(default_factory=list)
+
+    def inspected(
+        self, outcomes: Iterable[Record | Rejection]
+    ) -> Iterator[tuple[Record, Passport | None]]:
+        """Give what goes through, one after the other, and note what became of everything."""
+        for outcome in outcomes:
+            if isinstance(outcome, Rejection):
+                entry = Entry(outcome.file, "", reason=outcome.reason, line=outcome.line)
+                self.entries.append(entry)
+                continue
+            uncorrected = outcome.uncorrected or self.all_uncorrected
+            record, entry = _inspected(outcome, self.band, self.limits, uncorrected)
+            if self.strict and entry.reason:
+                raise InputError(entry.file, entry.reason)
+            self.entries.append(entry)
+            if entry.passport and not entry.reason:
+                self.accepted.append(_accepted(record, uncorrected, entry.passport))
+                yield record, entry.passport
+        if not self.accepted:
+            first, others = self.entries[0], len(self.entries) - 1
+            more = f" ({others} more rejected.)" if others else ""
+            raise InputError(first.file, first.reason + more, first.line)
+
+
+def _accepted(record: Record, corrected_here: bool, checked: Passport) -> Accepted:
+    return Accepted(
+        record.record_id,
+        record.source_format,
+        record.acceleration.size,
+        record.time_step,
+        corrected_here,
+        record.processing,
+        checked,
+    )
 
 
 def _files(paths: Sequence[Path]) -> list[Path]:
@@ -168,11 +212,10 @@ def _files(paths: Sequence[Path]) -> list[Path]:
 
 
 def _inspected(
-    record: Record, band: BandPass, limits: PassportLimits, all_uncorrected: bool
+    record: Record, band: BandPass, limits: PassportLimits, uncorrected: bool
 ) -> tuple[Record, Entry]:
     """Return the record after processing, and its row of the table; with a reason: rejected."""
     file, name = record.source_file, record.record_id
-    uncorrected = record.uncorrected or all_uncorrected
     try:
         processed = _processed(record, band) if uncorrected else _moving(record)
         corners = band.corners(record.time_step, record.duration) if uncorrected else None

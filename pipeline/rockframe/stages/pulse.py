@@ -9,7 +9,7 @@ from rockframe.ingest import Rejection
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
-from rockframe.results import PULSES, input_hash, pulses_dataset, read_records, write
+from rockframe.results import PULSES, input_hash, open_records, pulses_dataset, write
 from rockframe.stages.common import Progress, horizontal, silent
 from rockframe.wavelets import WAVELETS
 
@@ -46,19 +46,20 @@ def pulse_stage(
         If no record is horizontal, or none can be searched.
     """
     refuse_overwriting([output], [records_path])
-    records = horizontal(read_records(records_path), records_path)
-    matched: list[tuple[Record, list[PulseMatch]]] = []
+    matched: dict[str, list[PulseMatch]] = {}
     rejections: list[Rejection] = []
-    for i, record in enumerate(records):
-        try:
-            matched.append((record, _matches(record, shortest_period, longest_period)))
-        except ParameterError as error:
-            rejections.append(Rejection(file=record.record_id, reason=str(error)))
-        progress(i + 1, len(records))
+    with open_records(records_path) as records:
+        names = horizontal(records)
+        for i, name in enumerate(names):
+            try:
+                matched[name] = _matches(records.read(name), shortest_period, longest_period)
+            except ParameterError as error:
+                rejections.append(Rejection(file=name, reason=str(error)))
+            progress(i + 1, len(names))
     if not matched:
         raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
     write(
-        pulses_dataset([record for record, _ in matched], [matches for _, matches in matched]),
+        pulses_dataset(list(matched), list(matched.values())),
         output,
         PULSES,
         input_sha256=input_hash(records_path),

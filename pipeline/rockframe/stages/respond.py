@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+from rockframe.components import vertical_beside
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.ingest import Rejection
 from rockframe.provenance import refuse_overwriting
-from rockframe.results import RESPONSE, input_hash, read_records, response_dataset, write
-from rockframe.rocking.response import Response, respond
+from rockframe.record import Orientation, Record
+from rockframe.results import RESPONSE, input_hash, open_records, response_dataset, write
+from rockframe.rocking import GroundAcceleration, Response, respond
 from rockframe.stages.common import Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
 
@@ -19,8 +23,9 @@ def respond_stage(
     *,
     structures_path: Path = SHIPPED_STRUCTURES,
     structure: str | None = None,
+    vertical: bool = False,
     progress: Progress = silent,
-) -> None:
+) -> tuple[Rejection, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
 
     Parameters
@@ -31,29 +36,64 @@ def respond_stage(
         TOML file of ``[[structure]]`` tables; by default the shipped ones.
     structure : str, optional
         Only the structure of this name.
+    vertical : bool
+        Let the ground move vertically too, as the vertical record of the same motion says.
     progress : callable
         Called with the number of records done and in all.
+
+    Returns
+    -------
+    tuple of Rejection
+        Records without a vertical that was asked for, or with one that falls faster than gravity;
+        they are left out.
 
     Raises
     ------
     InputError
         If the records or structures cannot be read, or the output not written.
     ParameterError
-        If there is no structure of that name, or no record is horizontal.
+        If there is no structure of that name, no record is horizontal, or none is left.
     """
     refuse_overwriting([output], [records_path, structures_path])
     frames = choose_structures(structures_path, structure)
-    records = horizontal(read_records(records_path), records_path)
-    responses: list[list[Response]] = []
+    with open_records(records_path) as file:
+        names, everything = set(horizontal(file)), list(file)
+    records = [record for record in everything if record.record_id in names]
+    beside = vertical_beside(everything) if vertical else {}
+    answered: list[tuple[Record, list[Response]]] = []
+    rejections: list[Rejection] = []
     for i, record in enumerate(records):
-        responses.append([respond(frame, record) for frame in frames])
+        try:
+            motion = _with_vertical(record, beside) if vertical else record
+            answered.append((record, [respond(frame, motion) for frame in frames]))
+        except ParameterError as error:
+            rejections.append(Rejection(file=record.record_id, reason=str(error)))
         progress(i + 1, len(records))
+    if not answered:
+        raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
     write(
-        response_dataset(records, frames, responses),
+        response_dataset(
+            [record for record, _ in answered], frames, [responses for _, responses in answered]
+        ),
         output,
         RESPONSE,
         input_sha256=input_hash(records_path) | input_hash(structures_path),
-        parameters={"structures": [frame.name for frame in frames]},
+        parameters={"structures": [frame.name for frame in frames], "vertical": vertical},
+    )
+    return tuple(rejections)
+
+
+def _with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:
+    upward = beside.get(record.record_id)
+    if upward is None:
+        raise ParameterError(
+            "no vertical record of the same event, station, start, time step and length. "
+            "Must be one, to let the ground move vertically."
+        )
+    sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0
+    across = GroundAcceleration.from_samples(record.acceleration, record.time_step)
+    return across.with_vertical(
+        GroundAcceleration.from_samples(sign * upward.acceleration, upward.time_step)
     )
 
 

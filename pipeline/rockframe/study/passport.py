@@ -37,6 +37,10 @@ class PassportLimits(Strict):
     peak_acceleration_warn, peak_acceleration_reject : float
         Peak after processing [m s-2], at most. Few records pass 2 g and none in the archives 5 g;
         10 g are gal taken for g, or no ground motion.
+    stated_peak_warn, stated_peak_reject : float
+        Difference between the peak in the file, with its sign where the header's has one, and the
+        peak that the header states, over the latter [1], at most. Readers refuse what goes beyond
+        the last printed digit; a hundredth more is a coarse header, and half is another record.
     clipped_samples_warn, clipped_samples_reject : float
         Longest run of equal samples at an extreme [1], at most. Three or four come from rounding
         (few digits, many samples a period); a run of 25 is a flat top.
@@ -82,6 +86,8 @@ class PassportLimits(Strict):
 
     peak_acceleration_warn: _Limit = 2.0 * GRAVITY
     peak_acceleration_reject: _Limit = 10.0 * GRAVITY
+    stated_peak_warn: _Limit = 0.01
+    stated_peak_reject: _Limit = 0.5
     clipped_samples_warn: _Limit = 4.0
     clipped_samples_reject: _Limit = 24.0
     constant_time_warn: _Limit = 0.1
