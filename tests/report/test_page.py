@@ -173,6 +173,17 @@ def test_only_a_whole_run_is_reported(
     assert not (damaged / "report.html").exists()
 
 
+def test_a_page_of_another_run_is_a_fault(
+    hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Path(shutil.copytree(hostile_run, tmp_path / "run"))
+    assert main(["report", str(run)]) == main(["verify", str(run)]) == 0
+    manifest = run / "manifest.json"
+    manifest.write_text(manifest.read_text() + "\n")
+    assert main(["verify", str(run)]) == 1
+    assert "report.html: shows another run" in capsys.readouterr().err
+
+
 def test_no_file_of_the_run_is_written_over(
     hostile_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

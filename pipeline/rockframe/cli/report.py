@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import Final
 
 from rockframe.cli.arguments import path
+
+#: The page, in the folder of its run.
+_PAGE: Final = "report.html"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.stages import verify_run
 
     folder = options.folder
-    output = options.output or folder / "report.html"
+    output = options.output or folder / _PAGE
     found = verify_run(folder)
     if found.faults:
         raise InputError(folder, f"is not a whole run: {found.faults[0]}")
@@ -57,6 +62,16 @@ def run(options: argparse.Namespace) -> int:
     size = output.stat().st_size / 1e6
     print(f"{output}: {size:.1f} MB, {len(chosen)} of {len(content.rows)} histories")
     return 0
+
+
+def strange_report(folder: Path) -> list[str]:
+    """Return why the page in the folder of a run is not that of the run; nothing if it is."""
+    from rockframe.provenance import MANIFEST, sha256_of
+
+    page = folder / _PAGE
+    if not page.is_file() or sha256_of(folder / MANIFEST).encode() in page.read_bytes():
+        return []
+    return [f"{page}: shows another run. Must be made again, by `rockframe report {folder}`."]
 
 
 def _count(text: str) -> int:
