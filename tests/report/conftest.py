@@ -18,7 +18,8 @@ REJECTED = "<img src=x onerror=alert(3)>.csv"
 
 @pytest.fixture(scope="session")
 def hostile_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose names are HTML and script; one file is rejected, one structure falls."""
+    """A run whose names are HTML and script; one file is rejected, one structure stands, one falls,
+    and one never uplifts."""
     home = tmp_path_factory.mktemp("hostile")
     records = home / "records"
     records.mkdir()
@@ -34,6 +35,7 @@ def hostile_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     structures.write_text(
         '[[structure]]\nname = "bent"\nheight_m = 9.6\nwidth_m = 1.6\nmass_ratio = 4.0\n'
         '[[structure]]\nname = "thin"\nheight_m = 3.0\nwidth_m = 0.4\n'
+        '[[structure]]\nname = "squat"\nheight_m = 3.0\nwidth_m = 2.0\n'
     )
     words = ["--records", str(records), "--structures", str(structures), "--units", "g"]
     words += ["--time-step", "0.01", "--output", str(home / "run")]

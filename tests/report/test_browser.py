@@ -233,6 +233,17 @@ def test_names_are_shown_and_not_run(page: Any, hostile_run: Path, tmp_path: Pat
     assert "rejected" in page.inner_text("#inputs")
 
 
+def test_a_frame_that_never_uplifts_stands_still(
+    page: Any, hostile_run: Path, tmp_path: Path
+) -> None:
+    assert main(["report", str(hostile_run), "--output", str(tmp_path / "report.html")]) == 0
+    opened(page, tmp_path, 2)
+    scrub(page, 300)
+    assert "does not uplift" in page.inner_text("#verdict-line")
+    assert value(page, "theta") == 0.0
+    assert "rotate(0 " in page.get_attribute("svg.frame .column", "transform")
+
+
 def test_the_policy_stops_a_request(browser: Any, bundled_run: Path) -> None:
     page = browser.new_page()
     opened(page, bundled_run, 0)

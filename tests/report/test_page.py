@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import rockframe
 from rockframe.cli.main import main
+from rockframe.provenance import sha256_of
 from rockframe.report.columns import shown
 from rockframe.report.payload import decode, encode, unpack
 
@@ -70,7 +71,7 @@ def test_samples_survive_to_the_last_bit(values: NDArray[np.float32]) -> None:
 def test_samples_are_those_of_the_files(hostile_run: Path) -> None:
     texts = Parsed(report(hostile_run)).texts
     pairs = json.loads(texts["facts"])["pairs"]
-    assert [pair["structure"] for pair in pairs] == ["bent", "thin"]
+    assert [pair["structure"] for pair in pairs] == ["bent", "thin", "squat"]
     (record,) = rockframe.read_records(hostile_run / "records.nc")
     np.testing.assert_array_equal(decode(texts["data-g0"]), record.acceleration.astype("f4"))
     with rockframe.open_response(hostile_run / "response.nc") as response:
@@ -93,7 +94,7 @@ def test_the_pulse_is_that_of_the_pulse_file(hostile_run: Path) -> None:
 def test_names_stay_text(hostile_run: Path) -> None:
     page = Parsed(report(hostile_run))
     names = [tag for tag, _ in page.tags]
-    histories, grounds = 2, 1
+    histories, grounds = 3, 1
     assert names.count("script") == 3 * histories + 2 * grounds + 3  # facts, table, the script
     assert not {"img", "b"} & {tag for tag, attributes in page.tags if attributes}
     assert not [key for _, attributes in page.tags for key in attributes if key.startswith("on")]
@@ -127,10 +128,10 @@ def test_the_same_run_gives_the_same_bytes(hostile_run: Path) -> None:
 def test_what_is_left_out_is_said(hostile_run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = Parsed(report(hostile_run, "--histories", "1", "--json"))
     said = json.loads(capsys.readouterr().out)
-    assert (said["histories"], said["left_out"]) == (1, 1)
+    assert (said["histories"], said["left_out"]) == (1, 2)
     (kept,) = json.loads(page.texts["facts"])["pairs"]
     assert kept["verdict"] == "safe"  # those that stand come first
-    assert any("Of 2 histories this page holds 1" in word for word in page.words)
+    assert any("Of 3 histories this page holds 1" in word for word in page.words)
     assert sum(attributes.get("data-history") is not None for _, attributes in page.tags) == 1
 
 
@@ -152,6 +153,10 @@ def test_the_vendored_script_is_what_its_readme_says() -> None:
         assert hashlib.sha256((VENDORED / name).read_bytes()).hexdigest() == digest
 
 
+def test_its_licence_goes_with_each_page(hostile_run: Path) -> None:
+    assert (VENDORED / "uPlot.LICENSE").read_text() in Parsed(report(hostile_run)).texts["script"]
+
+
 def refusal(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     capsys.readouterr()
     assert main(["report", *words]) == 2
@@ -171,6 +176,18 @@ def test_only_a_whole_run_is_reported(
     assert "is not a whole run" in error
     assert "table.csv" in error
     assert not (damaged / "report.html").exists()
+
+
+def test_a_table_of_another_version_is_refused(
+    hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Path(shutil.copytree(hostile_run, tmp_path / "run"))
+    table = run / "table.csv"
+    table.write_text(table.read_text().replace(",verdict,", ",fate,", 1))
+    manifest = json.loads((run / "manifest.json").read_text())
+    manifest["outputs"]["table.csv"] = sha256_of(table)
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    assert "table.csv: without column 'verdict'. Must be" in refusal(capsys, str(run))
 
 
 def test_a_page_of_another_run_is_a_fault(

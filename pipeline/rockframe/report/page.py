@@ -88,7 +88,8 @@ def _provenance(run: Run) -> dict[str, Any]:
 
 
 def _script() -> str:
-    vendored = _read("vendor/uPlot.iife.min.js")
+    # The licence goes with every copy, and each page is one.
+    vendored = f"/*\n{_read('vendor/uPlot.LICENSE')}*/\n{_read('vendor/uPlot.iife.min.js')}"
     parts = "\n".join(_read(f"script/{name}.js") for name in _PARTS)
     return f'{vendored}\n(() => {{\n"use strict";\n{parts}}})();\n'
 

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -20,6 +20,11 @@ from rockframe.results.files import PULSES, RECORDS, RESPONSE, opened
 from rockframe.results.pulses import best_pulses
 
 Float = NDArray[np.float64]
+#: Columns of ``table.csv`` without which it says nothing of a record and a structure.
+_NEEDED: Final = (
+    *("record_id", "event", "record", "structure", "verdict"),
+    *("peak_rotation_ratio", "overturning_time_s"),
+)
 #: Record and structure.
 Pair = tuple[str, str]
 
@@ -148,6 +153,11 @@ def read_run(folder: Path) -> Run:
     """
     manifest_sha256 = sha256_of(folder / MANIFEST)
     table = _text(folder / "table.csv")
+    rows = _rows_of_text(table)
+    missing = [name for name in _NEEDED if not rows or name not in rows[0]]
+    if missing:
+        must_be = "Must be as this version of `rockframe table1` writes it."
+        raise InputError(folder / "table.csv", f"without column {missing[0]!r}. {must_be}")
     with opened(folder / "records.nc", RECORDS) as dataset:
         records = _facts_of_each(dataset, "record_id")
     with opened(folder / "pulses.nc", PULSES) as dataset:
@@ -160,7 +170,7 @@ def read_run(folder: Path) -> Run:
         json.loads(_text(folder / MANIFEST)),
         manifest_sha256,
         table,
-        _rows_of_text(table),
+        rows,
         _rows_of_text(_text(folder / "records.csv")),
         {name: facts + pulses.get(name, ()) for name, facts in records.items()},
         structures,
