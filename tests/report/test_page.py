@@ -143,7 +143,7 @@ def test_the_bundled_study_is_small_and_still_whole(bundled_run: Path) -> None:
 def test_a_margin_is_shown_as_soon_as_the_table_has_one() -> None:
     row = {"record": "A", "verdict": "safe", "margin": "1.25"}
     columns = shown([row])
-    assert [(c.head, c.cell(row)) for c in columns][1] == ("Margin", "1.25")
+    assert ("Margin", "1.25") in [(c.head, c.cell(row)) for c in columns]
 
 
 def test_the_vendored_script_is_what_its_readme_says() -> None:

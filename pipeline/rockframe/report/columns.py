@@ -62,10 +62,16 @@ class Column:
         return text if text and math.isfinite(float(text)) else "-Infinity"
 
 
-#: All that can be shown, in this order; `margin` as soon as the table has it.
+#: All that can be shown, the answer first; `margin` as soon as the table has it.
 COLUMNS: Final = (
-    Column("event", "Earthquake", minor=True),
     Column("record", "Record"),
+    Column("structure", "Structure"),
+    Column("verdict", "Verdict"),
+    Column("margin", "Margin", "", 2),
+    Column("peak_rotation_ratio", "θ/α", "", 3),
+    Column("u_max_m", "u", "cm", 1, 100.0, minor=True),
+    Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
+    Column("event", "Earthquake", minor=True),
     Column("magnitude", "M", "", 1, minor=True),
     Column("epicentral_distance_km", "R", "km", 1, minor=True),
     Column("pga_g", "PGA", "g", 2, minor=True),
@@ -73,12 +79,6 @@ COLUMNS: Final = (
     Column("a_p_g", "a_p", "g", 2, minor=True),
     Column("T_p_s", "T_p", "s", 2, minor=True),
     Column("wavelet", "Pulse", minor=True),
-    Column("structure", "Structure"),
-    Column("peak_rotation_ratio", "θ/α", "", 3),
-    Column("u_max_m", "u", "cm", 1, 100.0, minor=True),
-    Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
-    Column("margin", "Margin", "", 2),
-    Column("verdict", "Verdict"),
 )
 
 
