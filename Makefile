@@ -9,14 +9,16 @@ PAPER ?= outputs/paper
 SECONDS ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 paper test check format bench fuzz clean
+.PHONY: help setup table1 report paper test test-browser check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
 	@echo "              (RECORDS='FILE or FOLDER ...' for your own, STRUCTURE=NAME for one structure)"
+	@echo "make report   one page of the run in $(OUTPUT) to look at in a browser: $(OUTPUT)/report.html"
 	@echo "make paper    the paper, checked: its figures, and each number and claim beside ours, in $(PAPER)"
 	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
 	@echo "make test     run the tests"
+	@echo "make test-browser  run the tests of that page in Chromium (Debian: apt-get install chromium)"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
@@ -42,8 +44,18 @@ table1: $(MADE)
 paper: $(MADE)
 	@$(BIN)/rockframe paper --output $(PAPER) $(if $(RECORDS),--records $(RECORDS))
 
+$(OUTPUT)/manifest.json:
+	@$(MAKE) --no-print-directory table1
+
+report: $(MADE) $(OUTPUT)/manifest.json
+	@$(BIN)/rockframe report $(OUTPUT)
+
 test: $(MADE)
 	@$(BIN)/python -m pytest -q
+
+test-browser: $(MADE)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[browser]'
+	@$(BIN)/python -m pytest -q tests/report/test_browser.py
 
 check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .

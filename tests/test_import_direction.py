@@ -15,7 +15,7 @@ FLOORS = (
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking"},
     {"results"},
-    {"stages", "figures", "paper"},
+    {"stages", "figures", "report", "paper"},
     {"cli"},
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

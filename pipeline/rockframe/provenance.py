@@ -16,6 +16,8 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 
+#: Suffixes of the files that make up the package.
+_SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
 #: The last file of a run.
 MANIFEST: Final = "manifest.json"
 #: Distributions whose versions can change a number in a result.
@@ -59,7 +61,7 @@ def source_code_hash() -> str:
     root = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*")):
-        if path.is_file() and path.suffix in {".py", ".toml", ".mplstyle"}:
+        if path.is_file() and path.suffix in _SOURCES:
             digest.update(path.relative_to(root).as_posix().encode() + b"\0")
             digest.update(path.read_bytes() + b"\0")
     return digest.hexdigest()

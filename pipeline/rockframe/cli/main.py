@@ -13,10 +13,21 @@ from importlib.metadata import version
 from types import FrameType
 from typing import NoReturn
 
-from rockframe.cli import fetch, figure, formats, ingest, paper, pulse, respond, table1, verify
+from rockframe.cli import (
+    fetch,
+    figure,
+    formats,
+    ingest,
+    paper,
+    pulse,
+    report,
+    respond,
+    table1,
+    verify,
+)
 from rockframe.errors import RockframeError
 
-_VERBS = (table1, fetch, ingest, pulse, respond, figure, paper, verify, formats)
+_VERBS = (table1, fetch, ingest, pulse, respond, figure, paper, report, verify, formats)
 
 
 class _Parser(argparse.ArgumentParser):

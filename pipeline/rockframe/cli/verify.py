@@ -16,17 +16,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Verify and print; 0 only if the run is whole."""
     from rockframe.cli.console import show_json
+    from rockframe.cli.report import strange_report
     from rockframe.stages import verify_run
 
     found = verify_run(options.folder)
+    faults = (*found.faults, *strange_report(options.folder))
     if options.json:
         show_json(
             {
                 "files": found.files,
                 "records": {name: len(held.records) for name, held in found.datasets.items()},
-                "faults": found.faults,
+                "faults": faults,
                 "same_source": found.same_source,
-                "whole": not found.faults,
+                "whole": not faults,
             }
         )
     else:
@@ -34,8 +36,8 @@ def run(options: argparse.Namespace) -> int:
             print(f"{name}: {len(held.records)} records")
         if not found.same_source:
             print("made by another version of the source code")
-        if not found.faults:
+        if not faults:
             print(f"{options.folder}: whole; all {found.files} files are as the manifest says")
-    for fault in found.faults:
+    for fault in faults:
         print(f"rockframe: fault: {fault}", file=sys.stderr)
-    return 1 if found.faults else 0
+    return 1 if faults else 0

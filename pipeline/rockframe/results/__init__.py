@@ -28,6 +28,12 @@ from rockframe.results.records import write_records as write_records
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
 from rockframe.results.response import response_dataset as response_dataset
+from rockframe.results.run import Fact as Fact
+from rockframe.results.run import Ground as Ground
+from rockframe.results.run import History as History
+from rockframe.results.run import Run as Run
+from rockframe.results.run import read_histories as read_histories
+from rockframe.results.run import read_run as read_run
 from rockframe.results.table import TableRow as TableRow
 from rockframe.results.table import pulse_rows as pulse_rows
 from rockframe.results.table import response_rows as response_rows

@@ -254,7 +254,7 @@ def describe(path: Path, kind: str) -> Described:
     """
     with opened(path, kind) as dataset:
         for name in dataset.variables:  # one after the other: the samples need not fit in memory
-            dataset[name].to_numpy()
+            dataset[name].copy(deep=False).to_numpy()  # a dataset keeps what was read of it
         return Described(
             tuple(str(name) for name in dataset["record_id"].values),
             json.loads(dataset.attrs["input_sha256"]),

@@ -1,0 +1,93 @@
+"""Columns of the overview: what of a row of the table is shown, and how."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+#: Of a structure that fell these are those of its fall, which tell nothing.
+_OF_THE_FALL: Final = ("peak_rotation_ratio", "u_max_m", "v_max_m")
+_DASH: Final = "–"
+#: Wavelets, as the tables of the terminal have them.
+_SHORT: Final = {"symmetric_ricker": "sym.", "antisymmetric_ricker": "antisym."}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the overview.
+
+    Parameters
+    ----------
+    key : str
+        Column of ``table.csv``.
+    head, unit : str
+        What stands above it.
+    decimals : int, optional
+        Of a number; without it the column is text.
+    factor : float
+        What a number is multiplied by for its unit.
+    minor : bool
+        Left out where the page is narrow.
+    """
+
+    key: str
+    head: str
+    unit: str = ""
+    decimals: int | None = None
+    factor: float = 1.0
+    minor: bool = False
+
+    def cell(self, row: Mapping[str, str]) -> str:
+        """Return what is shown; a dash for what is not known.
+
+        Examples
+        --------
+        >>> Column("u_max_m", "u", "cm", 1, 100.0).cell({"u_max_m": "0.135", "verdict": "safe"})
+        '13.5'
+        """
+        text = row[self.key]
+        if self.decimals is None:
+            return (
+                _SHORT.get(text, text.replace("_", " ") if self.key == "verdict" else text) or _DASH
+            )
+        if not text or (self.key in _OF_THE_FALL and row["verdict"] == "overturned"):
+            return _DASH
+        return f"{self.factor * float(text):.{self.decimals}f}"
+
+    def order(self, row: Mapping[str, str]) -> str:
+        """Return what a column of numbers is sorted by: the number; unknown ones below all."""
+        text = row[self.key]
+        return text if text and math.isfinite(float(text)) else "-Infinity"
+
+
+#: All that can be shown, the answer first; `margin` as soon as the table has it.
+COLUMNS: Final = (
+    Column("record", "Record"),
+    Column("structure", "Structure"),
+    Column("verdict", "Verdict"),
+    Column("margin", "Margin", "", 2),
+    Column("peak_rotation_ratio", "θ/α", "", 3),
+    Column("u_max_m", "u", "cm", 1, 100.0, minor=True),
+    Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
+    Column("event", "Earthquake", minor=True),
+    Column("magnitude", "M", "", 1, minor=True),
+    Column("epicentral_distance_km", "R", "km", 1, minor=True),
+    Column("pga_g", "PGA", "g", 2, minor=True),
+    Column("pgv_m_s", "PGV", "m/s", 2, minor=True),
+    Column("a_p_g", "a_p", "g", 2, minor=True),
+    Column("T_p_s", "T_p", "s", 2, minor=True),
+    Column("wavelet", "Pulse", minor=True),
+)
+
+
+def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
+    """Return the columns of which something is known.
+
+    Examples
+    --------
+    >>> [column.head for column in shown([{"record": "A", "magnitude": "", "verdict": "safe"}])]
+    ['Record', 'Verdict']
+    """
+    return [column for column in COLUMNS if any(row.get(column.key) for row in rows)]

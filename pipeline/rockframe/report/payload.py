@@ -1,0 +1,226 @@
+"""What the page's script works on: histories as compressed float32, facts as texts."""
+
+from __future__ import annotations
+
+import base64
+import math
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rockframe.results import Fact, Ground, History, Run
+from rockframe.units import GRAVITY
+
+#: Signs that CF's units have in print.
+_PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
+#: What the table of a record shows already, or the page needs only for itself.
+_NOT_SHOWN: Final = frozenset(["row_size", "passport", "source_sha256"])
+
+
+def encode(values: ArrayLike) -> str:
+    """Return samples as little-endian float32, deflated (zlib), in base64.
+
+    Parameters
+    ----------
+    values : array_like, shape (samples,)
+        NaN stays NaN.
+
+    Examples
+    --------
+    >>> decode(encode([0.5, -0.25])).tolist()
+    [0.5, -0.25]
+    """
+    return pack(np.asarray(values, dtype="<f4").tobytes())
+
+
+def pack(content: bytes) -> str:
+    """Return bytes deflated (zlib), in base64.
+
+    Examples
+    --------
+    >>> unpack(pack(b"a,b"))
+    b'a,b'
+    """
+    return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
+
+
+def unpack(text: str) -> bytes:
+    """Return what `pack` was given."""
+    return zlib.decompress(base64.b64decode(text))
+
+
+def decode(text: str) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+    """Return what `encode` was given, to float32: what the page's script does, in Python."""
+    return np.frombuffer(unpack(text), dtype="<f4")
+
+
+def choose(run: Run, limit: int) -> list[tuple[str, str]]:
+    """Return which histories go into the page, in the order of the table.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    limit : int
+        How many at most. If there are more: those that stand with the largest rotation first, then
+        those that overturned, then those that never uplifted.
+
+    Returns
+    -------
+    list of (str, str)
+        Records and structures.
+    """
+
+    def rank(row: Mapping[str, str]) -> tuple[int, float]:
+        kind = {"safe": 0, "overturned": 1}.get(row["verdict"], 2)
+        return kind, -float(row["peak_rotation_ratio"])
+
+    best = sorted(run.rows, key=rank)[:limit]
+    kept = {(row["record_id"], row["structure"]) for row in best}
+    pairs = [(row["record_id"], row["structure"]) for row in run.rows]
+    return [pair for pair in pairs if pair in kept]
+
+
+def payload(
+    run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the facts of what can be looked at closely, and the samples by identifier.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    motions : iterable of (Ground, sequence of History)
+        What is shown of it.
+
+    Returns
+    -------
+    facts : dict
+        JSON values: ``name``, ``gravity``, ``grounds``, ``structures`` and ``pairs``.
+    samples : dict of str to str
+        ``table`` as `pack` gives it, and what `encode` returned: ``g0`` and ``p0`` the first
+        record's motion and pulse, ``theta0``, ``u0`` and ``v0`` the first history.
+    """
+    grounds: list[dict[str, Any]] = []
+    pairs: list[dict[str, Any]] = []
+    samples = {"table": pack(run.table.encode("utf-8"))}
+    row_of = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
+    entry_of = {entry["record_id"]: entry for entry in run.entries}
+    for ground, histories in motions:
+        i = len(grounds)
+        samples[f"g{i}"], samples[f"p{i}"] = encode(ground.acceleration), encode(ground.pulse)
+        grounds.append(_ground(run, ground, entry_of.get(ground.record, {})))
+        for history in histories:
+            pair = (history.record, history.structure)
+            for name in ("theta", "u", "v"):
+                samples[f"{name}{len(pairs)}"] = encode(getattr(history, name))
+            row = run.rows[row_of[pair]]
+            pairs.append(
+                {
+                    "row": row_of[pair],
+                    "ground": i,
+                    "record": row["record"],
+                    "event": row["event"],
+                    "structure": history.structure,
+                    "verdict": row["verdict"],
+                    "peak": _finite(row["peak_rotation_ratio"]),
+                    "overturning": _finite(row["overturning_time_s"]),
+                    "facts": _texts(run.pairs[pair]),
+                }
+            )
+    structures = {name: _structure(facts) for name, facts in run.structures.items()}
+    return {
+        "name": run.folder.resolve().name,
+        "gravity": GRAVITY,
+        "grounds": grounds,
+        "structures": structures,
+        "pairs": pairs,
+    }, samples
+
+
+def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any]:
+    return {
+        "id": ground.record,
+        "step": ground.time_step,
+        "pulseStart": ground.pulse_start,
+        "facts": _texts(run.records[ground.record]),
+        "checks": checks(entry),
+        "passport": entry.get("passport", ""),
+    }
+
+
+def _structure(facts: Sequence[Fact]) -> dict[str, Any]:
+    """Its geometry, for the drawing, beside its facts."""
+    wanted = ("height", "width", "mass_ratio", "slenderness")
+    return {
+        **{fact.name: fact.value for fact in facts if fact.name in wanted},
+        "facts": _texts(facts),
+    }
+
+
+def checks(entry: Mapping[str, str]) -> list[list[str]]:
+    """Return name, value, limit and verdict of each check of a row of ``records.csv``.
+
+    Examples
+    --------
+    >>> checks({"clipped_samples": "1.0", "clipped_samples_limit": "4.0",
+    ...         "clipped_samples_verdict": "ok"})
+    [['clipped samples', '1', '4', 'ok']]
+    """
+    names = [key.removesuffix("_verdict") for key in entry if key.endswith("_verdict")]
+    return [
+        [
+            name.replace("_", " "),
+            _short(entry[name]),
+            _short(entry[f"{name}_limit"]),
+            entry[f"{name}_verdict"],
+        ]
+        for name in names
+        if entry[f"{name}_verdict"]
+    ]
+
+
+def _short(number: str) -> str:
+    return f"{float(number):.4g}" if number else "not known"
+
+
+def _finite(number: str) -> float | None:
+    return float(number) if number and math.isfinite(float(number)) else None
+
+
+def _texts(facts: Sequence[Fact]) -> list[list[str]]:
+    """Label and value with unit of each fact that is known."""
+    known = [
+        fact
+        for fact in facts
+        if fact.name not in _NOT_SHOWN
+        and not (isinstance(fact.value, float) and math.isnan(fact.value))
+        and fact.value != ""
+    ]
+    return [[fact.label, with_unit(fact)] for fact in known]
+
+
+def with_unit(fact: Fact) -> str:
+    """Return the value of a fact as people read it.
+
+    Examples
+    --------
+    >>> with_unit(Fact("pga", "peak ground acceleration", 5.5346, "m s-2")).split()
+    ['5.535', 'm', 's⁻²']
+    """
+    if isinstance(fact.value, str):
+        return fact.value.replace("_", " ") if fact.name == "best_wavelet" else fact.value
+    whole = fact.value.is_integer() and abs(fact.value) < 1e9
+    number = f"{fact.value:.0f}" if whole else f"{fact.value:.4g}"
+    parts = [_printed(part) for part in fact.units.split() if part != "1"]
+    return "\N{NO-BREAK SPACE}".join([number.replace("-", "−"), *parts])
+
+
+def _printed(unit: str) -> str:
+    for sign, printed in _PRINTED.items():
+        if unit.endswith(sign):
+            return unit.removesuffix(sign) + printed
+    return unit

@@ -1,0 +1,75 @@
+// Which history is shown is in the address: links, the back button and bookmarks just work.
+const mark = resultsTable();
+const record = at("pick-record");
+const structure = at("pick-structure");
+const detail = new Detail((number) => {
+  mark(number);
+  const pair = facts.pairs[number];
+  record.value = String(pair.ground);
+  const choices = facts.pairs.flatMap((other, i) => (other.ground === pair.ground ? [[other, i]] : []));
+  structure.replaceChildren(...choices.map(([other, i]) =>
+    element("option", { value: String(i) }, other.structure)));
+  structure.value = String(number);
+  at("previous").disabled = number === 0;
+  at("next").disabled = number === facts.pairs.length - 1;
+});
+
+function asked() {
+  const number = Number((/^#history-(\d+)$/.exec(location.hash) ?? [])[1]);
+  return number < facts.pairs.length ? number : null;
+}
+
+async function showAsked(jump) {
+  const number = asked();
+  if (number === null) return;
+  try {
+    await detail.show(number);
+    document.documentElement.dataset.shown = number;
+    if (jump) {
+      at("detail").scrollIntoView();
+      at("detail-title").focus({ preventScroll: true });
+    }
+  } catch (error) {
+    at("trouble").textContent = `This history cannot be shown: ${error}`;
+    at("trouble").hidden = false;
+  }
+}
+
+function go(number) {
+  location.hash = `#history-${number}`;
+}
+
+record.replaceChildren(...facts.grounds.map((ground, i) => {
+  const first = facts.pairs.find((pair) => pair.ground === i);
+  return element("option", { value: String(i) }, `${first.record} (${ground.id})`);
+}));
+record.addEventListener("change", () => {
+  const wanted = facts.pairs[Number(structure.value)].structure;
+  const here = (pair) => pair.ground === Number(record.value);
+  const same = facts.pairs.findIndex((pair) => here(pair) && pair.structure === wanted);
+  go(same >= 0 ? same : facts.pairs.findIndex(here));
+});
+structure.addEventListener("change", () => go(Number(structure.value)));
+at("previous").addEventListener("click", () => go(asked() - 1));
+at("next").addEventListener("click", () => go(asked() + 1));
+// From a link the page goes to the history; from its own controls it stays where it is.
+addEventListener("hashchange", () => showAsked(document.activeElement?.matches("a, body") ?? true));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => detail.plots?.redraw());
+addEventListener("beforeprint", () => {
+  document.documentElement.classList.add("printing");
+  detail.plots?.redraw();
+});
+addEventListener("afterprint", () => {
+  document.documentElement.classList.remove("printing");
+  detail.plots?.redraw();
+});
+
+// The first picture: the frame that leans most and stands.
+if (asked() === null && facts.pairs.length > 0) {
+  const lean = (pair) => (pair.verdict === "safe" ? pair.peak : -1);
+  const best = facts.pairs.reduce((most, pair, i) => (lean(pair) > lean(facts.pairs[most]) ? i : most), 0);
+  history.replaceState(null, "", `#history-${best}`);
+  showAsked(false);
+} else {
+  showAsked(true);
+}

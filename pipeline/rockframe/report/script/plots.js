@@ -1,0 +1,155 @@
+// Four plots over one time axis: zoomed together, with one cursor.
+const GRAVITY = facts.gravity;
+// A frame beyond this multiple of its slenderness falls; further drawn, that would flatten the rest.
+const DRAWN_TO = 1.3;
+const VISIBLE = 0.005;
+const MARGIN = 3;
+
+const colour = (name) => () =>
+  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const scaled = (values, factor) =>
+  Array.from(values, (value) => (Number.isNaN(value) ? null : value * factor));
+
+function largest(values, among = () => true) {
+  let found = 0;
+  values.forEach((value, i) => {
+    if (value !== null && among(i)) found = Math.max(found, Math.abs(value));
+  });
+  return found;
+}
+
+function motionWindow(motion, ratio) {
+  const moving = (value) => value !== null && Math.abs(value) > VISIBLE;
+  const first = ratio.findIndex(moving);
+  const end = motion.time[motion.time.length - 1];
+  if (first < 0) return [0, end];
+  const last = motion.time[ratio.findLastIndex(moving)];
+  return [Math.max(0, motion.time[first] - MARGIN), Math.min(end, last + MARGIN)];
+}
+
+function panels(motion) {
+  const ratio = scaled(motion.theta, 1 / motion.structure.slenderness);
+  const standing = (i) => ratio[i] !== null && Math.abs(ratio[i]) <= DRAWN_TO;
+  const acceleration = scaled(motion.acceleration, 1 / GRAVITY);
+  const pulse = new Array(acceleration.length).fill(null);
+  motion.pulse.forEach((value, i) => { pulse[motion.ground.pulseStart + i] = value / GRAVITY; });
+  const u = scaled(motion.u, 100);
+  const v = scaled(motion.v, 100);
+  const even = (limit) => [-1.08 * limit || -1, 1.08 * limit || 1];
+  const tilt = Math.max(0.02, Math.min(largest(ratio), DRAWN_TO));
+  const lift = largest(v, standing) || 0.01;
+  return {
+    ratio,
+    list: [
+      { id: "ground", series: [[acceleration, "ground", 1], [pulse, "pulse", 2]],
+        range: even(Math.max(largest(acceleration), largest(pulse))), height: 130 },
+      { id: "ratio", series: [[ratio, "line", 1.4]], range: even(tilt), height: 150, limit: 1 },
+      { id: "u", series: [[u, "line", 1.4]], range: even(largest(u, standing)), height: 120 },
+      { id: "v", series: [[v, "line", 1.4]], range: [-0.08 * lift, 1.08 * lift], height: 150,
+        axis: true },
+    ],
+  };
+}
+
+function linkedPlots(motion, onCursor) {
+  const { ratio, list } = panels(motion);
+  const plots = [];
+  let at = 0;
+
+  function place() {
+    for (const plot of plots) {
+      const left = plot.valToPos(motion.time[at], "x");
+      const inside = left >= 0 && left <= plot.over.clientWidth;
+      plot.setCursor({ left: inside ? left : -10, top: inside ? 0 : -10 }, false);
+    }
+  }
+
+  function options(panel, width) {
+    const axis = { stroke: colour("ink-soft"), font: "12px system-ui, sans-serif" };
+    const grid = { stroke: colour("grid"), width: 1 };
+    const ticks = { stroke: colour("grid"), width: 1, size: 4 };
+    return {
+      width, height: panel.height, legend: { show: false }, padding: [6, 10, panel.axis ? 0 : 6, 0],
+      scales: { x: { time: false }, y: { range: panel.range } },
+      axes: [
+        { ...axis, grid, ticks, size: panel.axis ? 30 : 0,
+          values: panel.axis ? undefined : (_, splits) => splits.map(() => null) },
+        { ...axis, grid, ticks, size: 52, space: 26 },
+      ],
+      series: [{}, ...panel.series.map(([, name, thick]) =>
+        ({ stroke: colour(name), width: thick, points: { show: false } }))],
+      cursor: { y: false, drag: { x: true, y: false }, points: { size: 6 } },
+      hooks: {
+        setCursor: [(plot) => {
+          if (plot.cursor.left < 0) queueMicrotask(place);
+          else if (plot.cursor.idx !== null) onCursor(plot.cursor.idx);
+        }],
+        setScale: [(plot, key) => {
+          if (key !== "x") return;
+          const { min, max } = plot.scales.x;
+          Object.assign(document.getElementById("graphs").dataset, { from: min, to: max });
+          for (const other of plots) {
+            const there = other.scales.x;
+            if (there.min !== min || there.max !== max) other.setScale("x", { min, max });
+          }
+          queueMicrotask(place);
+        }],
+        draw: [(plot) => { if (panel.limit) drawLimits(plot, panel.limit); }],
+      },
+    };
+  }
+
+  for (const panel of list) {
+    const host = document.getElementById(`plot-${panel.id}`);
+    host.replaceChildren();
+    const data = [motion.time, ...panel.series.map(([values]) => values)];
+    plots.push(new uPlot(options(panel, host.clientWidth), data, host));
+  }
+  const observer = new ResizeObserver(() => {
+    for (const plot of plots) {
+      const width = plot.root.parentElement.clientWidth;
+      if (width > 0 && width !== plot.width) plot.setSize({ width, height: plot.height });
+    }
+    place();
+  });
+  observer.observe(document.getElementById("graphs"));
+
+  const end = motion.time[motion.time.length - 1];
+  function show([from, to]) {
+    const min = Math.max(0, from);
+    plots[0].setScale("x", { min, max: Math.max(min + 10 * motion.ground.step, Math.min(end, to)) });
+  }
+  function zoom(factor) {
+    const { min, max } = plots[0].scales.x;
+    const here = motion.time[at];
+    const centre = here >= min && here <= max ? here : (min + max) / 2;
+    show([centre - (centre - min) * factor, centre + (max - centre) * factor]);
+  }
+  const rocking = motionWindow(motion, ratio);
+  show(rocking);
+  return {
+    rocking, show, zoom,
+    all: () => show([0, end]),
+    window: () => [plots[0].scales.x.min, plots[0].scales.x.max],
+    move: (index) => { at = index; place(); },
+    redraw: () => plots.forEach((plot) => plot.redraw(false)),
+    destroy: () => { observer.disconnect(); plots.forEach((plot) => plot.destroy()); },
+  };
+}
+
+function drawLimits(plot, limit) {
+  const { ctx } = plot;
+  ctx.save();
+  ctx.beginPath();
+  for (const value of [-limit, limit]) {
+    const y = plot.valToPos(value, "y", true);
+    if (y < plot.bbox.top || y > plot.bbox.top + plot.bbox.height) continue;
+    ctx.moveTo(plot.bbox.left, y);
+    ctx.lineTo(plot.bbox.left + plot.bbox.width, y);
+  }
+  ctx.strokeStyle = colour("fall")();
+  ctx.setLineDash([6, 5]);
+  ctx.lineWidth = devicePixelRatio;
+  ctx.stroke();
+  ctx.restore();
+}

@@ -1,0 +1,52 @@
+"""Runs to report on: one whose names do their worst, and the bundled records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.cli.main import main
+from rockframe.wavelets import Pulse
+
+EVENT = "</script><script>alert(1)</script>"
+STATION = "<script>"
+FILE = "<b onclick='alert(2)'>&amp;\".csv"
+REJECTED = "<img src=x onerror=alert(3)>.csv"
+
+
+@pytest.fixture(scope="session")
+def hostile_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose names are HTML and script; one file is rejected, one structure stands, one falls,
+    and one never uplifts."""
+    home = tmp_path_factory.mktemp("hostile")
+    records = home / "records"
+    records.mkdir()
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5, T_p=1.0, time=3.0)
+    np.savetxt(records / FILE, pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
+    (records / REJECTED).write_text("no number\n")
+    quoted = FILE.replace('"', '""')
+    (records / "catalogue.csv").write_text(
+        "file,event,station,network,magnitude,epicentral_distance_km,source\n"
+        f'"{quoted}","{EVENT}","{STATION}",,6.0,10.0,mine\n'
+    )
+    structures = home / "structures.toml"
+    structures.write_text(
+        '[[structure]]\nname = "bent"\nheight_m = 9.6\nwidth_m = 1.6\nmass_ratio = 4.0\n'
+        '[[structure]]\nname = "thin"\nheight_m = 3.0\nwidth_m = 0.4\n'
+        '[[structure]]\nname = "squat"\nheight_m = 3.0\nwidth_m = 2.0\n'
+    )
+    words = ["--records", str(records), "--structures", str(structures), "--units", "g"]
+    words += ["--time-step", "0.01", "--output", str(home / "run")]
+    assert main(["table1", *words]) == 1  # done, and one file rejected
+    return home / "run"
+
+
+@pytest.fixture(scope="session")
+def bundled_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run of the bundled records on the shipped structures, with its report."""
+    folder = tmp_path_factory.mktemp("bundled") / "table1"
+    assert main(["table1", "--output", str(folder)]) == 0
+    assert main(["report", str(folder)]) == 0
+    return folder

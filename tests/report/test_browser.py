@@ -1,0 +1,289 @@
+"""The report in a real browser: what moves, what is said, and that nothing leaves the page."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+
+import rockframe
+from rockframe.cli.main import main
+
+from .conftest import EVENT
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: make test-browser")
+CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium")
+
+#: Chromium as root, on a machine without a screen, that asks nobody for anything.
+SWITCHES: Final = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
+SCREENSHOTS: Final = Path(__file__).parents[2] / "outputs" / "report"
+OVERLAPS: Final = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*SWITCHES])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Any]:
+    """A page that says at the end whether it complained or asked for anything but itself."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    complaints: list[str] = []
+    page.on("console", lambda message: complaints.append(message.text))
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("dialog", lambda dialog: complaints.append(f"dialog: {dialog.message}"))
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url.split("#")[0]))
+    yield page
+    context.close()
+    assert complaints == []
+    assert all(re.match(r"(file:.*\.html|blob:)", url) for url in asked), asked
+
+
+def opened(page: Any, run: Path, history: int) -> None:
+    """Open the report of a run at a history."""
+    page.goto(f"{(run / 'report.html').as_uri()}#history-{history}")
+    page.wait_for_selector(f"html[data-shown='{history}']")
+
+
+def until(page: Any, quantity: str, bound: float) -> None:
+    """Wait until a number of the page is above the bound."""
+    values = {
+        "time": "document.getElementById('at-time').dataset.value",
+        "from": "document.getElementById('graphs').dataset.from",
+    }
+    page.wait_for_function(f"bound => Number({values[quantity]}) > bound", arg=bound)
+
+
+def value(page: Any, name: str) -> float:
+    return float(page.get_attribute(f"#at-{name}", "data-value"))
+
+
+def scrub(page: Any, sample: int) -> None:
+    page.locator("#scrub").evaluate(
+        "(slider, to) => { slider.value = to; slider.dispatchEvent(new Event('input')); }", sample
+    )
+
+
+def column(page: Any, key: str) -> list[str]:
+    place = page.locator("#results thead button").evaluate_all(
+        "(heads, key) => heads.findIndex(head => head.dataset.key === key)", key
+    )
+    cells: list[str] = page.locator("#results tbody tr:not([hidden])").evaluate_all(
+        "(rows, i) => rows.map(row => row.cells[i].dataset.order ?? row.cells[i].textContent)",
+        place,
+    )
+    return cells
+
+
+def test_the_table_sorts_both_ways(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 0)
+    head = page.locator("#results button[data-key=peak_rotation_ratio]")
+    head.click()
+    ratios = [float(text) for text in column(page, "peak_rotation_ratio")]
+    assert ratios == sorted(ratios)
+    assert len(ratios) == 30
+    head.press("Enter")
+    assert column(page, "peak_rotation_ratio") == [str(r) for r in sorted(ratios, reverse=True)]
+    assert page.locator("#results th[aria-sort=descending]").count() == 1
+
+
+def test_the_table_filters(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 0)
+    page.fill("#filter", "clc slender")
+    assert set(column(page, "structure")) == {"slender-column", "slender-frame"}
+    page.select_option("#filter-verdict", "overturned")
+    assert column(page, "verdict") == ["overturned"]
+    assert page.inner_text("#matches") == "1 of 30"
+
+
+@pytest.mark.parametrize("history", [5, 8, 29])  # frame, column, and a fall
+def test_the_cursor_reads_what_the_file_holds(page: Any, bundled_run: Path, history: int) -> None:
+    opened(page, bundled_run, history)
+    with rockframe.open_response(bundled_run / "response.nc") as response:
+        record = response.records[history // 5]
+        expected = response.sel(record=record, structure=response.structures[history % 5])
+    moving = np.flatnonzero(np.abs(expected["theta"].values) > 0.0)
+    for sample in moving[:: moving.size // 5]:
+        scrub(page, int(sample))
+        for name in ("theta", "u", "v"):
+            assert value(page, name) == float(np.float32(expected[name][sample]))
+        assert value(page, "time") == pytest.approx(float(expected["time"][sample]), abs=1e-9)
+
+
+@pytest.mark.parametrize("history", [5, 8])
+def test_the_frame_is_drawn_where_it_is(page: Any, bundled_run: Path, history: int) -> None:
+    """The drawing turns columns about their corners; u and v of the file follow from it."""
+    opened(page, bundled_run, history)
+    for sample in (3350, 3600, 3650):
+        scrub(page, sample)
+        drawn = page.locator("svg.frame").evaluate("svg => [svg.dataset.right, svg.dataset.up]")
+        assert [float(x) for x in drawn] == pytest.approx(
+            [value(page, "u"), value(page, "v")], abs=1e-6
+        )
+
+
+def test_a_fallen_frame_stays_down(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 3)
+    scrub(page, 9999)
+    assert page.inner_text("#at-theta") == "fallen"
+    turned = page.get_attribute("svg.frame .column", "transform")
+    assert abs(float(re.findall(r"rotate\((\S+) ", turned)[0])) == pytest.approx(90.0, abs=3.0)
+
+
+def test_the_animation_moves_with_the_cursor(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 5)
+    page.select_option("#speed", "5")
+    page.select_option("#exaggeration", "5")
+    turned = page.get_attribute("svg.frame .column", "transform")
+    before = value(page, "time")
+    page.click("#play")
+    until(page, "time", before + 0.5)
+    assert page.get_attribute("svg.frame .column", "transform") != turned
+    page.click("#play")
+    stopped = value(page, "time")
+    page.wait_for_timeout(100)
+    assert value(page, "time") == stopped
+    assert page.input_value("#scrub") == str(round(100 * stopped))
+
+
+def test_the_pointer_moves_the_cursor_and_zooms_all_plots(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 5)
+    over = page.locator("#plot-u .u-over")
+    over.scroll_into_view_if_needed()
+    box = over.bounding_box()
+    middle = box["y"] + 0.5 * box["height"]
+    start, end = window(page)
+    page.mouse.move(box["x"] + 0.25 * box["width"], middle)
+    assert value(page, "time") == pytest.approx(start + 0.25 * (end - start), abs=0.1)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.5 * box["width"], middle, steps=5)
+    page.mouse.up()
+    until(page, "from", start + 1.0)
+    zoomed = window(page)
+    assert zoomed == pytest.approx(
+        (start + 0.25 * (end - start), start + 0.5 * (end - start)), abs=0.2
+    )
+    page.click("#zoom-all")
+    page.wait_for_selector("#graphs[data-from='0']")
+
+
+def window(page: Any) -> tuple[float, float]:
+    found = page.locator("#graphs").evaluate("host => [host.dataset.from, host.dataset.to]")
+    return float(found[0]), float(found[1])
+
+
+def test_keys_are_enough(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 5)
+    page.focus("#graphs")
+    before = value(page, "time")
+    page.keyboard.press("ArrowRight")
+    assert value(page, "time") == pytest.approx(before + 0.01)
+    page.keyboard.press("Shift+ArrowLeft")
+    assert value(page, "time") == pytest.approx(before - 0.49)
+    start, _ = window(page)
+    page.keyboard.press("+")
+    until(page, "from", start + 1.0)
+    page.keyboard.press("Space")
+    assert page.inner_text("#play") == "Pause"
+    page.keyboard.press("Space")
+    page.focus("#next")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("html[data-shown='6']")
+    assert page.locator("#results tr[aria-current]").get_attribute("data-history") == "6"
+
+
+def test_what_is_saved_is_what_the_run_holds(page: Any, bundled_run: Path) -> None:
+    opened(page, bundled_run, 3)
+    with page.expect_download() as table:
+        page.click("#save-table")
+    assert Path(table.value.path()).read_bytes() == (bundled_run / "table.csv").read_bytes()
+    with page.expect_download() as history:
+        page.click("#save-history")
+    rows = list(csv.DictReader(io.StringIO(Path(history.value.path()).read_text())))
+    with rockframe.open_response(bundled_run / "response.nc") as response:
+        expected = response.sel(record=response.records[0], structure="slender-column")
+    for column_name, name in (("theta_rad", "theta"), ("u_m", "u"), ("v_m", "v")):
+        saved = np.array([float(row[column_name] or "nan") for row in rows], dtype="f4")
+        np.testing.assert_array_equal(saved, expected[name].values.astype("f4"))
+
+
+def test_names_are_shown_and_not_run(page: Any, hostile_run: Path, tmp_path: Path) -> None:
+    assert main(["report", str(hostile_run), "--output", str(tmp_path / "report.html")]) == 0
+    opened(page, tmp_path, 0)
+    assert EVENT in page.inner_text("#verdict-line")
+    assert "under <script>" in page.inner_text("#detail-title")
+    assert page.locator("img").count() == 0
+    assert "rejected" in page.inner_text("#inputs")
+
+
+def test_a_frame_that_never_uplifts_stands_still(
+    page: Any, hostile_run: Path, tmp_path: Path
+) -> None:
+    assert main(["report", str(hostile_run), "--output", str(tmp_path / "report.html")]) == 0
+    opened(page, tmp_path, 2)
+    scrub(page, 300)
+    assert "does not uplift" in page.inner_text("#verdict-line")
+    assert value(page, "theta") == 0.0
+    assert "rotate(0 " in page.get_attribute("svg.frame .column", "transform")
+
+
+def test_the_policy_stops_a_request(browser: Any, bundled_run: Path) -> None:
+    page = browser.new_page()
+    opened(page, bundled_run, 0)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    refused = "address => fetch(address).then(() => false, () => true)"
+    assert page.evaluate(refused, "http://127.0.0.1:9/")
+    assert asked == []
+    page.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "width", "scheme"),
+    [
+        ("light", 1280, "light"),
+        ("dark", 1280, "dark"),
+        ("narrow", 400, "light"),
+        ("narrow-dark", 400, "dark"),
+    ],
+)
+def test_nothing_lies_on_anything(
+    page: Any, bundled_run: Path, name: str, width: int, scheme: str
+) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    page.emulate_media(color_scheme=scheme)
+    opened(page, bundled_run, 29)
+    page.wait_for_timeout(200)
+    page.screenshot(path=SCREENSHOTS / f"{name}.png", full_page=True)
+    assert page.evaluate(OVERLAPS) == []
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    light = page.evaluate("getComputedStyle(document.body).backgroundColor.match(/\\d+/)[0] > 128")
+    assert light == (scheme == "light")
+
+
+def test_the_sheet_is_light_on_paper(page: Any, bundled_run: Path) -> None:
+    page.emulate_media(color_scheme="dark")
+    opened(page, bundled_run, 29)
+    content = page.pdf(path=SCREENSHOTS / "print.pdf", format="A4")
+    assert content.startswith(b"%PDF")
+    page.emulate_media(media="print", color_scheme="dark")
+    ink = "getComputedStyle(document.body).color.match(/\\d+/)[0]"
+    assert int(page.evaluate(ink)) < 128
+    assert not page.locator("#play").is_visible()

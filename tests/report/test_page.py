@@ -1,0 +1,215 @@
+"""The report as a file: what it holds, that names stay text, that it is the same each time."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+import rockframe
+from rockframe.cli.main import main
+from rockframe.provenance import sha256_of
+from rockframe.report.columns import shown
+from rockframe.report.payload import decode, encode, unpack
+
+from .conftest import EVENT, FILE, REJECTED, STATION
+
+VENDORED = Path(rockframe.__file__).parent / "report" / "vendor"
+
+
+class Parsed(HTMLParser):
+    """Tags, attributes and texts, as a browser reads them."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, str] = {}
+        self.words: list[str] = []
+        self._inside = ""
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        attributes = dict(attrs)
+        self.tags.append((tag, attributes))
+        if tag in {"script", "style"}:
+            self._inside = attributes.get("id") or tag
+            self.texts[self._inside] = ""
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in {"script", "style"}:
+            self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside:
+            self.texts[self._inside] += data
+        else:
+            self.words.append(data.strip())
+
+
+def report(run: Path, *words: str) -> str:
+    output = run.parent / "page.html"
+    assert main(["report", str(run), "--output", str(output), *words]) == 0
+    return output.read_text(encoding="utf-8")
+
+
+@given(arrays("<f4", st.integers(0, 40), elements=st.floats(width=32)))
+def test_samples_survive_to_the_last_bit(values: NDArray[np.float32]) -> None:
+    np.testing.assert_array_equal(decode(encode(values)), values)
+
+
+def test_samples_are_those_of_the_files(hostile_run: Path) -> None:
+    texts = Parsed(report(hostile_run)).texts
+    pairs = json.loads(texts["facts"])["pairs"]
+    assert [pair["structure"] for pair in pairs] == ["bent", "thin", "squat"]
+    (record,) = rockframe.read_records(hostile_run / "records.nc")
+    np.testing.assert_array_equal(decode(texts["data-g0"]), record.acceleration.astype("f4"))
+    with rockframe.open_response(hostile_run / "response.nc") as response:
+        for i, pair in enumerate(pairs):
+            history = response.sel(record=record.record_id, structure=pair["structure"])
+            for name in ("theta", "u", "v"):
+                expected = history[name].values.astype("f4")
+                np.testing.assert_array_equal(decode(texts[f"data-{name}{i}"]), expected)
+
+
+def test_the_pulse_is_that_of_the_pulse_file(hostile_run: Path) -> None:
+    texts = Parsed(report(hostile_run)).texts
+    (ground,) = json.loads(texts["facts"])["grounds"]
+    pulse = decode(texts["data-p0"])
+    time = ground["step"] * (ground["pulseStart"] + np.arange(pulse.size))
+    exact = rockframe.Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.0, time=3.0)
+    np.testing.assert_allclose(pulse, exact.acceleration(time), atol=1e-3)
+
+
+def test_names_stay_text(hostile_run: Path) -> None:
+    page = Parsed(report(hostile_run))
+    names = [tag for tag, _ in page.tags]
+    histories, grounds = 3, 1
+    assert names.count("script") == 3 * histories + 2 * grounds + 3  # facts, table, the script
+    assert not {"img", "b"} & {tag for tag, attributes in page.tags if attributes}
+    assert not [key for _, attributes in page.tags for key in attributes if key.startswith("on")]
+    for text in (FILE, REJECTED, f"{STATION}"):
+        assert any(text in word for word in page.words)
+    assert json.loads(page.texts["facts"])["pairs"][0]["event"] == EVENT
+
+
+def test_no_request_can_leave(hostile_run: Path) -> None:
+    page = Parsed(report(hostile_run))
+    links = [a.get("href") or a.get("src") or "#" for _, a in page.tags]
+    assert all(link.startswith("#") for link in links)
+    (policy,) = (a["content"] for _, a in page.tags if a.get("http-equiv"))
+    assert policy is not None
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert not re.search(r"unsafe|https?:|\*|data:|blob:", policy)
+    for name in ("script", "style"):
+        digest = hashlib.sha256(page.texts[name].encode()).digest()
+        assert f"'sha256-{base64.b64encode(digest).decode()}'" in policy
+
+
+def test_the_table_is_carried_as_it_is(hostile_run: Path) -> None:
+    carried = unpack(Parsed(report(hostile_run)).texts["data-table"])
+    assert carried == (hostile_run / "table.csv").read_bytes()
+
+
+def test_the_same_run_gives_the_same_bytes(hostile_run: Path) -> None:
+    assert report(hostile_run) == report(hostile_run)
+
+
+def test_what_is_left_out_is_said(hostile_run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = Parsed(report(hostile_run, "--histories", "1", "--json"))
+    said = json.loads(capsys.readouterr().out)
+    assert (said["histories"], said["left_out"]) == (1, 2)
+    (kept,) = json.loads(page.texts["facts"])["pairs"]
+    assert kept["verdict"] == "safe"  # those that stand come first
+    assert any("Of 3 histories this page holds 1" in word for word in page.words)
+    assert sum(attributes.get("data-history") is not None for _, attributes in page.tags) == 1
+
+
+def test_the_bundled_study_is_small_and_still_whole(bundled_run: Path) -> None:
+    assert (bundled_run / "report.html").stat().st_size < 3_000_000
+    assert main(["verify", str(bundled_run)]) == 0
+
+
+def test_a_margin_is_shown_as_soon_as_the_table_has_one() -> None:
+    row = {"record": "A", "verdict": "safe", "margin": "1.25"}
+    columns = shown([row])
+    assert ("Margin", "1.25") in [(c.head, c.cell(row)) for c in columns]
+
+
+def test_the_vendored_script_is_what_its_readme_says() -> None:
+    stated = re.findall(r"^([0-9a-f]{64})  (\S+)$", (VENDORED / "README.md").read_text(), re.M)
+    assert len(stated) == 3
+    for digest, name in stated:
+        assert hashlib.sha256((VENDORED / name).read_bytes()).hexdigest() == digest
+
+
+def test_its_licence_goes_with_each_page(hostile_run: Path) -> None:
+    assert (VENDORED / "uPlot.LICENSE").read_text() in Parsed(report(hostile_run)).texts["script"]
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    capsys.readouterr()
+    assert main(["report", *words]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    return error
+
+
+def test_only_a_whole_run_is_reported(
+    hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "no such folder" in refusal(capsys, str(tmp_path / "nowhere"))
+    assert "the run did not end" in refusal(capsys, str(tmp_path))
+    damaged = Path(shutil.copytree(hostile_run, tmp_path / "run"))
+    (damaged / "table.csv").write_text("event\n")
+    error = refusal(capsys, str(damaged))
+    assert "is not a whole run" in error
+    assert "table.csv" in error
+    assert not (damaged / "report.html").exists()
+
+
+def test_a_table_of_another_version_is_refused(
+    hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Path(shutil.copytree(hostile_run, tmp_path / "run"))
+    table = run / "table.csv"
+    table.write_text(table.read_text().replace(",verdict,", ",fate,", 1))
+    manifest = json.loads((run / "manifest.json").read_text())
+    manifest["outputs"]["table.csv"] = sha256_of(table)
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    assert "table.csv: without column 'verdict'. Must be" in refusal(capsys, str(run))
+
+
+def test_a_page_of_another_run_is_a_fault(
+    hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Path(shutil.copytree(hostile_run, tmp_path / "run"))
+    assert main(["report", str(run)]) == main(["verify", str(run)]) == 0
+    manifest = run / "manifest.json"
+    manifest.write_text(manifest.read_text() + "\n")
+    assert main(["verify", str(run)]) == 1
+    assert "report.html: shows another run" in capsys.readouterr().err
+
+
+def test_no_file_of_the_run_is_written_over(
+    hostile_run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = hostile_run / "table.csv"
+    assert "Must be another file" in refusal(capsys, str(hostile_run), "--output", str(table))
+
+
+def test_a_page_without_histories_is_none(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["report", "run", "--histories", "0"])
+    assert stopped.value.code == 2
+    assert "Must be at least 1" in capsys.readouterr().err
