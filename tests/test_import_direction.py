@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 FLOORS = (
     {"errors"},
     {"units", "provenance"},
-    {"frame", "wavelets", "rocking.kernel"},
+    {"frame", "wavelets", "rocking.kernel", "engines"},
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking"},
     {"results"},
