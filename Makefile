@@ -9,7 +9,7 @@ PAPER ?= outputs/paper
 SECONDS ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 report paper test test-browser check format bench fuzz clean
+.PHONY: help setup table1 report paper test test-browser test-dask check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -19,6 +19,7 @@ help:
 	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
 	@echo "make test     run the tests"
 	@echo "make test-browser  run the tests of that page in Chromium (Debian: apt-get install chromium)"
+	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
@@ -56,6 +57,10 @@ test: $(MADE)
 test-browser: $(MADE)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[browser]'
 	@$(BIN)/python -m pytest -q tests/report/test_browser.py
+
+test-dask: $(MADE)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[dask]'
+	@$(BIN)/python -m pytest -q tests/engines
 
 check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .

@@ -3,6 +3,12 @@ from .components import fault_components as fault_components
 from .components import pair_horizontals as pair_horizontals
 from .components import rotate as rotate
 from .components import rotd as rotd
+from .engines import DaskScheduler as DaskScheduler
+from .engines import Engine as Engine
+from .engines import OneProcess as OneProcess
+from .engines import ProcessPool as ProcessPool
+from .engines import map_batches as map_batches
+from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError

@@ -33,11 +33,15 @@ class InputError(RockframeError):
     """
 
     def __init__(self, path: str | Path, message: str, line: int | None = None) -> None:
+        self._stated = path
         self.path = Path(path)
         self.reason = message
         self.line = line
         where = str(path) if line is None else f"{path}:{line}"
         super().__init__(f"{where}: {message}")
+
+    def __reduce__(self) -> tuple[type, tuple[str | Path, str, int | None]]:
+        return type(self), (self._stated, self.reason, self.line)
 
 
 class ServiceError(RockframeError):
@@ -61,3 +65,10 @@ class ServiceError(RockframeError):
         self.url = url
         self.reason = message
         super().__init__(f"{url}: {message}")
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.url, self.reason)
+
+
+class EngineError(RockframeError):
+    """The workers that were to compute are not there, or end again and again."""

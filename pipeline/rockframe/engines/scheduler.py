@@ -1,0 +1,132 @@
+"""A Dask cluster, by the address of its scheduler; needs the extra ``dask``."""
+
+from __future__ import annotations
+
+import socket
+from collections import deque
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+from urllib.parse import urlsplit
+
+from rockframe.engines.engine import Engine
+from rockframe.errors import EngineError
+from rockframe.provenance import source_code_hash
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Batch = TypeVar("Batch")
+Result = TypeVar("Result")
+
+#: So long a scheduler may take to answer, and to have a worker [s].
+_PATIENCE: Final = 5.0
+#: Batches that the cluster holds at a time, for each of its threads.
+_AHEAD: Final = 2
+_MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:PORT."
+
+
+@dataclass(frozen=True)
+class DaskScheduler(Engine):
+    """The workers of a Dask scheduler.
+
+    Parameters
+    ----------
+    address : str
+        As ``dask scheduler`` prints it: ``tcp://10.0.0.1:8786``.
+
+    Raises
+    ------
+    EngineError
+        From `map`: if Dask is not installed, nothing answers there, it has no workers, or they
+        run another version of this package.
+
+    Examples
+    --------
+    >>> DaskScheduler("tcp://10.0.0.1:8786").address
+    'tcp://10.0.0.1:8786'
+    """
+
+    address: str
+
+    def map(
+        self, function: Callable[[Batch], Result], batches: Iterable[Batch]
+    ) -> Generator[Result, None, None]:
+        """Give the results of a function in the order of the batches."""
+        with _connected(self.address) as client:
+            ahead = _AHEAD * _threads(client, self.address)
+            waiting: deque[tuple[int, Any]] = deque()
+            for number, batch in enumerate(batches, start=1):
+                # pure: equal batches would share one result, at the price of hashing each
+                waiting.append((number, client.submit(function, batch, pure=False)))
+                if len(waiting) >= ahead:
+                    yield self._result(*waiting.popleft())
+            while waiting:
+                yield self._result(*waiting.popleft())
+
+    def _result(self, number: int, future: Any) -> Any:
+        from concurrent.futures import CancelledError
+
+        from distributed import KilledWorker
+
+        try:
+            return future.result()
+        except KilledWorker as error:
+            raise EngineError(
+                f"batch {number} ended its worker at {self.address} again and again ({error}). "
+                "Must leave it running."
+            ) from None
+        except CancelledError:
+            raise EngineError(f"{self.address}: scheduler lost. Must stay until the end.") from None
+
+
+def _connected(address: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise EngineError(
+            "Dask is not installed. Must be, for a scheduler: pip install 'rockframe[dask]'."
+        ) from None
+    _require_listening(address)
+    try:
+        return Client(address, timeout=_PATIENCE, set_as_default=False)
+    # what listens there may speak anything: its first bytes are taken for a length
+    except (OSError, ValueError, MemoryError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None
+
+
+def _require_listening(address: str) -> None:
+    """Refuse an address where nothing listens at once: Dask would try again for seconds."""
+    try:
+        parts = urlsplit(address)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise EngineError(f"Invalid scheduler {address!r}: {error}. {_MUST_BE}") from None
+    if parts.scheme not in ("tcp", "tls") or not host or not port:
+        raise EngineError(f"Invalid scheduler {address!r}. {_MUST_BE}")
+    try:
+        socket.create_connection((host, port), timeout=_PATIENCE).close()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None
+
+
+def _threads(client: Client, address: str) -> int:
+    """Threads of all workers, which run this very package."""
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+    except TimeoutError:
+        raise EngineError(f"scheduler {address} has no workers. Must have one or more.") from None
+    for worker, found in client.run(_code_of_worker).items():
+        if found != source_code_hash():
+            raise EngineError(
+                f"Dask worker {worker} runs another version of rockframe. Must be the same, for "
+                "the same results."
+            )
+    threads: int = sum(client.nthreads().values())
+    return max(1, threads)
+
+
+def _code_of_worker() -> str:
+    return source_code_hash()

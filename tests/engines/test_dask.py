@@ -1,0 +1,55 @@
+"""The engine of a Dask cluster; `make test-dask` installs what it needs and runs this."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.engines.test_engines import DIES, once
+
+from rockframe.engines import DaskScheduler, OneProcess, map_batches
+from rockframe.errors import EngineError, InputError
+from rockframe.provenance import sha256_of
+
+distributed = pytest.importorskip("distributed", reason="needs the extra dask: make test-dask")
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A cluster of two processes on this machine."""
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=2, dashboard_address=":0", silence_logs=50
+    )
+    with cluster:
+        yield cluster.scheduler_address
+
+
+def test_cluster_gives_the_bits_of_one_process(address: str) -> None:
+    batches = [np.linspace(0.0, n, 50) for n in range(1, 40)]
+    here = list(map_batches(np.cumsum, batches, engine=OneProcess()))
+    there = list(map_batches(np.cumsum, batches, engine=DaskScheduler(address)))
+    assert [array.tobytes() for array in here] == [array.tobytes() for array in there]
+
+
+def test_killed_worker_costs_its_batch(address: str, tmp_path: Path) -> None:
+    batches = ["0", once(tmp_path / "killed", DIES, "1"), "2"]
+    assert list(map_batches(eval, batches, engine=DaskScheduler(address))) == [0, 1, 2]
+
+
+def test_batch_that_kills_its_workers_is_named(address: str) -> None:
+    with pytest.raises(EngineError, match="batch 2 ended its worker"):
+        list(map_batches(eval, ["1", DIES], engine=DaskScheduler(address)))
+
+
+def test_error_of_the_user_comes_as_it_is(address: str) -> None:
+    with pytest.raises(InputError, match="no-such-file: cannot be read"):
+        list(map_batches(sha256_of, [Path("no-such-file")], engine=DaskScheduler(address)))
+
+
+def test_scheduler_without_workers() -> None:
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50) as cluster:
+        engine = DaskScheduler(cluster.scheduler_address)
+        with pytest.raises(EngineError, match="has no workers"):
+            list(map_batches(eval, ["1"], engine=engine))
