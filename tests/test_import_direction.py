@@ -10,12 +10,12 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 FLOORS = (
     {"errors"},
-    {"units", "provenance"},
+    {"units", "provenance", "web"},
     {"frame", "wavelets", "rocking.kernel", "engines"},
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking"},
     {"results"},
-    {"stages", "figures", "report", "paper"},
+    {"stages", "figures", "report", "explorer", "paper"},
     {"cli"},
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
