@@ -25,7 +25,7 @@ from rockframe.report.payload import decode, encode, unpack
 
 from .conftest import EVENT, FILE, REJECTED, STATION
 
-VENDORED = Path(rockframe.__file__).parent / "report" / "vendor"
+VENDORED = Path(rockframe.__file__).parent / "web" / "vendor"
 
 
 class Parsed(HTMLParser):

@@ -1,6 +1,6 @@
 """The report of a run: one page that works from disk. It lays out what results give; no physics.
 
-Template, style and script are beside this file; uPlot, in `vendor`, draws the plots.
+Template, style and script are beside this file; what other pages share is in `web`.
 """
 
 from rockframe.report.page import render as render

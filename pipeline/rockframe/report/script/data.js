@@ -1,8 +1,8 @@
 // What the page carries: facts as JSON, samples as float32, deflated, in base64.
-const facts = JSON.parse(document.getElementById("facts").textContent);
+const facts = JSON.parse(at("facts").textContent);
 
 async function inflated(key) {
-  const text = document.getElementById(`data-${key}`).textContent;
+  const text = at(`data-${key}`).textContent;
   const bytes = Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Response(stream);
@@ -15,30 +15,17 @@ async function samples(key) {
 async function motionOf(index) {
   const pair = facts.pairs[index];
   const ground = facts.grounds[pair.ground];
-  const [acceleration, pulse, theta, u, v] = await Promise.all(
+  const [acceleration, reach, theta, u, v] = await Promise.all(
     [`g${pair.ground}`, `p${pair.ground}`, `theta${index}`, `u${index}`, `v${index}`].map(samples),
   );
-  const time = Float64Array.from(acceleration, (_, i) => i * ground.step);
-  // The structure has overturned where its history ends; it stays as it lay then.
-  const ended = theta.findIndex(Number.isNaN);
+  const pulse = new Float32Array(acceleration.length).fill(NaN);
+  pulse.set(reach, ground.pulseStart);
   return {
-    pair, ground, acceleration, pulse, theta, u, v, time,
+    pair, ground, acceleration, pulse, theta, u, v,
+    time: Float64Array.from(acceleration, (_, i) => i * ground.step),
+    step: ground.step, gravity: facts.gravity, peak: pair.peak,
     structure: facts.structures[pair.structure],
-    last: ended < 0 ? theta.length - 1 : Math.max(0, ended - 1),
   };
-}
-
-function element(name, attributes = {}, ...children) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
-
-function save(name, text) {
-  const address = URL.createObjectURL(new Blob([text], { type: "text/csv;charset=utf-8" }));
-  element("a", { href: address, download: name.replace(/[^\w.-]+/g, "_") }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
 function historyText(motion) {

@@ -54,15 +54,6 @@ at("previous").addEventListener("click", () => go(asked() - 1));
 at("next").addEventListener("click", () => go(asked() + 1));
 // From a link the page goes to the history; from its own controls it stays where it is.
 addEventListener("hashchange", () => showAsked(document.activeElement?.matches("a, body") ?? true));
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => detail.plots?.redraw());
-addEventListener("beforeprint", () => {
-  document.documentElement.classList.add("printing");
-  detail.plots?.redraw();
-});
-addEventListener("afterprint", () => {
-  document.documentElement.classList.remove("printing");
-  detail.plots?.redraw();
-});
 
 // The first picture: the frame that leans most and stands.
 if (asked() === null && facts.pairs.length > 0) {

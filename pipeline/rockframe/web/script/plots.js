@@ -1,5 +1,4 @@
 // Four plots over one time axis: zoomed together, with one cursor.
-const GRAVITY = facts.gravity;
 // A frame beyond this multiple of its slenderness falls; further drawn, that would flatten the rest.
 const DRAWN_TO = 1.3;
 const VISIBLE = 0.005;
@@ -30,9 +29,8 @@ function motionWindow(motion, ratio) {
 function panels(motion) {
   const ratio = scaled(motion.theta, 1 / motion.structure.slenderness);
   const standing = (i) => ratio[i] !== null && Math.abs(ratio[i]) <= DRAWN_TO;
-  const acceleration = scaled(motion.acceleration, 1 / GRAVITY);
-  const pulse = new Array(acceleration.length).fill(null);
-  motion.pulse.forEach((value, i) => { pulse[motion.ground.pulseStart + i] = value / GRAVITY; });
+  const acceleration = scaled(motion.acceleration, 1 / motion.gravity);
+  const pulse = scaled(motion.pulse, 1 / motion.gravity);
   const u = scaled(motion.u, 100);
   const v = scaled(motion.v, 100);
   const even = (limit) => [-1.08 * limit || -1, 1.08 * limit || 1];
@@ -52,25 +50,25 @@ function panels(motion) {
 }
 
 function linkedPlots(motion, onCursor) {
-  const { ratio, list } = panels(motion);
+  let { ratio, list } = panels(motion);
   const plots = [];
-  let at = 0;
+  let point = 0;
 
   function place() {
     for (const plot of plots) {
-      const left = plot.valToPos(motion.time[at], "x");
+      const left = plot.valToPos(motion.time[point], "x");
       const inside = left >= 0 && left <= plot.over.clientWidth;
       plot.setCursor({ left: inside ? left : -10, top: inside ? 0 : -10 }, false);
     }
   }
 
-  function options(panel, width) {
+  function options(panel, number, width) {
     const axis = { stroke: colour("ink-soft"), font: "12px system-ui, sans-serif" };
     const grid = { stroke: colour("grid"), width: 1 };
     const ticks = { stroke: colour("grid"), width: 1, size: 4 };
     return {
       width, height: panel.height, legend: { show: false }, padding: [6, 10, panel.axis ? 0 : 6, 0],
-      scales: { x: { time: false }, y: { range: panel.range } },
+      scales: { x: { time: false }, y: { range: () => list[number].range } },
       axes: [
         { ...axis, grid, ticks, size: panel.axis ? 30 : 0,
           values: panel.axis ? undefined : (_, splits) => splits.map(() => null) },
@@ -99,12 +97,12 @@ function linkedPlots(motion, onCursor) {
     };
   }
 
-  for (const panel of list) {
+  const dataOf = (panel) => [motion.time, ...panel.series.map(([values]) => values)];
+  list.forEach((panel, number) => {
     const host = document.getElementById(`plot-${panel.id}`);
     host.replaceChildren();
-    const data = [motion.time, ...panel.series.map(([values]) => values)];
-    plots.push(new uPlot(options(panel, host.clientWidth), data, host));
-  }
+    plots.push(new uPlot(options(panel, number, host.clientWidth), dataOf(panel), host));
+  });
   const observer = new ResizeObserver(() => {
     for (const plot of plots) {
       const width = plot.root.parentElement.clientWidth;
@@ -114,24 +112,37 @@ function linkedPlots(motion, onCursor) {
   });
   observer.observe(document.getElementById("graphs"));
 
-  const end = motion.time[motion.time.length - 1];
+  const end = () => motion.time[motion.time.length - 1];
   function show([from, to]) {
     const min = Math.max(0, from);
-    plots[0].setScale("x", { min, max: Math.max(min + 10 * motion.ground.step, Math.min(end, to)) });
+    plots[0].setScale("x", { min, max: Math.max(min + 10 * motion.step, Math.min(end(), to)) });
   }
   function zoom(factor) {
     const { min, max } = plots[0].scales.x;
-    const here = motion.time[at];
+    const here = motion.time[point];
     const centre = here >= min && here <= max ? here : (min + max) / 2;
     show([centre - (centre - min) * factor, centre + (max - centre) * factor]);
   }
-  const rocking = motionWindow(motion, ratio);
-  show(rocking);
+  // Another answer to the same ground, in the window that is there.
+  function update(other) {
+    motion = other;
+    ({ ratio, list } = panels(motion));
+    point = Math.min(point, motion.time.length - 1);
+    plots.forEach((plot, number) => {
+      const { min, max } = plot.scales.x;
+      plot.batch(() => {
+        plot.setData(dataOf(list[number]), false);
+        plot.setScale("x", { min, max });
+      });
+    });
+  }
+  const showRocking = () => show(motionWindow(motion, ratio));
+  showRocking();
   return {
-    rocking, show, zoom,
-    all: () => show([0, end]),
+    show, showRocking, zoom, update,
+    all: () => show([0, end()]),
     window: () => [plots[0].scales.x.min, plots[0].scales.x.max],
-    move: (index) => { at = index; place(); },
+    move: (index) => { point = index; place(); },
     redraw: () => plots.forEach((plot) => plot.redraw(false)),
     destroy: () => { observer.disconnect(); plots.forEach((plot) => plot.destroy()); },
   };

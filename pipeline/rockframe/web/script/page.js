@@ -1,0 +1,34 @@
+// What every page needs: elements by name, numbers as people read them, files to keep.
+const at = (id) => document.getElementById(id);
+const signed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
+
+function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+function list(host, entries) {
+  host.replaceChildren(...entries.map(([label, value]) =>
+    element("div", { class: value.length > 40 ? "long" : "" },
+      element("dt", {}, label), element("dd", {}, value))));
+}
+
+function save(name, text) {
+  const address = URL.createObjectURL(new Blob([text], { type: "text/csv;charset=utf-8" }));
+  element("a", { href: address, download: name.replace(/[^\w.-]+/g, "_") }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+// Place in ascending numbers of the one nearest to a value.
+function nearest(numbers, value) {
+  let low = 0;
+  let high = numbers.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (numbers[middle] <= value) low = middle;
+    else high = middle;
+  }
+  return value - numbers[low] <= numbers[high] - value ? low : high;
+}

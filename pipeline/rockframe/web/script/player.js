@@ -1,0 +1,168 @@
+// A motion looked at closely: frame, plots and readout at one time. A motion has time [s],
+// acceleration and pulse [m/s2], theta [rad], u and v [m], of equal length, NaN for what is not
+// there; step [s], gravity [m/s2], peak (of theta/alpha), structure with its dimensions.
+class Player {
+  constructor() {
+    this.index = 0;
+    this.motion = null;
+    this.playing = 0;
+    this.connect();
+  }
+
+  connect() {
+    at("play").addEventListener("click", () => this.toggle());
+    at("scrub").addEventListener("input", (event) => this.move(Number(event.target.value)));
+    at("exaggeration").addEventListener("change", () => {
+      this.stand();
+      this.move(this.index);
+    });
+    at("zoom-in").addEventListener("click", () => this.plots.zoom(0.5));
+    at("zoom-out").addEventListener("click", () => this.plots.zoom(2));
+    at("zoom-all").addEventListener("click", () => this.plots.all());
+    at("zoom-motion").addEventListener("click", () => this.plots.showRocking());
+    at("graphs").addEventListener("keydown", (event) => this.key(event));
+    const redraw = () => this.plots?.redraw();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+    for (const [name, printing] of [["beforeprint", true], ["afterprint", false]]) {
+      addEventListener(name, () => {
+        document.documentElement.classList.toggle("printing", printing);
+        redraw();
+      });
+    }
+  }
+
+  key(event) {
+    if (event.target !== event.currentTarget || event.ctrlKey || event.metaKey || event.altKey) return;
+    const step = (side) => (event.shiftKey ? this.seek(this.motion.time[this.index] + 0.5 * side)
+      : this.move(this.index + side));
+    const actions = {
+      ArrowLeft: () => step(-1),
+      ArrowRight: () => step(1),
+      "+": () => this.plots.zoom(0.5),
+      "-": () => this.plots.zoom(2),
+      0: () => this.plots.all(),
+      " ": () => this.toggle(),
+    };
+    if (!(event.key in actions)) return;
+    event.preventDefault();
+    actions[event.key]();
+  }
+
+  // Another motion, seen where it tells most.
+  show(motion) {
+    this.stop();
+    this.take(motion);
+    this.plots?.destroy();
+    this.plots = linkedPlots(motion, (index) => { if (!this.playing) this.move(index); });
+    this.move(this.telling());
+  }
+
+  // The same ground with another answer: time and zoom stay.
+  update(motion) {
+    const now = this.motion.time[this.index];
+    this.take(motion);
+    this.plots.update(motion);
+    this.seek(now);
+  }
+
+  take(motion) {
+    this.motion = motion;
+    this.largest = motion.acceleration.reduce((most, a) => Math.max(most, Math.abs(a)), 0);
+    // The structure has overturned where its history ends; it stays as it lay then.
+    const ended = motion.theta.findIndex(Number.isNaN);
+    this.last = ended < 0 ? motion.theta.length - 1 : Math.max(0, ended - 1);
+    at("scrub").max = motion.time.length - 1;
+    this.stand();
+  }
+
+  describe(title, line) {
+    const { height, width, mass_ratio: mass } = this.motion.structure;
+    const size = `${height} m by ${width} m`;
+    const kind = mass === 0 ? `The column, ${size}, to scale`
+      : `Two of the columns, ${size}, to scale, and the beam`;
+    at("frame-caption").textContent =
+      `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
+    at("pulse-key").hidden = this.motion.pulse.every(Number.isNaN);
+    const named = { ground: "Ground acceleration and pulse", ratio: "Rotation over slenderness",
+      u: "Drift u", v: "Lift v" };
+    for (const [id, name] of Object.entries(named)) {
+      at(`plot-${id}`).setAttribute("role", "img");
+      at(`plot-${id}`).setAttribute("aria-label", `${name}, ${title}. ${line}`);
+    }
+  }
+
+  stand() {
+    const { peak, structure } = this.motion;
+    const lean = Number(at("exaggeration").value) * peak * structure.slenderness;
+    at("frame").replaceChildren();
+    this.pose = rockingFrame(at("frame"), structure, lean);
+  }
+
+  // Where the frame leans most while it still stands: the picture to begin with.
+  telling() {
+    const { theta, structure } = this.motion;
+    let best = 0;
+    theta.forEach((value, i) => {
+      const tilt = Math.abs(value);
+      if (tilt <= structure.slenderness && tilt > Math.abs(theta[best])) best = i;
+    });
+    return best;
+  }
+
+  seek(time) {
+    this.move(nearest(this.motion.time, time));
+  }
+
+  move(index) {
+    const { motion } = this;
+    this.index = Math.max(0, Math.min(motion.time.length - 1, index));
+    const i = this.index;
+    const lying = Math.min(i, this.last);
+    const wanted = Number(at("exaggeration").value) * motion.theta[lying];
+    const shown = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, wanted));
+    this.pose(shown, motion.acceleration[i] / (this.largest || 1));
+    at("scrub").value = i;
+    at("scrub").setAttribute("aria-valuetext", `${motion.time[i].toFixed(2)} seconds`);
+    this.plots.move(i);
+    this.read("time", motion.time[i], 1, 3, "s");
+    this.read("ground", motion.acceleration[i], 1 / motion.gravity, 3, "g");
+    this.read("theta", motion.theta[i], 1, 6, "rad");
+    this.read("ratio", motion.theta[i], 1 / motion.structure.slenderness, 3, "");
+    this.read("u", motion.u[i], 100, 2, "cm");
+    this.read("v", motion.v[i], 100, 2, "cm");
+  }
+
+  // The value itself goes with the element, for whoever wants all its digits.
+  read(name, value, factor, digits, unit) {
+    const host = at(`at-${name}`);
+    host.dataset.value = value;
+    host.textContent = Number.isNaN(value) ? "fallen" : `${signed(value * factor, digits)} ${unit}`.trim();
+  }
+
+  toggle() {
+    if (this.playing) this.stop();
+    else this.play();
+  }
+
+  play() {
+    const [from, to] = this.plots.window();
+    let now = this.motion.time[this.index];
+    if (now < from || now >= to - this.motion.step) now = from;
+    let before = performance.now();
+    const step = (stamp) => {
+      now += Number(at("speed").value) * Math.max(0, stamp - before) / 1000;
+      before = stamp;
+      this.seek(Math.min(now, to));
+      if (now >= to) this.stop();
+      else this.playing = requestAnimationFrame(step);
+    };
+    this.playing = requestAnimationFrame(step);
+    at("play").textContent = "Pause";
+  }
+
+  stop() {
+    cancelAnimationFrame(this.playing);
+    this.playing = 0;
+    at("play").textContent = "Play";
+  }
+}
