@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,6 +110,34 @@ def passport_limits(options: argparse.Namespace) -> PassportLimits:
     from rockframe.study import PassportLimits, read_limits
 
     return read_limits(options.limits) if options.limits else PassportLimits()
+
+
+@contextmanager
+def records_file(options: argparse.Namespace) -> Iterator[tuple[Path, int]]:
+    """Give the records.nc that was stated, or one made of the files; and the exit status."""
+    from rockframe.cli.console import show_rejections
+    from rockframe.stages import ingest_stage
+    from rockframe.study import bundled_records
+
+    given: list[Path] = options.records or [bundled_records()]
+    if len(given) == 1 and given[0].suffix == ".nc":
+        yield given[0], 0
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "records.nc"
+        ingested = ingest_stage(
+            given,
+            made,
+            options=read_options(options),
+            catalogue=options.catalogue,
+            band=band_pass(options),
+            all_uncorrected=options.uncorrected,
+            passport_limits=passport_limits(options),
+            workers=options.workers,
+            strict=options.strict,
+        )
+        show_rejections(ingested.rejections)
+        yield made, 1 if ingested.rejections else 0
 
 
 def refuse_folder_of_records(options: argparse.Namespace) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
+
+from rockframe.cli.arguments import records_file
 
 if TYPE_CHECKING:
     from rockframe.figures import Captioned
@@ -60,8 +61,8 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.study import SHIPPED_STRUCTURES
 
     frame = _structure(options)
-    with _records_file(options) as (records_file, status), tempfile.TemporaryDirectory() as folder:
-        with open_records(records_file) as file:
+    with records_file(options) as (given, status), tempfile.TemporaryDirectory() as folder:
+        with open_records(given) as file:
             names = _chosen(options, file)
             if len(names) > _MOST_RECORDS:
                 raise ParameterError(
@@ -71,7 +72,7 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
             records = [file.read(name) for name in names]
         response_file = Path(folder) / "response.nc"
         unanswered = respond_stage(
-            records_file,
+            given,
             response_file,
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=frame.name,
@@ -135,35 +136,6 @@ FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
 )
 
 
-@contextmanager
-def _records_file(options: argparse.Namespace) -> Iterator[tuple[Path, int]]:
-    """The records.nc that was given, or one made of the files that were; and the exit status."""
-    from rockframe.cli.arguments import band_pass, passport_limits, read_options
-    from rockframe.cli.console import show_rejections
-    from rockframe.stages import ingest_stage
-    from rockframe.study import bundled_records
-
-    given: list[Path] = options.records or [bundled_records()]
-    if len(given) == 1 and given[0].suffix == ".nc":
-        yield given[0], 0
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "records.nc"
-        ingested = ingest_stage(
-            given,
-            made,
-            options=read_options(options),
-            catalogue=options.catalogue,
-            band=band_pass(options),
-            all_uncorrected=options.uncorrected,
-            passport_limits=passport_limits(options),
-            workers=options.workers,
-            strict=options.strict,
-        )
-        show_rejections(ingested.rejections)
-        yield made, 1 if ingested.rejections else 0
-
-
 @dataclass(frozen=True)
 class _Pair:
     """The record and structure of a figure of one, what moves it, and the exit status."""
@@ -185,7 +157,7 @@ def _pair(options: argparse.Namespace) -> _Pair:
         raise ParameterError(
             f"Invalid number of records, {len(options.record)}. Must be one for this figure."
         )
-    with _records_file(options) as (records_file, status), open_records(records_file) as file:
+    with records_file(options) as (given, status), open_records(given) as file:
         record = _furthest(file, _chosen(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None

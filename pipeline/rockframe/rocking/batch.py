@@ -97,12 +97,7 @@ def respond_many(
         ground = as_ground(motion)
         for k, factor in enumerate(factors):
             refuse_flight(ground, float(factor))
-            scaled = GroundAcceleration(
-                factor * ground.coefficients,
-                ground.time_step,
-                ground.start_time,
-                None if ground.vertical is None else factor * ground.vertical,
-            )
+            scaled = ground.scaled(float(factor))
             for j, frame in enumerate(frames):
                 response = respond(frame, scaled)
                 where = (i, j, k)

@@ -238,6 +238,17 @@ class GroundAcceleration:
         )
         return type(self)(across, self.time_step, self.start_time, upwards)
 
+    def scaled(self, factor: float) -> Self:
+        """Return the same motion with all accelerations multiplied by a finite factor.
+
+        Examples
+        --------
+        >>> GroundAcceleration.from_samples([0.0, 2.0], 0.5).scaled(0.5).coefficients.tolist()
+        [[0.0, 2.0]]
+        """
+        vertical = None if self.vertical is None else factor * self.vertical
+        return type(self)(factor * self.coefficients, self.time_step, self.start_time, vertical)
+
     @property
     def time(self) -> Float:
         """Times of the nodes [s], shape (intervals + 1,)."""
