@@ -119,7 +119,7 @@ def test_a_held_value_is_a_gap() -> None:
 
 @pytest.mark.parametrize(
     ("ratio", "expected"),
-    [(1.004, "OK"), (math.nan, "OK"), (0.98, "WARN"), (1.6, "REJECT"), (-1.0, "REJECT")],
+    [(1.004, "OK"), (math.nan, "NOT_MEASURED"), (0.98, "WARN"), (1.6, "REJECT"), (-1.0, "REJECT")],
 )
 def test_the_peak_is_held_to_the_stated_one(ratio: float, expected: str) -> None:
     record = replace(record_of(hum() + shake()), peak_ratio=ratio)
@@ -168,7 +168,24 @@ def test_no_band_without_motion() -> None:
 def test_usable_periods_are_the_narrowest_of_all_bounds() -> None:
     assert usable_periods(STEP, 40.0, (0.1, 40.0), (0.25, 20.0)) == (0.05, 4.0)
     assert usable_periods(STEP, 5.0, (0.1, 40.0), (0.0, math.inf)) == (0.03125, 5.0)
-    assert np.isnan(usable_periods(STEP, 40.0, None, (0.0, math.inf))).all()
+    assert np.isnan(usable_periods(STEP, 40.0, (math.nan, math.nan), (0.0, math.inf))).all()
+
+
+def test_the_archives_filter_bounds_the_usable_periods() -> None:
+    record = replace(record_of(hum() + shake()), filter_low=0.5, filter_high=20.0)
+    shortest, longest = 1.25 / 20.0, 1.0 / (1.25 * 0.5)
+    for corners, expected in ((None, longest), ((0.1, 40.0), longest), ((0.8, 10.0), 1.0)):
+        measures = passport(record, record, PassportLimits(), corners).measures
+        assert measures.usable_period_longest == pytest.approx(expected)
+        assert measures.usable_period_shortest >= shortest
+    assert "usable_period_longest" in passport(record, record, PassportLimits()).warnings
+
+
+def test_what_cannot_be_measured_is_not_ok() -> None:
+    result = checked(shake()[1000:])
+    for name in ("stated_peak", "signal_to_noise", "usable_period_longest"):
+        assert verdict(result, name) is CheckVerdict.NOT_MEASURED
+    assert result.verdict is not CheckVerdict.NOT_MEASURED
 
 
 def test_drift_is_what_an_offset_makes_of_the_end() -> None:
@@ -294,7 +311,7 @@ def test_the_stage_rejects_and_writes_what_it_measured(two_files: Path, tmp_path
     assert (clipped["record_id"], clipped["clipped_samples_limit"]) == ("clipped", "24.0")
     assert clipped["clipped_samples_verdict"] == "reject"
     with xr.open_dataset(output) as dataset:
-        assert dataset["passport"].attrs["flag_meanings"] == "ok warn reject"
+        assert dataset["passport"].attrs["flag_meanings"] == "ok warn reject not_measured"
         assert dataset["late_trigger"].attrs["flag_meanings"] == "in_time late"
         assert dataset["noise_level"].item() == pytest.approx(1e-4 * GRAVITY, rel=0.05)
         (record,) = read_records(output)

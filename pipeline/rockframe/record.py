@@ -67,6 +67,8 @@ class Record:
     peak_ratio : float
         Peak of the samples of the file over the peak that its header states [1]; negative if the
         header's has a sign, and it is another one.
+    filter_low, filter_high : float
+        Corners of the filters that the archive says it applied [Hz].
     processing : tuple of str
         What was done to the samples after reading, in order.
 
@@ -99,6 +101,8 @@ class Record:
     source_format: str = ""
     source_sha256: str = ""
     peak_ratio: float = math.nan
+    filter_low: float = math.nan
+    filter_high: float = math.nan
     processing: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -52,7 +52,7 @@ def component(
         readings,
         "Band-pass filter transition bands are .10-.25 Hz and 24.50-25.50 Hz",
         f"Component {name}  Longitudinal Accelerometer Axis",
-        f"Acceleration:  peak    {peak:.1f} mm/s/s at  43.68 sec     rms      2.2 mm/s/s",
+        f"Acceleration:  peak    {peak:.1f} mm/s/s at  {0.02 * samples.index(peak):.2f} sec",
         "Velocity:      peak     1.65 mm/s   at  43.56 sec     rms     0.09 mm/s",
         "Displacement:  peak    0.131 mm     at  43.66 sec     rms    0.007 mm",
         *rows([f"{item:8d}" for item in integers]),
@@ -106,6 +106,7 @@ def test_numbers_may_touch() -> None:
 
 def test_no_time_where_samples_were_put_before_the_buffer() -> None:
     lines = component()
+    lines[13] = lines[13].replace("0.02 sec", "-4.98 sec")
     lines[19] = lines[19][:8] + f"{250:8d}" + lines[19][16:]
     assert read_bytes(PATH, geonet(lines, lines, lines))[0].start_time == ""
 
@@ -163,3 +164,22 @@ def test_truncated_header() -> None:
 def test_csmip_is_another_format() -> None:
     head = b"Corrected accelerogram   89146-L2500-12044.02       Chan  1: 360 Deg\n"
     assert not geonet_sniff(head)
+
+
+def with_time(time: float, prepended: int = 0) -> bytes:
+    """The usual file, its first component's peak stated at another time."""
+    lines = component()
+    lines[13] = lines[13].replace("0.02 sec", f"{time:.2f} sec")
+    lines[19] = lines[19][:8] + f"{prepended:8d}" + lines[19][16:]
+    return geonet(lines, component("S74E", bearing=106), component("Up", bearing=0))
+
+
+def test_the_time_of_the_peak_is_counted_from_the_first_recorded_sample() -> None:
+    assert len(read_bytes(PATH, with_time(-0.10, prepended=6))) == 3
+    with pytest.raises(InputError, match=r"V2A:14: peak stated at 0.14 s, but at 0.02 s in the fi"):
+        read_bytes(PATH, with_time(0.14))
+
+
+def test_the_archives_filter_is_the_inner_end_of_its_transition_bands() -> None:
+    record = read_bytes(PATH, geonet())[0]
+    assert (record.filter_low, record.filter_high) == (0.25, 24.5)

@@ -17,6 +17,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.columns import read_columns, require_layout
 from rockframe.ingest.cosmos_names import (
     component_of,
+    corners_of,
     event_of,
     filters_of,
     seed_name,
@@ -137,6 +138,7 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
     component = _component(channel)
     orientation, azimuth = _direction(channel, component)
     magnitude, distance = channel.real(_MAGNITUDE), channel.real(_DISTANCE)
+    low, high = corners_of(channel.text)
     return Record(
         record_id=record_id,
         acceleration=factor * samples,
@@ -152,6 +154,8 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
         magnitude=magnitude.value if magnitude else math.nan,
         epicentral_distance=distance.value if distance else math.nan,
         peak_ratio=peak_ratio,
+        filter_low=low,
+        filter_high=high,
         processing=filters_of(channel.text) + converted,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -121,17 +122,28 @@ def start_time_of(line: str) -> str:
     return utc_time((year, month, day), hour, minute, stated[6])
 
 
+def corners_of(lines: Sequence[str]) -> tuple[float, float]:
+    """Return the corners [Hz] of the archive's filter; NaN where no line states them.
+
+    Examples
+    --------
+    >>> corners_of(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
+    (0.03, 20.0)
+    """
+    for line in lines:
+        stated = _FILTER.search(line)
+        if stated:
+            return float(stated["low"]) or math.nan, float(stated["high"]) or math.nan
+    return math.nan, math.nan
+
+
 def filters_of(lines: Sequence[str]) -> tuple[str, ...]:
-    """Return the corners of the archive's filter, if a line states them.
+    """Return what is to be said of the archive's filter, if a line states its corners.
 
     Examples
     --------
     >>> filters_of(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
     ('archive: band-pass 0.03 to 20 Hz',)
     """
-    for line in lines:
-        stated = _FILTER.search(line)
-        if stated:
-            low, high = float(stated["low"]), float(stated["high"])
-            return (f"archive: band-pass {low:g} to {high:g} Hz",)
-    return ()
+    low, high = corners_of(lines)
+    return () if math.isnan(low) else (f"archive: band-pass {low:g} to {high:g} Hz",)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction
+from rockframe.ingest.lines import is_number
+from rockframe.ingest.peaks import Printed
 from rockframe.ingest.timing import utc_time
 
 #: The line that names a channel, and an example of it for errors.
@@ -53,13 +56,13 @@ class Header:
         Number in the file of the first.
     name_index : int
         Index of the line that names the channel.
-    integers_index : int
-        Index of the first line of integers (16I5).
+    integers_index, reals_index : int
+        Index of the first line of integers (16I5), and of reals (8F10).
 
     Examples
     --------
     >>> lines = ["Start time:  7/06/19, 03:19:40.04 UTC", "Station Id. CCC", "", "Chan 1: Up"]
-    >>> header = Header(Path("CCC.V1"), lines, 1, 3, 4)
+    >>> header = Header(Path("CCC.V1"), lines, 1, 3, 4, 4)
     >>> header.component, header.station, header.start_time
     ('UP', 'CCC', '')
     """
@@ -69,6 +72,7 @@ class Header:
     first_line: int
     name_index: int
     integers_index: int
+    reals_index: int
 
     def line(self, index: int) -> int:
         """Number in the file of a line of the header."""
@@ -117,6 +121,15 @@ class Header:
         lines = self.lines[self.integers_index + row : self.integers_index + row + 1]
         field = lines[0][5 * column : 5 * column + 5] if lines else ""
         return int(field) if re.fullmatch(r" *-?\d+", field) else None
+
+    def real(self, item: int) -> Printed | None:
+        """One item of the real header as printed, counted from 1; None if it is not filled in."""
+        row, column = divmod(item - 1, 8)
+        lines = self.lines[self.reals_index + row : self.reals_index + row + 1]
+        field = lines[0][10 * column : 10 * column + 10].strip() if lines else ""
+        if not is_number(field.encode("latin-1", "replace")) or float(field) in (0.0, -999.0):
+            return None
+        return Printed.of(field)
 
     def require_counts(self, count: int, others: dict[str, int], line: int) -> None:
         """Refuse a header whose statements of the number of samples disagree.
@@ -217,6 +230,25 @@ def require_header(
                 f"line {index + 1} of a channel's header.",
                 line=line + index,
             )
+
+
+def filter_corners(filters: str) -> tuple[float, float]:
+    """Return the corners [Hz] of the archive's band-pass; of ramps the inner ends. NaN if unstated.
+
+    Parameters
+    ----------
+    filters : str
+        The line of the band-pass.
+
+    Examples
+    --------
+    >>> filter_corners("bandpass filtered with ramps at .050-.100 and 23.00-25.00 cyc/sec")
+    (0.1, 23.0)
+    """
+    between, ramps = _BETWEEN.search(filters), _RAMPS.search(filters)
+    stated = between.groups() if between else ramps.groups()[1:3] if ramps else ("0", "0")
+    low, high = (float(token) or math.nan for token in stated)
+    return low, high
 
 
 def stated_processing(filters: str, corrections: str) -> tuple[str, ...]:

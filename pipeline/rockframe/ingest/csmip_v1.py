@@ -6,6 +6,7 @@ units and columns of the samples, the samples in those columns, and a line `/& .
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,12 +24,15 @@ from rockframe.ingest.csmip import (
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 28
 _FIRST_INTEGERS: Final = 13
+_FIRST_REALS: Final = 20
 _NAME: Final = 6
+_UNITS_LINE: Final = 11
 #: Items of the integer header that state the number of samples, counted from 1.
 _COUNTS: Final = (28, 33)
 
@@ -39,8 +43,14 @@ _POINTS: Final = re.compile(
 )
 _SAMPLES: Final = re.compile(
     r"\s*(?P<count>\d{1,9})\s+Accelerogram points at\s+(?P<rate>[\d.]+)\s+pts/sec in units of\s+"
-    r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>[1-9]\d?)f(?P<width>[1-9]\d?)\.\d+\)",
+    r"(?P<units>[^\s.]+)[\s.]+Format:\s*\((?P<columns>[1-9]\d?)f(?P<width>[1-9]\d?)"
+    r"\.(?P<places>\d{1,2})\)",
     re.I,
+)
+#: Items of the real header: the largest sample [g], and its time [s].
+_PEAK: Final = (7, 8)
+_PEAK_IN_TEXT: Final = re.compile(
+    r".*\bMax\s*=\s*(?P<peak>[-+\d.]+)\s*g\s*,\s*at\s+(?P<time>[\d.]+)\s*sec", re.I
 )
 #: Index, pattern and example of the lines that every header must have.
 _EXPECTED: Final = (
@@ -91,8 +101,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a header is not of 28 lines, its statements of the number of samples differ from each
-        other or from the samples present, or a column holds no number.
+        If a header is not of 28 lines, its statements of the number of samples or of the peak
+        differ from each other or from the samples present, or a column holds no number.
 
     Examples
     --------
@@ -123,7 +133,9 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
         start = end = top + _HEADER_LINES
         while end < len(lines) and not _ENDS_SAMPLES.match(lines[end]):
             end += 1
-        channels.append(_Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, lines[start:end]))
+        channels.append(
+            _Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, _FIRST_REALS, lines[start:end])
+        )
         top = end + 1 if lines[end : end + 1] and lines[end].startswith(b"/&") else end
     return channels
 
@@ -151,10 +163,16 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     count, rate = _count_and_rate(channel, samples)
     columns = Columns(int(samples["columns"]), int(samples["width"]))
     orientation, azimuth = direction(channel.component)
+    step = settle_time_step(channel.path, 1.0 / rate, options, line)
+    in_g = read_columns(channel.path, channel.body, columns, count, line)
+    ratios = [
+        require_peak(channel.path, in_g, step, peak, 10.0 ** -int(samples["places"]))
+        for peak in _peaks(channel)
+    ]
     return Record(
         record_id=record_id,
-        acceleration=factor * read_columns(channel.path, channel.body, columns, count, line),
-        time_step=settle_time_step(channel.path, 1.0 / rate, options, line),
+        acceleration=factor * in_g,
+        time_step=step,
         uncorrected=True,
         component=channel.component,
         orientation=orientation,
@@ -162,7 +180,21 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         station=channel.station,
         network=channel.network,
         start_time=channel.start_time,
+        peak_ratio=ratios[0] if ratios else math.nan,
     )
+
+
+def _peaks(channel: _Channel) -> list[StatedPeak]:
+    """The peak as the real header states it, finely, and as the text does; where they do."""
+    value, time = (channel.real(item) for item in _PEAK)
+    stated = [(value, time, _FIRST_REALS)] if value and time else []
+    text = _PEAK_IN_TEXT.match(channel.lines[_UNITS_LINE])
+    if text and all(is_number(token.encode()) for token in text.groups()):
+        stated.append((Printed.of(text["peak"]), Printed.of(text["time"]), _UNITS_LINE))
+    return [
+        StatedPeak(value=value, time=time, units="g", line=channel.line(index))
+        for value, time, index in stated
+    ]
 
 
 def _count_and_rate(channel: _Channel, samples: re.Match[str]) -> tuple[int, float]:

@@ -20,6 +20,7 @@ from rockframe.ingest.csmip import (
     CHANNEL,
     CHANNEL_EXAMPLE,
     Header,
+    filter_corners,
     require_channels,
     require_header,
     stated_processing,
@@ -178,7 +179,9 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
             block = _block(path, lines, end, quantity)
             blocks.append(block)
             end += 1 + len(block.rows)
-        channels.append(_Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, blocks))
+        channels.append(
+            _Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, _FIRST_REALS, blocks)
+        )
         top = end + 1 if lines[end : end + 1] and lines[end].startswith(b"/&") else end
     return channels
 
@@ -212,9 +215,8 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     block = channel.blocks[0]
     units = block.heading["units"].lower()
     if units not in _CM_PER_S2:
-        raise InputError(
-            channel.path, f"acceleration units {units!r}. Must be cm/sec2.", line=block.line
-        )
+        message = f"acceleration units {units!r}. Must be cm/sec2."
+        raise InputError(channel.path, message, line=block.line)
     factor = acceleration_factor(settle_units(channel.path, "cm/s2", options, block.line))
     _require_counts(channel)
     step = settle_time_step(channel.path, _time_step(channel), options, block.line)
@@ -223,6 +225,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     peak_ratio = require_peak(channel.path, samples, step, _peak(channel), 10.0**-places)
     orientation, azimuth = direction(channel.component)
     event = _EVENT.match(channel.lines[2])
+    low, high = filter_corners(channel.lines[14])
     return Record(
         record_id=record_id,
         acceleration=factor * samples,
@@ -235,6 +238,8 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         network=channel.network,
         start_time=channel.start_time,
         peak_ratio=peak_ratio,
+        filter_low=low,
+        filter_high=high,
         processing=stated_processing(channel.lines[14], channel.lines[15]),
     )
 
@@ -258,24 +263,19 @@ def _time_step(channel: _Channel) -> float:
     step = _number(channel, block.heading["step"], "interval", block.line)
     places = {f"line {channel.line(16)}": interval["step"]}
     places |= {f"line {other.line}": other.heading["step"] for other in channel.blocks[1:]}
-    row, column = divmod(_STEP - 1, 8)
-    item = channel.lines[_FIRST_REALS + row][10 * column : 10 * column + 10].strip()
-    # Items that are not filled in are 0 or -999.
-    filled = is_number(item.encode()) and float(item) > 0.0
-    if filled:
-        places[f"item {_STEP} of the real header"] = item
-    for place, token in places.items():
-        other = _number(channel, token, "interval", block.line)
+    stated = {
+        place: _number(channel, token, "interval", block.line) for place, token in places.items()
+    }
+    item = channel.real(_STEP)
+    if item:
+        stated[f"item {_STEP} of the real header"] = item
+    for place, other in stated.items():
         if abs(other.value - step.value) > 0.5 * step.unit + 1e-9:
-            raise InputError(
-                channel.path,
-                f"interval {step.value:g} s stated, but {other.value:g} s in {place}. "
-                "Must be equal.",
-                line=block.line,
-            )
+            message = f"interval {step.value:g} s stated, but {other.value:g} s in {place}."
+            raise InputError(channel.path, f"{message} Must be equal.", line=block.line)
     # Three places do not hold 1/240 s, the seven of the real header almost do.
-    same = not filled or math.isclose(float(item), step.value, rel_tol=1e-6)
-    return step.value if same else float(item)
+    same = not item or math.isclose(item.value, step.value, rel_tol=1e-6)
+    return step.value if same or not item else item.value
 
 
 def _peak(channel: _Channel) -> StatedPeak:
@@ -283,9 +283,8 @@ def _peak(channel: _Channel) -> StatedPeak:
     assert stated  # noqa: S101 - the header was required to have it
     line = channel.line(17)
     if stated["units"].lower() not in _CM_PER_S2:
-        raise InputError(
-            channel.path, f"peak in units of {stated['units']!r}. Must be cm/sec2.", line=line
-        )
+        message = f"peak in units of {stated['units']!r}. Must be cm/sec2."
+        raise InputError(channel.path, message, line=line)
     return StatedPeak(
         value=_number(channel, stated["peak"], "peak", line),
         time=_number(channel, stated["time"], "time of the peak", line),

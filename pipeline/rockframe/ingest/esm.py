@@ -122,7 +122,17 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     samples = _samples(header, text)
     _require_count(header, samples.size, step)
     line = header.lines["PGA_CM/S^2"]
-    peak_ratio = require_printed_peak(path, header.get("PGA_CM/S^2"), samples, "cm/s2", line)
+    peak_ratio = require_printed_peak(
+        path,
+        header.get("PGA_CM/S^2"),
+        samples,
+        "cm/s2",
+        line,
+        # Headers of published files state negative peaks too.
+        signed=True,
+        time=header.get("TIME_PGA_S"),
+        time_step=step,
+    )
     component = header.get("STREAM")
     orientation, azimuth = seed_direction(component)
     magnitude = header.number("MAGNITUDE_W")
@@ -142,6 +152,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             magnitude=header.number("MAGNITUDE_L") if math.isnan(magnitude) else magnitude,
             epicentral_distance=header.number("EPICENTRAL_DISTANCE_KM"),
             peak_ratio=peak_ratio,
+            filter_low=_corner(header, "LOW_CUT_FREQUENCY_HZ"),
+            filter_high=_corner(header, "HIGH_CUT_FREQUENCY_HZ"),
         )
     ]
 
@@ -194,6 +206,11 @@ def _require_count(header: _Header, samples: int, step: float) -> None:
             f"that is {samples * step:g} s. Must be equal."
         )
         raise InputError(header.path, message, line=header.lines["DURATION_S"])
+
+
+def _corner(header: _Header, key: str) -> float:
+    corner = header.number(key)
+    return corner if corner > 0.0 else math.nan
 
 
 def _is_uncorrected(header: _Header) -> bool:

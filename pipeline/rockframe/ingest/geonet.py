@@ -49,7 +49,14 @@ _RAW: Final = re.compile(
     re.I,
 )
 _COMPONENT: Final = re.compile(r"Component\s+(?P<component>\S+)", re.I)
-_PEAK: Final = re.compile(r"Acceleration:\s+peak\s+(?P<peak>\S+)\s+mm/s/s\b", re.I)
+_PEAK: Final = re.compile(
+    r"Acceleration:\s+peak\s+(?P<peak>\S+)\s+mm/s/s\s+at\s+(?P<time>\S+)\s+s(?:ec)?\b", re.I
+)
+_FILTER: Final = re.compile(
+    r"Band-pass filter transition bands are\s+[\d.]+-(?P<low>\d*\.\d+)\s*Hz and\s+"
+    r"(?P<high>\d*\.\d+)-[\d.]+\s*Hz",
+    re.I,
+)
 _SITE: Final = re.compile(r"Site\s+(?P<station>\w+)")
 _DISTANCE: Final = re.compile(r"\bDist\s+(?P<distance>\d+(?:\.\d+)?)\s*km", re.I)
 _MAGNITUDE: Final = re.compile(r"\bM[A-Z]?\s+(?P<magnitude>\d+(?:\.\d+)?)\s*$", re.I)
@@ -176,7 +183,19 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
     step = settle_time_step(path, _step(component), options, line + 10)
     samples = _samples(component, step)
     peak = component.matched(13, _PEAK, "Acceleration:  peak    -41.6 mm/s/s at  43.68 sec")
-    ratio = require_printed_peak(path, peak["peak"], samples, "mm/s2", line + 13, signed=True)
+    ratio = require_printed_peak(
+        path,
+        peak["peak"],
+        samples,
+        "mm/s2",
+        line + 13,
+        signed=True,
+        time=peak["time"],
+        time_step=step,
+        # Times are counted from the first sample that was recorded, behind those put before it.
+        first=-step * max(component.integer(_PREPENDED), 0),
+    )
+    filtered = _FILTER.match(component.header[11])
     orientation, azimuth = _direction(component)
     distance = _DISTANCE.search(component.header[8])
     magnitude = _MAGNITUDE.search(component.header[8])
@@ -194,6 +213,8 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
         magnitude=float(magnitude["magnitude"]) if magnitude else math.nan,
         epicentral_distance=float(distance["distance"]) if distance else math.nan,
         peak_ratio=ratio,
+        filter_low=float(filtered["low"]) or math.nan if filtered else math.nan,
+        filter_high=float(filtered["high"]) or math.nan if filtered else math.nan,
     )
 
 

@@ -68,7 +68,8 @@ class StatedPeak:
     line : int
         Line of the file that states it.
     signed : bool
-        Whether the sign is that of the sample; some headers print sizes.
+        Whether the sign is that of the sample. Some headers print sizes: there a plus says nothing,
+        but a minus does.
 
     Examples
     --------
@@ -135,7 +136,8 @@ def require_peak(
     slack = stated.value.unit + resolution + _SINGLE * largest
     peaks = np.flatnonzero(sizes >= largest - slack)
     right = np.flatnonzero(np.abs(samples[peaks] - value) <= slack)
-    if not stated.signed and not right.size:
+    signed = stated.signed or value < 0.0
+    if not signed and not right.size:
         right = np.flatnonzero(np.abs(sizes[peaks] - abs(value)) <= slack)
     if not right.size:
         raise InputError(
@@ -154,7 +156,7 @@ def require_peak(
         )
     agreeing = samples[peaks[right]]
     ratio = float(agreeing[np.abs(agreeing).argmax()]) / value if value else math.nan
-    return ratio if stated.signed else abs(ratio)
+    return ratio if signed else abs(ratio)
 
 
 def require_printed_peak(
@@ -166,8 +168,11 @@ def require_printed_peak(
     *,
     signed: bool = False,
     share: float = 0.0,
+    time: str = "",
+    time_step: float = 1.0,
+    first: float = 0.0,
 ) -> float:
-    """Refuse samples whose peak is not the one that the header prints, whenever it was.
+    """Refuse samples whose peak is not the one that the header prints.
 
     Parameters
     ----------
@@ -182,9 +187,13 @@ def require_printed_peak(
     line : int
         Line of the header.
     signed : bool
-        Whether the sign of the stated peak is that of the sample; otherwise it says nothing.
+        As of `StatedPeak`.
     share : float
         Relative difference that is allowed besides that of the last printed digit [1].
+    time : str
+        Time of the peak since the first sample as printed [s]; empty if none is.
+    time_step, first : float
+        Interval between samples, and the first one's time as the header counts it [s].
 
     Returns
     -------
@@ -194,7 +203,7 @@ def require_printed_peak(
     Raises
     ------
     InputError
-        If the stated peak is no number, or is another one.
+        If the stated peak or its time is no number, or is another one.
 
     Examples
     --------
@@ -202,8 +211,18 @@ def require_printed_peak(
     Traceback (most recent call last):
     rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file. ...
     """
-    token = stated.encode("latin-1", "replace")
-    if not is_number(token):
-        raise bad_number(path, token, line, "peak acceleration")
-    peak = StatedPeak(value=Printed.of(stated), units=units, line=line, signed=signed)
-    return require_peak(path, samples, 1.0, peak, share * abs(peak.value.value))
+    for token, quantity in ((stated, "peak acceleration"), (time or "0", "time of the peak")):
+        if not is_number(token.encode("latin-1", "replace")):
+            raise bad_number(path, token.encode("latin-1", "replace"), line, quantity)
+    peak = StatedPeak(
+        value=Printed.of(stated),
+        time=_since(Printed.of(time), first) if time else None,
+        units=units,
+        line=line,
+        signed=signed,
+    )
+    return require_peak(path, samples, time_step, peak, share * abs(peak.value.value))
+
+
+def _since(time: Printed, first: float) -> Printed:
+    return Printed(time.value - first, time.unit)

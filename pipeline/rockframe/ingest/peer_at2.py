@@ -8,14 +8,19 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.peaks import require_printed_peak
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -31,6 +36,12 @@ _SIZES_BEFORE: Final = re.compile(
 _UNITS: Final = re.compile(r"\bUNITS\s+(?:OF|ARE)\s+\(?(?P<units>[^\s,()]+)", re.I)
 _SERIES: Final = re.compile(r"\bTIME\s+(?:SERIES|HISTORY)\s+IN\s+UNITS\b", re.I)
 _OTHER_QUANTITY: Final = re.compile(r"\b(?P<quantity>VELOCITY|DISPLACEMENT)\s+TIME\b", re.I)
+_PEAK: Final = re.compile(r"\bPGA\s*=\s*(?P<peak>[^\s,]+)\s*(?P<units>[^\s,]*)", re.I)
+_NUMBER: Final = r"(?P<hertz>\d{1,6}\.?\d{0,9}|\.\d{1,9})\s*HZ"
+#: `FILTER POINTS: HP=0.1 Hz LP=40.0 Hz`, and `0 POLE @ 40. HZ, -5 POLE @ .05 HZ`: negative poles
+#: are those of the high-pass, and none is no filter.
+_POINTS: Final = re.compile(rf"\b(?P<kind>HP|LP)\s*=\s*{_NUMBER}", re.I)
+_POLES: Final = re.compile(rf"(?P<poles>-?\d{{1,3}})\s+POLES?\s*@\s*{_NUMBER}", re.I)
 _DATE: Final = re.compile(r"\b\d{1,2}/\d{1,2}/(?:\d{4}|\d{2})\b")
 _REMARK: Final = re.compile(r"\s*\([^()]*\)$")
 _COMPONENT: Final = re.compile(r"[A-Za-z0-9-]{1,6}")
@@ -91,8 +102,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If it is velocity or displacement, does not state g, has samples other than NPTS, or a
-        number is none.
+        If it is velocity or displacement, does not state g, has samples other than NPTS or another
+        peak than stated, or a number is none.
 
     Examples
     --------
@@ -116,6 +127,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             f"NPTS {count} in the header, {samples.size} samples in the file. Must be equal.",
             line=last,
         )
+    peak_ratio = _peak_ratio(path, header, samples)
+    low, high = filter_corners(header)
     title = read_title(header[1]) if last > 1 else Title()
     orientation, azimuth = direction(title.component)
     return [
@@ -128,6 +141,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             azimuth=azimuth,
             event=title.event,
             station=title.station,
+            peak_ratio=peak_ratio,
+            filter_low=low,
+            filter_high=high,
         )
     ]
 
@@ -160,6 +176,47 @@ def read_title(line: str) -> Title:
     if len(rest) < 2 or not _COMPONENT.fullmatch(component):
         return Title(event)
     return Title(event, ", ".join(rest[:-1]), component)
+
+
+def filter_corners(header: Sequence[str]) -> tuple[float, float]:
+    """Return the corners [Hz] of the filters that a header states; NaN if it states none.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Its lines.
+
+    Examples
+    --------
+    >>> filter_corners(["ACCELERATION IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=40.0 Hz"])
+    (0.1, 40.0)
+    >>> filter_corners(["DT= .0050 SEC,   0 POLE @    40.00000 HZ,  -5 POLE @      .05000 HZ"])
+    (0.05, nan)
+    """
+    low = high = math.nan
+    for line in header:
+        stated = [(found["kind"].upper(), found["hertz"]) for found in _POINTS.finditer(line)]
+        stated += [
+            ("HP" if found["poles"].startswith("-") else "LP", found["hertz"])
+            for found in _POLES.finditer(line)
+            if int(found["poles"])
+        ]
+        for kind, hertz in stated:
+            if float(hertz) > 0.0:
+                low, high = (float(hertz), high) if kind == "HP" else (low, float(hertz))
+    return low, high
+
+
+def _peak_ratio(path: Path, header: list[str], samples: NDArray[np.float64]) -> float:
+    """The peak in the file over the stated one, which must be the same; NaN if none is stated."""
+    for number, line in enumerate(header, 1):
+        stated = _PEAK.search(line)
+        if stated:
+            if stated["units"].upper().rstrip(".;") != "G":
+                message = f"PGA in units of {stated['units']!r}. Must be g."
+                raise InputError(path, message, line=number)
+            return require_printed_peak(path, stated["peak"], samples, "g", number)
+    return math.nan
 
 
 def _sizes(line: str) -> re.Match[str] | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
@@ -79,6 +80,11 @@ class _Header:
         number = self.printed(item)
         return math.nan if number is None else number.value
 
+    def positive(self, item: int) -> float:
+        """One item of the real header that means nothing unless positive."""
+        value = self.real(item)
+        return value if value > 0.0 else math.nan
+
 
 def sniff(head: bytes) -> bool:
     r"""Whether a file's beginning is that of an SMC file, of acceleration or its siblings.
@@ -141,9 +147,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 def _kind(path: Path, first: str) -> re.Match[str]:
     kind = _TYPE.fullmatch(first)
     if not kind:
-        raise InputError(
-            path, f"{first.strip()[:40]!r}. Must be as in '2 CORRECTED ACCELEROGRAM'.", line=1
-        )
+        shown = first.strip()[:40]
+        raise InputError(path, f"{shown!r}. Must be as in '2 CORRECTED ACCELEROGRAM'.", line=1)
     if "ACCELEROGRAM" not in kind["quantity"].upper():
         quantity = kind["quantity"].strip().lower()
         raise InputError(path, f"is a {quantity} file. Must be an accelerogram.", line=1)
@@ -180,11 +185,7 @@ def _fields(path: Path, rows: list[bytes], columns: Columns, first_line: int) ->
 def _comments(header: _Header, lines: list[bytes]) -> int:
     """Number of comment lines, as stated and as found."""
     stated = header.integer(16) or 0
-    found = 0
-    while lines[_HEADER_LINES + found : _HEADER_LINES + found + 1] and lines[
-        _HEADER_LINES + found
-    ].startswith(b"|"):
-        found += 1
+    found = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
     if stated != found:
         raise InputError(
             header.path,
@@ -197,9 +198,8 @@ def _comments(header: _Header, lines: list[bytes]) -> int:
 def _count(header: _Header) -> int:
     count = header.integer(17)
     if count is None or count < 2:
-        raise InputError(
-            header.path, f"{count} samples stated. Must be 2 or more.", line=_TEXT_LINES + 3
-        )
+        message = f"{count} samples stated. Must be 2 or more."
+        raise InputError(header.path, message, line=_TEXT_LINES + 3)
     return count
 
 
@@ -244,8 +244,7 @@ def _peak_ratio(
     resolution = 10.0 ** (math.floor(math.log10(largest)) + 1 - _DIGITS[columns])
     line = _TEXT_LINES + _INTEGER_LINES + 1 + (item - 1) // _REALS.count
     # The time of an extreme stands before it.
-    time = header.printed(item - 1)
-    peak = StatedPeak(value=value, time=time, units="cm/s2", line=line)
+    peak = StatedPeak(value=value, time=header.printed(item - 1), units="cm/s2", line=line)
     return require_peak(header.path, samples, step, peak, resolution)
 
 
@@ -273,7 +272,6 @@ def _record(
             line=6,
         )
     event = _EVENT.fullmatch(header.text[3])
-    flagged = header.integer(18) == 1
     return Record(
         record_id=record_ids(header.path, [component])[0],
         acceleration=acceleration,
@@ -287,7 +285,10 @@ def _record(
         start_time=_start_time(header),
         magnitude=header.real(6),
         epicentral_distance=header.real(17),
-        processing=("archive: problem flagged",) if flagged else (),
+        # Uncorrected files have corners too: of filters to come.
+        filter_low=math.nan if uncorrected else header.positive(33),
+        filter_high=math.nan if uncorrected else header.positive(35),
+        processing=("archive: problem flagged",) if header.integer(18) == 1 else (),
     )
 
 

@@ -40,6 +40,8 @@ _NUMBERS: Final = {
     "magnitude": ("1", "magnitude of the earthquake"),
     "epicentral_distance": ("km", "distance to the epicentre"),
     "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
+    "filter_low": ("Hz", "lower corner of the filters that the archive states"),
+    "filter_high": ("Hz", "upper corner of the filters that the archive states"),
 }
 
 #: Peaks of a record, by variable: unit, long name.

@@ -141,7 +141,7 @@ def signal_to_noise_band(
 def usable_periods(
     time_step: float,
     duration: float,
-    corners: tuple[float, float] | None,
+    corners: tuple[float, float],
     band: tuple[float, float],
 ) -> tuple[float, float]:
     """Return the shortest and the longest period that a record is good for [s].
@@ -150,8 +150,8 @@ def usable_periods(
     ----------
     time_step, duration : float
         Of the record [s]: no period below two steps, none above the duration.
-    corners : (float, float) or None
-        Corners of the band-pass [Hz], if known; 1.25 times away from them is usable.
+    corners : (float, float)
+        Corners of the band-pass [Hz], NaN where unknown; 1.25 times away from them is usable.
     band : (float, float)
         Band that stands out of the noise [Hz], as `signal_to_noise_band` returns it.
 
@@ -169,12 +169,10 @@ def usable_periods(
     >>> usable_periods(0.01, 100.0, (0.1, 40.0), (0.0, 20.0))
     (0.05, 8.0)
     """
-    shortest = longest = math.nan
     low, high = band
     if math.isnan(low):
         return 0.0, 0.0
-    if corners is not None:
-        shortest, longest = CORNER_MARGIN / corners[1], 1.0 / (CORNER_MARGIN * corners[0])
+    shortest, longest = CORNER_MARGIN / corners[1], 1.0 / (CORNER_MARGIN * corners[0])
     # fmax and fmin pass over a NaN.
     if high < math.inf:
         shortest = float(np.fmax(shortest, 1.0 / high))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -26,6 +27,7 @@ class CheckVerdict(IntEnum):
     OK = 0
     WARN = 1
     REJECT = 2
+    NOT_MEASURED = 3
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,13 @@ class Check:
     name : str
         What was measured.
     value : float
-        Its value; NaN if the record does not allow to measure it, and then nothing is held
-        against the record.
+        Its value; NaN if the record does not allow to measure it.
     limit : float
         The limit that gave the verdict: that of rejection if the value is beyond it, else that of
         the warning.
     verdict : CheckVerdict
-        ``OK``, ``WARN`` or ``REJECT``.
+        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which holds nothing against the record
+        and nothing in its favour.
     unit : str
         Unit of value and limit.
     at_least : bool
@@ -150,8 +152,9 @@ class Passport:
 
     @property
     def verdict(self) -> CheckVerdict:
-        """The worst of the checks."""
-        return max(check.verdict for check in self.checks)
+        """The worst of the checks that could be made."""
+        made = (c.verdict for c in self.checks if c.verdict is not CheckVerdict.NOT_MEASURED)
+        return max(made, default=CheckVerdict.NOT_MEASURED)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -167,7 +170,7 @@ class Passport:
     def late_trigger(self) -> bool:
         """Whether the record seems to begin in the midst of the motion."""
         (check,) = (c for c in self.checks if c.name == "opening_share")
-        return check.verdict is not CheckVerdict.OK
+        return check.verdict in (CheckVerdict.WARN, CheckVerdict.REJECT)
 
 
 def passport(
@@ -187,7 +190,7 @@ def passport(
     limits : PassportLimits
         Limits of warning and rejection.
     corners : (float, float), optional
-        Corners of the band-pass [Hz], if they are known.
+        Corners of a band-pass [Hz] that was applied here, besides those that the archive states.
 
     Raises
     ------
@@ -222,7 +225,8 @@ def _measure(
     raw = before.acceleration
     quiet, level = pre_event(raw, step)
     band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)
-    shortest, longest = usable_periods(step, after.duration, corners, band)
+    bounds = _innermost((before.filter_low, before.filter_high), corners)
+    shortest, longest = usable_periods(step, after.duration, bounds, band)
     strong = slice(int(start / step), int(end / step) + 2)
     return Measures(
         peak_acceleration=peak(after.acceleration),
@@ -245,6 +249,15 @@ def _measure(
         usable_period_shortest=shortest,
         usable_period_longest=longest,
     )
+
+
+def _innermost(
+    archive: tuple[float, float], here: tuple[float, float] | None
+) -> tuple[float, float]:
+    """The higher of the lower corners and the lower of the upper ones [Hz]; NaN if unknown."""
+    low, high = here or (math.nan, math.nan)
+    # fmax and fmin pass over a NaN.
+    return float(np.fmax(archive[0], low)), float(np.fmin(archive[1], high))
 
 
 def _end_share(series: Float) -> float:
@@ -278,6 +291,8 @@ def _check(
     def beyond(limit: float) -> bool:
         return value < limit if at_least else value > limit
 
+    if math.isnan(value):
+        return Check(name, math.nan, warn, CheckVerdict.NOT_MEASURED, unit, at_least)
     if beyond(reject):
         return Check(name, float(value), reject, CheckVerdict.REJECT, unit, at_least)
     verdict = CheckVerdict.WARN if beyond(warn) else CheckVerdict.OK
