@@ -29,6 +29,7 @@ from .rocking import Impulses as Impulses
 from .rocking import Peaks as Peaks
 from .rocking import Reactions as Reactions
 from .rocking import Response as Response
+from .rocking import Scenarios as Scenarios
 from .rocking import Verdict as Verdict
 from .rocking import angular_acceleration as angular_acceleration
 from .rocking import barrier_rate as barrier_rate
@@ -39,6 +40,7 @@ from .rocking import least_spacing as least_spacing
 from .rocking import reactions as reactions
 from .rocking import respond as respond
 from .rocking import respond_many as respond_many
+from .rocking import respond_scenarios as respond_scenarios
 from .rocking import restoring_moment as restoring_moment
 from .rocking import trajectory as trajectory
 from .signals import Passport as Passport

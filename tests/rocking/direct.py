@@ -23,6 +23,7 @@ class Outcome:
     impact_velocities: Float
     impacts: int
     peak: float
+    peak_velocity: float
     uplift_time: float
     overturning_time: float
 
@@ -51,6 +52,7 @@ def integrate(
         lift,
         time_step,
         0.0,
+        1.0,
         alpha,
         p_hat,
         restitution,
@@ -69,6 +71,7 @@ def integrate(
         impact_velocities=impacts[:count, 1],
         impacts=count,
         peak=float(summary[kernel.PEAK]),
+        peak_velocity=float(summary[kernel.PEAK_VELOCITY]),
         uplift_time=float(summary[kernel.UPLIFT_TIME]),
         overturning_time=float(summary[kernel.OVERTURNING_TIME]),
     )

@@ -1,7 +1,9 @@
 """Rocking: what shakes the frame, the kernel, and the response around it."""
 
 from rockframe.rocking.batch import Peaks as Peaks
+from rockframe.rocking.batch import Scenarios as Scenarios
 from rockframe.rocking.batch import respond_many as respond_many
+from rockframe.rocking.batch import respond_scenarios as respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration as GroundAcceleration
 from rockframe.rocking.impulses import Impulses as Impulses
 from rockframe.rocking.impulses import impact_friction_demand as impact_friction_demand

@@ -1,9 +1,10 @@
-"""Responses at scale: motions x frames x scales, verdicts and peaks without histories."""
+"""Responses at scale: verdicts and peaks of many scenarios, without histories."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,11 +12,49 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
+from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import as_ground, refuse_flight, respond
+from rockframe.rocking.response import as_ground, refuse_flight, vertical_in_g
+from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
+Index = NDArray[np.intp]
+Motion = Record | Pulse | GroundAcceleration
+
+#: Scenarios that the kernel is given at a time, so that its working memory stays small.
+_AT_A_TIME: Final = 16384
+
+
+@dataclass(frozen=True, eq=False)
+class Scenarios:
+    """What became of each scenario, in the order in which they were asked.
+
+    Parameters
+    ----------
+    verdict : array of int8, shape (scenarios,)
+        Values of `Verdict`.
+    peak_rotation : array, shape (scenarios,)
+        Largest absolute rotation [rad], free rocking after the end of the motion included; pi/2
+        if overturned.
+    peak_rotation_ratio : array, shape (scenarios,)
+        The same over the slenderness of the frame [1].
+    peak_velocity : array, shape (scenarios,)
+        Largest absolute angular velocity [rad s-1], free rocking included; of a frame that
+        overturns, until it does.
+    uplift_time, overturning_time : array, shape (scenarios,)
+        First uplift and overturning [s]; NaN if there is none.
+    impacts : array of int32, shape (scenarios,)
+        Number of impacts during the motion, or until overturning.
+    """
+
+    verdict: NDArray[np.int8]
+    peak_rotation: Float
+    peak_rotation_ratio: Float
+    peak_velocity: Float
+    uplift_time: Float
+    overturning_time: Float
+    impacts: NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,22 +70,84 @@ class Peaks:
         if overturned.
     peak_rotation_ratio : array, shape (motions, frames, scales)
         The same over the slenderness of the frame [1].
+    peak_velocity : array, shape (motions, frames, scales)
+        Largest absolute angular velocity [rad s-1], until overturning.
     uplift_time, overturning_time : array, shape (motions, frames, scales)
         First uplift and overturning [s]; NaN if there is none.
     impacts : array of int32, shape (motions, frames, scales)
-        Number of impacts during the motion.
+        Number of impacts during the motion, or until overturning.
     """
 
     verdict: NDArray[np.int8]
     peak_rotation: Float
     peak_rotation_ratio: Float
+    peak_velocity: Float
     uplift_time: Float
     overturning_time: Float
     impacts: NDArray[np.int32]
 
 
+def respond_scenarios(
+    grounds: Sequence[Motion],
+    frames: Sequence[RockingFrame],
+    ground: ArrayLike,
+    frame: ArrayLike,
+    scale: ArrayLike,
+) -> Scenarios:
+    """Compute verdict and peaks of any scenarios: of a frame, under a motion, at a scale.
+
+    Parameters
+    ----------
+    grounds : sequence of Record, Pulse or GroundAcceleration
+        Ground motions, as `respond` takes them.
+    frames : sequence of RockingFrame
+        The frames; each with its own restitution factor.
+    ground, frame : array_like of int, shape (scenarios,)
+        Scenario k is ``frames[frame[k]]`` under ``grounds[ground[k]]``.
+    scale : array_like, shape (scenarios,)
+        What horizontal and vertical acceleration are multiplied by [1].
+
+    Returns
+    -------
+    Scenarios
+        The same bits whatever else is asked beside a scenario, and in whatever order.
+
+    Raises
+    ------
+    ParameterError
+        If the three arrays are not of one length, an index names no ground or frame, a scale is
+        not finite, or a vertical acceleration at its scale falls faster than gravity.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> column = RockingFrame(height=9.6, width=1.6)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=9.81, T_p=1.5)
+    >>> found = respond_scenarios([pulse], [bent, column], [0, 0, 0], [0, 0, 1], [0.1, 0.5, 0.5])
+    >>> found.peak_rotation_ratio.round(4)
+    array([0.    , 0.6517, 9.5114])
+    """
+    which, whose, factors = _asked(len(grounds), len(frames), ground, frame, scale)
+    found = _empty(factors.size)
+    constants = np.array(
+        [(f.slenderness, f.effective_frequency_parameter, f.restitution) for f in frames]
+    ).reshape(-1, 3)
+    order = np.argsort(which, kind="stable")
+    ends = np.searchsorted(which, np.arange(len(grounds) + 1), sorter=order)
+    for motion, first, last in zip(grounds, ends[:-1], ends[1:], strict=True):
+        if first == last:
+            continue
+        shaking = as_ground(motion)
+        for factor in (factors[order[first:last]].min(), factors[order[first:last]].max()):
+            refuse_flight(shaking, float(factor))
+        for start in range(first, last, _AT_A_TIME):
+            asked = order[start : min(start + _AT_A_TIME, last)]
+            _fill(found, asked, shaking, factors[asked], constants[whose[asked]])
+    return found
+
+
 def respond_many(
-    motions: Sequence[Record | Pulse | GroundAcceleration],
+    motions: Sequence[Motion],
     frames: Sequence[RockingFrame],
     scales: ArrayLike = (1.0,),
 ) -> Peaks:
@@ -90,21 +191,87 @@ def respond_many(
     if factors.ndim != 1 or not np.isfinite(factors).all():
         raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
     shape = (len(motions), len(frames), factors.size)
-    verdict = np.empty(shape, dtype=np.int8)
-    impacts = np.empty(shape, dtype=np.int32)
-    peak, ratio, uplift, overturning = np.empty((4, *shape))
-    for i, motion in enumerate(motions):
-        ground = as_ground(motion)
-        for k, factor in enumerate(factors):
-            refuse_flight(ground, float(factor))
-            scaled = ground.scaled(float(factor))
-            for j, frame in enumerate(frames):
-                response = respond(frame, scaled)
-                where = (i, j, k)
-                verdict[where] = response.verdict
-                peak[where] = response.peak_rotation
-                ratio[where] = response.peak_rotation_ratio
-                uplift[where] = response.uplift_time
-                overturning[where] = response.overturning_time
-                impacts[where] = response.impacts
-    return Peaks(verdict, peak, ratio, uplift, overturning, impacts)
+    ground, frame, scale = (axis.ravel() for axis in np.indices(shape))
+    found = respond_scenarios(motions, frames, ground, frame, factors[scale])
+    return Peaks(
+        verdict=found.verdict.reshape(shape),
+        peak_rotation=found.peak_rotation.reshape(shape),
+        peak_rotation_ratio=found.peak_rotation_ratio.reshape(shape),
+        peak_velocity=found.peak_velocity.reshape(shape),
+        uplift_time=found.uplift_time.reshape(shape),
+        overturning_time=found.overturning_time.reshape(shape),
+        impacts=found.impacts.reshape(shape),
+    )
+
+
+def _asked(
+    grounds: int, frames: int, ground: ArrayLike, frame: ArrayLike, scale: ArrayLike
+) -> tuple[Index, Index, Float]:
+    """The three arrays that say what is asked, held to their lengths and ranges."""
+    factors = np.asarray(scale, dtype=np.float64)
+    indices = []
+    for label, asked, number in (("ground", ground, grounds), ("frame", frame, frames)):
+        index = np.asarray(asked)
+        if index.size == 0:
+            index = index.astype(np.intp)
+        if index.shape != factors.shape or factors.ndim != 1:
+            raise ParameterError(
+                f"Invalid {label} indices of shape {index.shape}. Must be one row, as long as that "
+                f"of the scales, {factors.shape}."
+            )
+        if not np.issubdtype(index.dtype, np.integer):
+            raise ParameterError(f"Invalid {label} indices of {index.dtype}. Must be integers.")
+        outside = np.flatnonzero((index < 0) | (index >= number))
+        if outside.size:
+            raise ParameterError(
+                f"Invalid {label} index {index[outside[0]]} of scenario {outside[0]}. Must be 0 to "
+                f"{number - 1}."
+            )
+        indices.append(index.astype(np.intp))
+    wrong = np.flatnonzero(~np.isfinite(factors))
+    if wrong.size:
+        raise ParameterError(
+            f"Invalid scale {factors[wrong[0]]} of scenario {wrong[0]}. Must be finite."
+        )
+    return indices[0], indices[1], factors
+
+
+def _empty(scenarios: int) -> Scenarios:
+    numbers = iter(np.empty((5, scenarios)))
+    return Scenarios(
+        verdict=np.empty(scenarios, dtype=np.int8),
+        peak_rotation=next(numbers),
+        peak_rotation_ratio=next(numbers),
+        peak_velocity=next(numbers),
+        uplift_time=next(numbers),
+        overturning_time=next(numbers),
+        impacts=np.empty(scenarios, dtype=np.int32),
+    )
+
+
+def _fill(
+    found: Scenarios, asked: Index, ground: GroundAcceleration, scale: Float, constants: Float
+) -> None:
+    """Let the kernel answer the scenarios `asked`, all of one ground, and file what it says."""
+    slenderness, frequency_parameter, restitution = np.ascontiguousarray(constants.T)
+    verdicts = np.empty(asked.size, dtype=np.int8)
+    summaries = np.empty((asked.size, kernel.SUMMARY_SIZE))
+    kernel.integrate_many(
+        ground.coefficients / GRAVITY,
+        vertical_in_g(ground),
+        ground.time_step,
+        ground.start_time,
+        scale,
+        slenderness,
+        frequency_parameter,
+        restitution,
+        verdicts,
+        summaries,
+    )
+    found.verdict[asked] = verdicts
+    found.peak_rotation[asked] = summaries[:, kernel.PEAK]
+    found.peak_rotation_ratio[asked] = summaries[:, kernel.PEAK] / slenderness
+    found.peak_velocity[asked] = summaries[:, kernel.PEAK_VELOCITY]
+    found.uplift_time[asked] = summaries[:, kernel.UPLIFT_TIME]
+    found.overturning_time[asked] = summaries[:, kernel.OVERTURNING_TIME]
+    found.impacts[asked] = summaries[:, kernel.IMPACTS]

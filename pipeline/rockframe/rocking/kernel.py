@@ -13,8 +13,8 @@ of these polynomials, found to round-off.
 Symbols are those of the paper: theta [rad], omega its rate [rad s-1], s = sgn(theta), 0 at rest;
 alpha the slenderness [rad], p_hat the frequency parameter [rad s-1].
 
-Only `integrate` touches arrays. The functions below it pass numbers and tuples: an array passed
-down costs two atomic operations a call, which at first took 80 % of the time.
+Only `integrate` and the loop around it touch arrays. The other functions pass numbers and tuples:
+an array passed down costs two atomic operations a call, which at first took 80 % of the time.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ PEAK_TIME: Final = 1  # when [s]; NaN if after the end of the motion
 UPLIFT_TIME: Final = 2  # first uplift [s], NaN if none
 OVERTURNING_TIME: Final = 3  # |theta| = pi/2 [s], NaN if never
 IMPACTS: Final = 4  # their number
-SUMMARY_SIZE: Final = 5
+PEAK_VELOCITY: Final = 5  # largest |omega| [rad s-1]
+SUMMARY_SIZE: Final = 6
 
 #: After an impact slower than this share of p_hat, with the ground too weak to uplift, the frame
 #: is at rest. Impacts follow each other in a geometric series, so their number depends on it.
@@ -76,9 +77,9 @@ _FALLEN: Final = 2
 def _jit(function: F) -> F:
     """Compile, with numba's cache on disk where one can be written."""
     try:
-        return cast("F", numba.njit(cache=True, error_model="numpy")(function))
+        return cast("F", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
     except RuntimeError:  # no folder to cache in: a read-only installation
-        return cast("F", numba.njit(error_model="numpy")(function))
+        return cast("F", numba.njit(nogil=True, error_model="numpy")(function))
 
 
 @_jit
@@ -162,19 +163,24 @@ def _root(c: Polynomial, derivative: int, level: float, a: float, b: float, gues
 
 
 @_jit
+def _inflexion(c: Polynomial, h: float, bend_0: float, bend_h: float) -> float:
+    """Where in [0, h] the second derivative changes its sign; h if nowhere.
+
+    It is taken to do so at most once in so short an interval. `bend_0` gives its sign just after 0.
+    """
+    return _root(c, 2, 0.0, 0.0, h, _NEVER) if bend_0 * bend_h < 0.0 else h
+
+
+@_jit
 def _marks(
-    c: Polynomial, h: float, slope_0: float, slope_h: float, bend_0: float, bend_h: float
+    c: Polynomial, h: float, slope_0: float, slope_h: float, bend_0: float, middle: float
 ) -> tuple[float, float, float, float]:
     """Ends of the pieces of [0, h] on which a polynomial is monotone; an empty piece ends at 0.
 
-    `slope_0` and `bend_0` give the signs of the first and second derivatives just after 0. The
-    second derivative is taken to change sign at most once in so short an interval.
+    `slope_0` and `bend_0` give the signs of the first and second derivatives just after 0;
+    `middle` is the inflexion, or h.
     """
-    middle = h
-    slope_middle = slope_h
-    if bend_0 * bend_h < 0.0:
-        middle = _root(c, 2, 0.0, 0.0, h, _NEVER)
-        slope_middle = _derivatives(c, middle)[1]
+    slope_middle = slope_h if middle == h else _derivatives(c, middle)[1]
     one = 0.0
     two = 0.0
     if slope_0 * slope_middle < 0.0:
@@ -190,7 +196,8 @@ def _first_rise(a: Polynomial, limit: float, h: float) -> float:
     _, slope_0, bend_0, _ = _derivatives(a, 0.0)
     _, slope_h, bend_h, _ = _derivatives(a, h)
     left = 0.0
-    for right in _marks(a, h, slope_0, slope_h, bend_0, bend_h):
+    middle = _inflexion(a, h, bend_0, bend_h)
+    for right in _marks(a, h, slope_0, slope_h, bend_0, middle):
         if right > left:
             if _derivatives(a, right)[0] > limit:
                 return _root(a, 0, limit, left, right, _NEVER)
@@ -363,12 +370,12 @@ def _series(
 @_jit
 def _flight(
     c: Polynomial, s: float, h: float, start: int, peak_so_far: float
-) -> tuple[int, float, float, float, float, float]:
+) -> tuple[int, float, float, float, float, float, float]:
     """Follow one Taylor step to its first impact or overturning, or else to its end h.
 
     Returns how it ends, when within the step, theta and omega then, the largest |theta| on the way
-    and when; the latter only if it may exceed `peak_so_far`. Theta is monotone on each piece
-    between marks, so that a change of sign there is the one root.
+    and when, the latter only if it may exceed `peak_so_far`; and the largest |omega|. Theta is
+    monotone on each piece between marks, so that a change of sign there is the one root.
     """
     theta_h, omega_h, bend_h, _ = _derivatives(c, h)
     omega_0 = c[1] if start == _MOVING else s
@@ -379,58 +386,69 @@ def _flight(
         and omega_0 * omega_h > 0.0
         and bend_0 * bend_h > 0.0
     ):
-        return _ALOFT, h, theta_h, omega_h, abs(theta_h), h
+        return _ALOFT, h, theta_h, omega_h, abs(theta_h), h, abs(omega_h)
     if start == _MOVING and c[0] == 0.0 and s * theta_h < 0.0 and s * bend_0 < 0.0 > s * bend_h:
         # a bounce: theta is concave, so one landing, at about twice the time of the peak
         crest = -c[1] / (2.0 * c[2])
         if s * c[1] * h <= peak_so_far and crest < h and s * _derivatives(c, crest)[0] > 0.0:
             t = _root(c, 0, 0.0, crest, h, 2.0 * crest)
-            return _LANDED, t, 0.0, _derivatives(c, t)[1], 0.0, 0.0
+            omega = _derivatives(c, t)[1]
+            return _LANDED, t, 0.0, omega, 0.0, 0.0, abs(omega)
     peak = 0.0
     peak_time = 0.0
+    ended = _ALOFT
+    t = h
+    theta = theta_h
     left = 0.0
-    for right in _marks(c, h, omega_0, omega_h, bend_0, bend_h):
+    middle = _inflexion(c, h, bend_0, bend_h)
+    for right in _marks(c, h, omega_0, omega_h, bend_0, middle):
         if right <= left:
             continue
-        theta = _derivatives(c, right)[0]
-        if s * theta <= 0.0:
+        reached = _derivatives(c, right)[0]
+        if s * reached <= 0.0:
             # a flight that started at 0 is nearly a parabola: it lands at twice its peak's time
             guess = 2.0 * left if c[0] == 0.0 else _NEVER
-            t = _root(c, 0, 0.0, left, right, guess)
-            return _LANDED, t, 0.0, _derivatives(c, t)[1], peak, peak_time
-        if abs(theta) >= _HALF_PI:
-            t = _root(c, 0, s * _HALF_PI, left, right, _NEVER)
-            return _FALLEN, t, s * _HALF_PI, _derivatives(c, t)[1], _HALF_PI, t
-        if abs(theta) > peak:
-            peak = abs(theta)
+            ended, t, theta = _LANDED, _root(c, 0, 0.0, left, right, guess), 0.0
+            break
+        if abs(reached) >= _HALF_PI:
+            ended, t, theta = _FALLEN, _root(c, 0, s * _HALF_PI, left, right, _NEVER), s * _HALF_PI
+            peak, peak_time = _HALF_PI, t
+            break
+        if abs(reached) > peak:
+            peak = abs(reached)
             peak_time = right
         left = right
-    return _ALOFT, h, theta_h, omega_h, peak, peak_time
+    omega = omega_h if ended == _ALOFT else _derivatives(c, t)[1]
+    fastest = abs(omega)
+    if middle < t:
+        fastest = max(fastest, abs(_derivatives(c, middle)[1]))
+    return ended, t, theta, omega, peak, peak_time, fastest
 
 
 @_jit
 def _free_rocking(
     theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
-) -> tuple[bool, float]:
-    """Whether the frame overturns freely from this state, and if not the largest |theta| to come.
+) -> tuple[bool, float, float]:
+    """Whether the frame overturns freely from this state; if not, the largest |theta|, |omega|.
 
     The exact energy verdict: E = omega^2/2 + p_hat^2 cos(alpha - |theta|) is kept between impacts,
     p_hat^2 is the barrier at |theta| = alpha, and an impact takes (1 - restitution^2) of the
     kinetic energy. What is computed is E - p_hat^2, without its cancellation near the barrier.
     """
     if s == 0.0:
-        return False, 0.0
+        return False, 0.0, 0.0
     p2 = p_hat * p_hat
     barrier = 2.0 * p2 * math.sin(0.5 * alpha) ** 2
     excess = 0.5 * omega * omega - 2.0 * p2 * math.sin(0.5 * (alpha - abs(theta))) ** 2
     outward = s * omega >= 0.0
     if abs(theta) >= alpha and (outward or excess < 0.0):
-        return True, _HALF_PI
+        return True, _HALF_PI, 0.0
+    landing = math.sqrt(2.0 * max(0.0, excess + barrier))
     if not outward:  # over to the other side, with what the impact leaves
         excess = restitution * restitution * (excess + barrier) - barrier
     if excess >= 0.0:
-        return True, _HALF_PI
-    return False, alpha - 2.0 * math.asin(math.sqrt(-excess / (2.0 * p2)))
+        return True, _HALF_PI, 0.0
+    return False, alpha - 2.0 * math.asin(math.sqrt(-excess / (2.0 * p2))), landing
 
 
 @_jit
@@ -439,6 +457,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     vertical: Float,
     time_step: float,
     start_time: float,
+    scale: float,
     alpha: float,
     p_hat: float,
     restitution: float,
@@ -460,12 +479,14 @@ def integrate(  # noqa: C901  one loop over arrays, see above
         Vertical ground acceleration [g] in the same way, above -1 g; without rows there is none.
     time_step, start_time : float
         Length of an interval, time of the first node [s].
+    scale : float
+        What the ground accelerations are multiplied by [1].
     alpha, p_hat, restitution : float
         Slenderness [rad], frequency parameter [rad s-1], velocity ratio of an impact, sqrt(r).
     theta_0, omega_0 : float
         Rotation [rad] and its rate [rad s-1] at the start.
-    thetas, omegas : array, shape (intervals + 1,)
-        Filled with the state at the nodes; NaN after overturning.
+    thetas, omegas : array, shape (intervals + 1,) or (0,)
+        Filled with the state at the nodes, if they have room; NaN after overturning.
     impacts : array, shape (kept, 2)
         Filled with the first impacts' times [s] and the rates just before them [rad s-1].
     summary : array, shape (SUMMARY_SIZE,)
@@ -478,6 +499,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     """
     intervals, coefficients = ground.shape
     lifts = vertical.shape[0] > 0
+    keeps = thetas.shape[0] > 0
     strongest = 0.0
     for i in range(intervals):
         largest = 0.0
@@ -486,6 +508,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
             if lifts:
                 largest += abs(vertical[i, j])
         strongest = max(strongest, largest)
+    strongest *= abs(scale)
     limit = math.tan(alpha)
     p2 = p_hat * p_hat
     # each derivative of theta grows by at most about this rate
@@ -500,23 +523,26 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     peak_time = start_time if s != 0.0 else math.nan
     uplift_time = start_time if s != 0.0 else math.nan
     overturning_time = math.nan
+    fastest = abs(omega)
     count = 0
     verdict = NO_UPLIFT
-    thetas[0] = theta
-    omegas[0] = omega
+    if keeps:
+        thetas[0] = theta
+        omegas[0] = omega
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     a = zero
     v = zero
     i = 0
     while True:
         if i >= intervals:  # the ground is still: the energy decides
-            overturns, to_come = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
+            overturns, to_come, landing = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
             if not overturns:
                 if i == intervals and not math.isnan(uplift_time):
                     verdict = SAFE
                 if to_come > peak:
                     peak = to_come
                     peak_time = math.nan
+                fastest = max(fastest, landing)
                 break
             verdict = OVERTURNED  # follow the fall for the time of overturning
             if i - intervals > _MAX_TAIL:
@@ -534,18 +560,19 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                     largest = largest * time_step + abs(ground[i, j])
                     if lifts:
                         largest += limit * abs(vertical[i, j])
-                if largest <= limit:
-                    thetas[i + 1] = 0.0
-                    omegas[i + 1] = 0.0
+                if abs(scale) * largest <= limit:
+                    if keeps:
+                        thetas[i + 1] = 0.0
+                        omegas[i + 1] = 0.0
                     i += 1
                     continue
             a = (
-                ground[i, 0],
-                ground[i, 1] if coefficients > 1 else 0.0,
-                ground[i, 2] if coefficients > 2 else 0.0,
-                ground[i, 3] if coefficients > 3 else 0.0,
-                ground[i, 4] if coefficients > 4 else 0.0,
-                ground[i, 5] if coefficients > 5 else 0.0,
+                scale * ground[i, 0],
+                scale * ground[i, 1] if coefficients > 1 else 0.0,
+                scale * ground[i, 2] if coefficients > 2 else 0.0,
+                scale * ground[i, 3] if coefficients > 3 else 0.0,
+                scale * ground[i, 4] if coefficients > 4 else 0.0,
+                scale * ground[i, 5] if coefficients > 5 else 0.0,
                 0.0,
                 0.0,
                 0.0,
@@ -553,12 +580,12 @@ def integrate(  # noqa: C901  one loop over arrays, see above
             )
             if lifts:
                 v = (
-                    vertical[i, 0],
-                    vertical[i, 1] if coefficients > 1 else 0.0,
-                    vertical[i, 2] if coefficients > 2 else 0.0,
-                    vertical[i, 3] if coefficients > 3 else 0.0,
-                    vertical[i, 4] if coefficients > 4 else 0.0,
-                    vertical[i, 5] if coefficients > 5 else 0.0,
+                    scale * vertical[i, 0],
+                    scale * vertical[i, 1] if coefficients > 1 else 0.0,
+                    scale * vertical[i, 2] if coefficients > 2 else 0.0,
+                    scale * vertical[i, 3] if coefficients > 3 else 0.0,
+                    scale * vertical[i, 4] if coefficients > 4 else 0.0,
+                    scale * vertical[i, 5] if coefficients > 5 else 0.0,
                     0.0,
                     0.0,
                     0.0,
@@ -585,7 +612,10 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                     if math.isnan(uplift_time):
                         uplift_time = time + elapsed
                 c = _series(theta, omega, s, now, lift, alpha, p2, start)
-                ended, t, theta, omega, high, high_time = _flight(c, s, end - elapsed, start, peak)
+                ended, t, theta, omega, high, high_time, fast = _flight(
+                    c, s, end - elapsed, start, peak
+                )
+                fastest = max(fastest, fast)
                 if high > peak:
                     peak = high
                     peak_time = time + elapsed + high_time
@@ -613,11 +643,12 @@ def integrate(  # noqa: C901  one loop over arrays, see above
         i += 1
         if not math.isnan(overturning_time):
             verdict = OVERTURNED
-            for j in range(i, intervals + 1):
-                thetas[j] = math.nan
-                omegas[j] = math.nan
+            if keeps:
+                for j in range(i, intervals + 1):
+                    thetas[j] = math.nan
+                    omegas[j] = math.nan
             break
-        if i <= intervals:
+        if keeps and i <= intervals:
             thetas[i] = theta
             omegas[i] = omega
 
@@ -629,4 +660,52 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     summary[UPLIFT_TIME] = uplift_time
     summary[OVERTURNING_TIME] = overturning_time
     summary[IMPACTS] = count
+    summary[PEAK_VELOCITY] = fastest
     return verdict
+
+
+@_jit
+def integrate_many(
+    ground: Float,
+    vertical: Float,
+    time_step: float,
+    start_time: float,
+    scale: Float,
+    alpha: Float,
+    p_hat: Float,
+    restitution: Float,
+    verdicts: NDArray[np.int8],
+    summaries: Float,
+) -> None:
+    """Integrate over one ground motion for each of several scales and frames, from rest.
+
+    Parameters
+    ----------
+    ground, vertical, time_step, start_time
+        As for `integrate`.
+    scale, alpha, p_hat, restitution : array, shape (scenarios,)
+        As for `integrate`, of each scenario.
+    verdicts : array of int8, shape (scenarios,)
+        Filled with the outcomes.
+    summaries : array, shape (scenarios, SUMMARY_SIZE)
+        Filled with what the named slots say.
+    """
+    none = np.empty(0)
+    no_log = np.empty((0, 2))
+    for k in range(scale.size):
+        verdicts[k] = integrate(
+            ground,
+            vertical,
+            time_step,
+            start_time,
+            scale[k],
+            alpha[k],
+            p_hat[k],
+            restitution[k],
+            0.0,
+            0.0,
+            none,
+            none,
+            no_log,
+            summaries[k],
+        )

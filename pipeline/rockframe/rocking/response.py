@@ -164,9 +164,10 @@ def respond(
     summary = np.empty(kernel.SUMMARY_SIZE)
     verdict = kernel.integrate(
         ground.coefficients / GRAVITY,
-        _no_vertical(ground) if ground.vertical is None else ground.vertical / GRAVITY,
+        vertical_in_g(ground),
         ground.time_step,
         ground.start_time,
+        1.0,
         frame.slenderness,
         frame.effective_frequency_parameter,
         frame.restitution,
@@ -213,5 +214,8 @@ def refuse_flight(ground: GroundAcceleration, scale: float = 1.0) -> None:
         )
 
 
-def _no_vertical(ground: GroundAcceleration) -> Float:
-    return np.empty((0, ground.coefficients.shape[1]))
+def vertical_in_g(ground: GroundAcceleration) -> Float:
+    """Vertical acceleration [g] as the kernel takes it: without rows if there is none."""
+    if ground.vertical is None:
+        return np.empty((0, ground.coefficients.shape[1]))
+    return ground.vertical / GRAVITY

@@ -1,0 +1,111 @@
+"""Scenarios: what each comes to does not depend on what is asked beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
+
+from rockframe import (
+    GroundAcceleration,
+    ParameterError,
+    Pulse,
+    RockingFrame,
+    Scenarios,
+    respond,
+    respond_many,
+    respond_scenarios,
+)
+from rockframe.units import GRAVITY
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+COLUMN = RockingFrame(height=9.6, width=1.6, restitution_factor=0.9)
+PULSE = Pulse(wavelet="symmetric_ricker", a_p=GRAVITY, T_p=1.5)
+
+
+def noise(seed: int, step: float = 0.01) -> GroundAcceleration:
+    samples = 3.0 * np.random.default_rng(seed).uniform(-1.0, 1.0, 500)
+    return GroundAcceleration.from_samples(samples, step)
+
+
+def same_bits(ours: Scenarios, theirs: Scenarios, of: NDArray[np.intp] | slice) -> None:
+    for field in dataclasses.fields(Scenarios):
+        assert_array_equal(getattr(ours, field.name), getattr(theirs, field.name)[of])
+
+
+def test_same_bits_in_any_company_and_order() -> None:
+    lifted = noise(2, 0.005).with_vertical(noise(3, 0.005))
+    grounds = (noise(1), PULSE, lifted, noise(4))
+    frames = [BENT, COLUMN]
+    rng = np.random.default_rng(5)
+    ground, frame = rng.integers(0, 4, 300), rng.integers(0, 2, 300)
+    scale = rng.uniform(0.2, 2.0, 300)
+    together = respond_scenarios(grounds, frames, ground, frame, scale)
+    shuffled = rng.permutation(300)
+    same_bits(
+        respond_scenarios(grounds, frames, ground[shuffled], frame[shuffled], scale[shuffled]),
+        together,
+        shuffled,
+    )
+    for k in range(0, 300, 37):
+        alone = respond_scenarios([grounds[ground[k]]], [frames[frame[k]]], [0], [0], [scale[k]])
+        same_bits(alone, together, slice(k, k + 1))
+
+
+def test_many_is_the_product_of_scenarios() -> None:
+    many = respond_many([noise(1), PULSE], [BENT, COLUMN], [0.5, 1.0, 1.5])
+    one = respond_scenarios([noise(1), PULSE], [BENT, COLUMN], [1], [0], [1.5])
+    assert many.peak_rotation[1, 0, 2] == one.peak_rotation[0]
+    assert many.peak_velocity.shape == (2, 2, 3)
+
+
+def test_peak_velocity_is_not_below_that_of_the_nodes_and_close_to_it() -> None:
+    weak = dataclasses.replace(PULSE, a_p=0.5 * GRAVITY)
+    response = respond(BENT, weak, free_rocking=20.0)
+    found = respond_scenarios([weak], [BENT], [0], [0], [1.0])
+    met = max(np.abs(response.omega).max(), np.abs(response.impact_velocities).max())
+    assert met * (1.0 - 1e-12) <= found.peak_velocity[0] < met * (1.0 + 1e-4)
+
+
+def test_peak_velocity_of_free_rocking_is_that_of_the_landing() -> None:
+    """A jerk that ends while the frame is aloft: it lands with the energy it has then."""
+    pull = GroundAcceleration.from_samples(np.full(31, 0.3 * GRAVITY), 0.01)
+    response = respond(COLUMN, pull)
+    theta, omega = float(response.theta[-1]), float(response.omega[-1])
+    alpha, p = COLUMN.slenderness, COLUMN.effective_frequency_parameter
+    landing = math.sqrt(omega**2 + 2.0 * p**2 * (math.cos(alpha - abs(theta)) - math.cos(alpha)))
+    found = respond_scenarios([pull], [COLUMN], [0], [0], [1.0])
+    assert found.peak_velocity[0] == pytest.approx(landing, rel=1e-12)
+    assert found.impacts[0] == 0
+
+
+def test_nothing_asked_nothing_answered() -> None:
+    assert respond_scenarios([PULSE], [BENT], [], [], []).verdict.shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("ground", "frame", "scale", "words"),
+    [
+        ([0, 0], [0], [1.0], "Invalid ground indices of shape (2,). Must be one row, as long"),
+        ([0], [1], [1.0], "Invalid frame index 1 of scenario 0. Must be 0 to 0."),
+        ([-1], [0], [1.0], "Invalid ground index -1 of scenario 0. Must be 0 to 0."),
+        ([0.0], [0], [1.0], "Invalid ground indices of float64. Must be integers."),
+        ([0], [0], [math.nan], "Invalid scale nan of scenario 0. Must be finite."),
+    ],
+)
+def test_what_cannot_be_asked(
+    ground: list[int], frame: list[int], scale: list[float], words: str
+) -> None:
+    with pytest.raises(ParameterError) as error:
+        respond_scenarios([PULSE], [BENT], ground, frame, scale)
+    assert words in str(error.value)
+
+
+def test_ground_that_falls_faster_than_gravity_at_its_scale() -> None:
+    falling = noise(1).with_vertical(noise(2))
+    with pytest.raises(ParameterError, match="lose contact"):
+        respond_scenarios([falling], [BENT], [0, 0], [0, 0], [1.0, 4.0])
