@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rockframe.ingest import ReadOptions
     from rockframe.signals import BandPass
+    from rockframe.stages import Batch
     from rockframe.study import PassportLimits
 
 
@@ -181,3 +182,28 @@ def add_periods(parser: argparse.ArgumentParser) -> None:
         default=(0.2, 5.0),
         help="range of pulse periods searched, in s (default: 0.2 5)",
     )
+
+
+def add_batch(parser: argparse.ArgumentParser) -> None:
+    """The option of doing a part of the records."""
+    parser.add_argument(
+        "--batch",
+        type=_batch,
+        default=(1, 1),
+        metavar="K/N",
+        help="only the K-th of N parts of the records; `rockframe merge` puts them together",
+    )
+
+
+def chosen_batch(options: argparse.Namespace) -> Batch:
+    """Return the part of the records that is asked for."""
+    from rockframe.stages import Batch
+
+    return Batch(*options.batch)
+
+
+def _batch(text: str) -> tuple[int, int]:
+    number, _, count = text.partition("/")
+    if not (number.isdecimal() and count.isdecimal()):
+        raise argparse.ArgumentTypeError(f"Invalid batch {text!r}. Must be like 2/10")
+    return int(number), int(count)

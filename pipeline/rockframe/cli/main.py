@@ -18,6 +18,7 @@ from rockframe.cli import (
     figure,
     formats,
     ingest,
+    merge,
     paper,
     pulse,
     report,
@@ -27,7 +28,7 @@ from rockframe.cli import (
 )
 from rockframe.errors import RockframeError
 
-_VERBS = (table1, fetch, ingest, pulse, respond, figure, paper, report, verify, formats)
+_VERBS = (table1, fetch, ingest, pulse, respond, merge, figure, paper, report, verify, formats)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from rockframe.cli.arguments import add_periods, path
+from rockframe.cli.arguments import add_batch, add_periods, path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,10 +12,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_periods(parser)
+    add_batch(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the pulses."""
+    from rockframe.cli.arguments import chosen_batch
     from rockframe.cli.console import number, progress_bar, show_json, show_rejections, show_table
     from rockframe.results import pulse_rows
     from rockframe.stages import pulse_stage
@@ -26,6 +28,7 @@ def run(options: argparse.Namespace) -> int:
             options.output,
             shortest_period=options.periods[0],
             longest_period=options.periods[1],
+            batch=chosen_batch(options),
             progress=progress,
         )
     rows = pulse_rows(options.output)

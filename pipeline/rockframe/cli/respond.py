@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from rockframe.cli.arguments import add_structures, add_vertical, path
+from rockframe.cli.arguments import add_batch, add_structures, add_vertical, path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,10 +15,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_structures(parser)
     add_vertical(parser)
+    parser.add_argument(
+        "--histories",
+        choices=("all", "none"),
+        default="all",
+        help="write the motion at each sample, or its peaks alone (default: all)",
+    )
+    add_batch(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
+    from rockframe.cli.arguments import chosen_batch
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
     from rockframe.results import response_rows
     from rockframe.stages import respond_stage
@@ -31,6 +39,8 @@ def run(options: argparse.Namespace) -> int:
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=options.structure,
             vertical=options.vertical,
+            histories=options.histories == "all",
+            batch=chosen_batch(options),
             progress=progress,
         )
     rows = response_rows(options.output)

@@ -15,10 +15,13 @@ from rockframe.results.files import RESPONSE as RESPONSE
 from rockframe.results.files import Described as Described
 from rockframe.results.files import describe as describe
 from rockframe.results.files import input_hash as input_hash
+from rockframe.results.files import kind_of as kind_of
 from rockframe.results.files import opened as opened
 from rockframe.results.files import write as write
 from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
+from rockframe.results.merging import merge as merge
+from rockframe.results.merging import no_records as no_records
 from rockframe.results.pulses import best_pulses as best_pulses
 from rockframe.results.pulses import pulses_dataset as pulses_dataset
 from rockframe.results.records import RecordsFile as RecordsFile

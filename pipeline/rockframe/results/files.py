@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import netCDF4
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
@@ -22,8 +20,10 @@ RECORDS: Final = "records"
 PULSES: Final = "pulses"
 RESPONSE: Final = "response"
 _STAGE_OF: Final = {RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond"}
-_CHUNK: Final = 16384
-_COMPRESSED: Final[dict[str, Any]] = {
+#: Samples in one compressed block.
+CHUNK: Final = 16384
+#: How each variable is stored: a bit that flips is found.
+COMPRESSED: Final[dict[str, Any]] = {
     "zlib": True,
     "complevel": 4,
     "shuffle": True,
@@ -38,6 +38,7 @@ def write(
     *,
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
+    left_out: Mapping[str, str] | None = None,
 ) -> None:
     """Write a dataset whole or not at all; the same inputs give the same bytes.
 
@@ -53,6 +54,8 @@ def write(
         Name and SHA-256 of each input.
     parameters : mapping
         The options of the stage; JSON values.
+    left_out : mapping of str to str, optional
+        Why records that went in did not come out, by identifier.
 
     Raises
     ------
@@ -60,7 +63,14 @@ def write(
         If the file cannot be written.
     """
     with named(path) as partial:
-        put(dataset, partial, kind, input_sha256=input_sha256, parameters=parameters)
+        put(
+            dataset,
+            partial,
+            kind,
+            input_sha256=input_sha256,
+            parameters=parameters,
+            left_out=left_out,
+        )
 
 
 @contextmanager
@@ -85,6 +95,7 @@ def put(
     *,
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
+    left_out: Mapping[str, str] | None = None,
     mode: Literal["w", "a"] = "w",
 ) -> None:
     """Write a dataset and its origin into a file of `named`; mode ``a``: beside what it holds."""
@@ -98,55 +109,18 @@ def put(
         source_code_hash=source_code_hash(),
         input_sha256=json.dumps(dict(input_sha256), sort_keys=True),
         parameters=json.dumps(dict(parameters), sort_keys=True),
+        left_out=json.dumps(dict(left_out or {}), sort_keys=True),
         gravity=GRAVITY,
     )
     encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
-    with _as_os_error():
+    with as_os_error():
         described.to_netcdf(
             partial, mode=mode, engine="netcdf4", format="NETCDF4", encoding=encoding
         )
 
 
 @contextmanager
-def growing(
-    partial: Path, name: str, units: str, long_name: str
-) -> Iterator[Callable[[NDArray[np.float64]], None]]:
-    """Give a function that appends to a variable on ``obs``; memory does not grow with it.
-
-    Parameters
-    ----------
-    partial : Path
-        A file of `named`, that this begins; `put` adds the rest.
-    name, units, long_name : str
-        Of the variable, of double precision.
-    """
-    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
-    try:
-        file.createDimension("obs", None)
-        series = file.createVariable(
-            name,
-            np.float64,
-            ("obs",),
-            chunksizes=(_CHUNK,),
-            fill_value=np.nan,
-            chunk_cache=4 * 8 * _CHUNK,  # of four chunks; the default may be of 64 MB
-            **_COMPRESSED,
-        )
-        series.setncatts({"units": units, "long_name": long_name})
-
-        def append(samples: NDArray[np.float64]) -> None:
-            end = series.shape[0]
-            with _as_os_error():
-                series[end : end + samples.size] = samples
-
-        yield append
-    finally:
-        with _as_os_error():
-            file.close()
-
-
-@contextmanager
-def _as_os_error() -> Iterator[None]:
+def as_os_error() -> Iterator[None]:
     """Let a full disk be an OSError, as it is elsewhere: netCDF raises a RuntimeError."""
     try:
         yield
@@ -156,13 +130,13 @@ def _as_os_error() -> Iterator[None]:
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:
     encoding: dict[str, Any] = {
-        **_COMPRESSED,
+        **COMPRESSED,
         "_FillValue": np.nan if variable.dtype.kind == "f" else None,
     }
     if variable.dtype.kind == "O":  # characters, not netCDF strings: those have no checksum
         encoding["dtype"] = "S1"
     elif "obs" in variable.dims:
-        sizes = [min(n, _CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
+        sizes = [min(n, CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
         encoding["chunksizes"] = tuple(sizes)
     return encoding
 
@@ -193,6 +167,24 @@ def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
             yield dataset
 
 
+def kind_of(path: Path) -> str:
+    """Return the kind of a file, by what it says of itself.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or of no kind.
+    """
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as dataset:
+            kind = str(dataset.attrs.get("rockframe_kind", "unknown"))
+    except (OSError, ValueError) as error:
+        raise InputError(path, f"cannot be read as netCDF ({error}).") from error
+    if kind not in _STAGE_OF:
+        raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(_STAGE_OF)}.")
+    return kind
+
+
 @contextmanager
 def damage_named(path: Path, kind: str) -> Iterator[None]:
     """Say of what netCDF finds damaged in the block, in which file it is.
@@ -211,11 +203,13 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 
 def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:
     """Refuse a subset of the records with the samples of all: rows would be cut at wrong places."""
+    if "record_id" not in dataset:  # of a batch in which no record came through
+        return
     ids = [str(name) for name in dataset["record_id"].values]
     if len(set(ids)) < len(ids):
         twice = next(name for name in ids if ids.count(name) > 1)
         raise InputError(path, f"record_id {twice!r} occurs twice. Must be unique.")
-    if "row_size" in dataset:
+    if "row_size" in dataset and "obs" in dataset.sizes:
         stated, present = int(dataset["row_size"].sum()), dataset.sizes["obs"]
         if stated != present:
             raise InputError(

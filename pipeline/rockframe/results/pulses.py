@@ -83,7 +83,9 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     """
     with opened(path, PULSES) as dataset:
         pulses = dataset.load()
-    found = {}
+    found: dict[str, PulseMatch] = {}
+    if "record_id" not in pulses:  # of a batch in which no record came through
+        return found
     for i, name in enumerate(pulses["record_id"].values):
         wavelet = str(pulses["best_wavelet"].values[i])
         best = pulses.isel(record=i).sel(wavelet=wavelet)

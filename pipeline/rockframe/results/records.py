@@ -15,7 +15,8 @@ import xarray as xr
 
 from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
-from rockframe.results.files import RECORDS, damage_named, growing, named, opened, put
+from rockframe.results.files import RECORDS, damage_named, named, opened, put
+from rockframe.results.growing import growing
 from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
 from rockframe.signals import CheckVerdict, Passport, integrate, peak
 
@@ -62,6 +63,11 @@ _MEASURES: Final = {
     "end_displacement": ("m", "displacement at the end of the record, from rest"),
     "noise_level": ("m s-2", "root mean square of the acceleration before the event, as recorded"),
 }
+
+
+_SAMPLES: Final = variable(
+    "obs", np.empty(0), "m s-2", "ground acceleration, all records one after the other"
+)
 
 
 class _Trigger(IntEnum):
@@ -115,11 +121,9 @@ def write_records(
     # What is wrong with all of them is said before there is a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
-        with growing(
-            partial, "acceleration", "m s-2", "ground acceleration, all records one after the other"
-        ) as append:
+        with growing(partial, {"acceleration": _SAMPLES}) as append:
             for record, passport in chain(first, source):
-                append(record.acceleration)
+                append({"acceleration": record.acceleration})
                 for name, value in _known(record, passport).items():
                     columns[name].append(value)
         held = dict(zip(columns["source_file"], columns["source_sha256"], strict=True))

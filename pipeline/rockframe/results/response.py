@@ -21,6 +21,8 @@ def response_dataset(
     records: Sequence[Record],
     frames: Sequence[RockingFrame],
     responses: Sequence[Sequence[Response]],
+    *,
+    histories: bool = True,
 ) -> xr.Dataset:
     """Return the dataset of the respond stage: histories and verdicts, records by structures.
 
@@ -32,6 +34,9 @@ def response_dataset(
         At least one, with different names.
     responses : sequence of sequence of Response
         For each record the responses of the frames, in their order.
+    histories : bool
+        With ``theta``, ``u`` and ``v`` at each sample; without, the file does not grow with the
+        length of the records.
     """
     pairs = ("record", "structure")
 
@@ -58,15 +63,6 @@ def response_dataset(
     variables = {
         "record_id": record_ids([record.record_id for record in records]),
         "row_size": row_sizes([record.acceleration.size for record in records]),
-        "time": variable(
-            "obs",
-            np.concatenate([row[0].time for row in responses]),
-            "s",
-            "time since the record's first sample",
-        ),
-        "theta": history("theta", "rad", "rotation of the columns"),
-        "u": history("u", "m", "horizontal displacement of the beam relative to the ground"),
-        "v": history("v", "m", "vertical lift of the beam"),
         "verdict": flags(
             pairs, [[r.verdict for r in row] for row in responses], Verdict, "stability verdict"
         ),
@@ -105,10 +101,24 @@ def response_dataset(
             "uplift_acceleration", "m s-2", "ground acceleration that starts uplift"
         ),
     }
-    names = texts("structure", [frame.name for frame in frames], "name of the structure")
+    coords = {
+        "structure": texts("structure", [frame.name for frame in frames], "name of the structure")
+    }
+    if histories:
+        coords["time"] = variable(
+            "obs",
+            np.concatenate([row[0].time for row in responses]),
+            "s",
+            "time since the record's first sample",
+        )
+        variables |= {
+            "theta": history("theta", "rad", "rotation of the columns"),
+            "u": history("u", "m", "horizontal displacement of the beam relative to the ground"),
+            "v": history("v", "m", "vertical lift of the beam"),
+        }
     return xr.Dataset(
-        {name: variable for name, variable in variables.items() if name != "time"},
-        coords={"structure": names, "time": variables["time"]},
+        variables,
+        coords=coords,
         attrs={"title": "Rocking response of free-standing frames to records"},
     )
 
@@ -128,7 +138,8 @@ class ResponseFile:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self._context = opened(Path(path), RESPONSE)
+        self.path = Path(path)
+        self._context = opened(self.path, RESPONSE)
         self.dataset = self._context.__enter__()
         self._ends = np.cumsum(self.dataset["row_size"].values)
 
@@ -158,8 +169,12 @@ class ResponseFile:
         Raises
         ------
         ParameterError
-            If there is no such record or structure.
+            If there is no such record or structure, or the file holds no histories.
         """
+        if "theta" not in self.dataset:
+            raise ParameterError(
+                f"{self.path}: holds no histories. Must be made with --histories all."
+            )
         i = _position(self.records, record, "record")
         k = _position(self.structures, structure, "structure")
         end = int(self._ends[i])

@@ -94,6 +94,8 @@ def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
     with opened(pulses_path, PULSES) as dataset:
         pulses = dataset.load()
     rows = []
+    if "record_id" not in pulses:  # of a batch in which no record came through
+        return []
     for i, record_id in enumerate(pulses["record_id"].values):
         for wavelet in pulses["wavelet"].values:
             pulse = pulses.sel(wavelet=wavelet).isel(record=i)
@@ -117,8 +119,10 @@ def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
 def response_rows(response_path: Path) -> list[dict[str, Any]]:
     """Return a row for each record and structure of a response file; units are in the names."""
     with opened(response_path, RESPONSE) as dataset:
-        response = dataset.drop_dims("obs").load()
+        response = dataset.drop_dims("obs", errors="ignore").load()
     rows = []
+    if "record_id" not in response:  # of a batch in which no record came through
+        return []
     for k, record_id in enumerate(response["record_id"].values):
         for structure in response["structure"].values:
             answer = response.sel(structure=structure).isel(record=k)

@@ -1,8 +1,10 @@
 """The stages as path -> path: read, compute, write. The one room where the others meet."""
 
+from rockframe.stages.common import Batch as Batch
 from rockframe.stages.fetch import fetch_stage as fetch_stage
 from rockframe.stages.ingest import Ingested as Ingested
 from rockframe.stages.ingest import ingest_stage as ingest_stage
+from rockframe.stages.merge import merge_stage as merge_stage
 from rockframe.stages.pulse import pulse_stage as pulse_stage
 from rockframe.stages.respond import choose_structures as choose_structures
 from rockframe.stages.respond import respond_stage as respond_stage

@@ -2,13 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from rockframe.errors import ParameterError
 from rockframe.results import RecordsFile
 
 #: Called with what is done and what there is to do in all.
 Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """One of several parts of the records; a stage that is given one leaves the others alone.
+
+    Parameters
+    ----------
+    number, count : int
+        The first of four is 1, 4.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such part.
+
+    Examples
+    --------
+    >>> Batch(2, 3).of(["a", "b", "c", "d"])
+    ['b']
+    """
+
+    number: int = 1
+    count: int = 1
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.number <= self.count:
+            raise ParameterError(
+                f"Invalid batch {self.number}/{self.count}. Must be from 1/{max(self.count, 1)} on."
+            )
+
+    def of(self, names: Sequence[str]) -> list[str]:
+        """Return the names of this part; none if there are more parts than names."""
+        start, stop = (len(names) * k // self.count for k in (self.number - 1, self.number))
+        return list(names[start:stop])
+
+    @property
+    def whole(self) -> bool:
+        """Whether there is no other part."""
+        return self.count == 1
+
+
+#: All records at once.
+WHOLE = Batch()
 
 
 def silent(_done: int, _total: int) -> None:

@@ -9,8 +9,8 @@ from rockframe.ingest import Rejection
 from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
-from rockframe.results import PULSES, input_hash, open_records, pulses_dataset, write
-from rockframe.stages.common import Progress, horizontal, silent
+from rockframe.results import PULSES, input_hash, no_records, open_records, pulses_dataset, write
+from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
 from rockframe.wavelets import WAVELETS
 
 
@@ -20,6 +20,7 @@ def pulse_stage(
     *,
     shortest_period: float = SHORTEST_PERIOD,
     longest_period: float = LONGEST_PERIOD,
+    batch: Batch = WHOLE,
     progress: Progress = silent,
 ) -> tuple[Rejection, ...]:
     """Find the best pulse of each wavelet in each horizontal record: ``pulses.nc``.
@@ -30,6 +31,8 @@ def pulse_stage(
         Output of `ingest_stage`, and the netCDF file to write.
     shortest_period, longest_period : float
         Range of T_p that is searched [s].
+    batch : Batch
+        Which of the records; `merge_stage` puts the files of all batches together.
     progress : callable
         Called with the number of records done and in all.
 
@@ -49,21 +52,23 @@ def pulse_stage(
     matched: dict[str, list[PulseMatch]] = {}
     rejections: list[Rejection] = []
     with open_records(records_path) as records:
-        names = horizontal(records)
+        names = batch.of(horizontal(records))
         for i, name in enumerate(names):
             try:
                 matched[name] = _matches(records.read(name), shortest_period, longest_period)
             except ParameterError as error:
                 rejections.append(Rejection(file=name, reason=str(error)))
             progress(i + 1, len(names))
-    if not matched:
+    if not matched and batch.whole:
         raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
+    found = pulses_dataset(list(matched), list(matched.values())) if matched else no_records()
     write(
-        pulses_dataset(list(matched), list(matched.values())),
+        found,
         output,
         PULSES,
         input_sha256=input_hash(records_path),
         parameters={"periods_s": [shortest_period, longest_period]},
+        left_out={rejection.file: rejection.reason for rejection in rejections},
     )
     return tuple(rejections)
 

@@ -11,9 +11,16 @@ from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
-from rockframe.results import RESPONSE, input_hash, open_records, response_dataset, write
+from rockframe.results import (
+    RESPONSE,
+    input_hash,
+    no_records,
+    open_records,
+    response_dataset,
+    write,
+)
 from rockframe.rocking import GroundAcceleration, Response, respond
-from rockframe.stages.common import Progress, horizontal, silent
+from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
 
 
@@ -24,6 +31,8 @@ def respond_stage(
     structures_path: Path = SHIPPED_STRUCTURES,
     structure: str | None = None,
     vertical: bool = False,
+    histories: bool = True,
+    batch: Batch = WHOLE,
     progress: Progress = silent,
 ) -> tuple[Rejection, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
@@ -38,6 +47,10 @@ def respond_stage(
         Only the structure of this name.
     vertical : bool
         Let the ground move vertically too, as the vertical record of the same motion says.
+    histories : bool
+        Write rotation and displacements at each sample, not their peaks alone.
+    batch : Batch
+        Which of the records; `merge_stage` puts the files of all batches together.
     progress : callable
         Called with the number of records done and in all.
 
@@ -57,9 +70,8 @@ def respond_stage(
     refuse_overwriting([output], [records_path, structures_path])
     frames = choose_structures(structures_path, structure)
     with open_records(records_path) as file:
-        names, everything = set(horizontal(file)), list(file)
-    records = [record for record in everything if record.record_id in names]
-    beside = vertical_beside(everything) if vertical else {}
+        beside = vertical_beside(file) if vertical else {}
+        records = [file.read(name) for name in batch.of(horizontal(file))]
     answered: list[tuple[Record, list[Response]]] = []
     rejections: list[Rejection] = []
     for i, record in enumerate(records):
@@ -69,16 +81,23 @@ def respond_stage(
         except ParameterError as error:
             rejections.append(Rejection(file=record.record_id, reason=str(error)))
         progress(i + 1, len(records))
-    if not answered:
+    if not answered and batch.whole:
         raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
+    found = no_records()
+    if answered:
+        found = response_dataset(
+            [record for record, _ in answered],
+            frames,
+            [responses for _, responses in answered],
+            histories=histories,
+        )
     write(
-        response_dataset(
-            [record for record, _ in answered], frames, [responses for _, responses in answered]
-        ),
+        found,
         output,
         RESPONSE,
         input_sha256=input_hash(records_path) | input_hash(structures_path),
         parameters={"structures": [frame.name for frame in frames], "vertical": vertical},
+        left_out={rejection.file: rejection.reason for rejection in rejections},
     )
     return tuple(rejections)
 

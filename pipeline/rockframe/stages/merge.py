@@ -1,0 +1,36 @@
+"""merge: from the files of batches of records to one file of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rockframe.ingest import Rejection
+from rockframe.provenance import refuse_overwriting
+from rockframe.results import kind_of, merge
+
+
+def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
+    """Put the files of all batches of a stage together.
+
+    Parameters
+    ----------
+    parts : sequence of Path
+        Outputs of one stage with ``batch``, in their order.
+    output : Path
+        The netCDF file to write; what it holds is what the stage gives for all records at once.
+
+    Returns
+    -------
+    tuple of Rejection
+        Records that were left out.
+
+    Raises
+    ------
+    InputError
+        If a part cannot be read or is of another run, no record is in any, or the output cannot
+        be written.
+    """
+    refuse_overwriting([output], parts)
+    left_out = merge(parts, output, kind_of(parts[0]))
+    return tuple(Rejection(file=name, reason=reason) for name, reason in left_out.items())

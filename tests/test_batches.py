@@ -1,0 +1,101 @@
+"""A stage done batch by batch gives what it gives for all records at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from rockframe.cli.main import main
+from rockframe.errors import InputError
+from rockframe.results import best_pulses, merge, open_response, response_rows
+
+VERBS = {"pulse": "pulses", "respond": "response"}
+
+
+def run(*words: object) -> int:
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> Path:
+    path = tmp_path_factory.mktemp("batches") / "records.nc"
+    assert run("ingest", bundled_records, "--output", path) == 0
+    return path
+
+
+def in_batches(verb: str, records: Path, count: int, *words: str) -> tuple[Path, list[Path]]:
+    """The merged file, and those it is made of."""
+    folder = records.parent / f"{verb}-{count}"
+    parts = [folder / f"{k}.nc" for k in range(1, count + 1)]
+    for k, part in enumerate(parts, 1):
+        run(verb, records, "--batch", f"{k}/{count}", "--output", part, *words)
+    merged = folder / f"{VERBS[verb]}.nc"
+    run("merge", *parts, "--output", merged)
+    return merged, parts
+
+
+def equal(one: Path, other: Path) -> None:
+    """All variables and attributes, to the last bit."""
+    with netCDF4.Dataset(one) as a, netCDF4.Dataset(other) as b:
+        assert set(a.variables) == set(b.variables)
+        assert a.__dict__ == b.__dict__
+        for name, variable in a.variables.items():
+            np.testing.assert_array_equal(variable[:], b[name][:])
+            assert variable.dimensions == b[name].dimensions
+            assert {k: str(v) for k, v in variable.__dict__.items()} == {
+                k: str(v) for k, v in b[name].__dict__.items()
+            }
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("count", [2, 7])  # of six horizontal records: one batch of 7 is empty
+def test_batches_together_are_the_whole(records: Path, verb: str, count: int) -> None:
+    whole = records.with_name(f"{verb}-whole.nc")
+    assert run(verb, records, "--output", whole) == 0
+    equal(in_batches(verb, records, count)[0], whole)
+
+
+def test_without_histories_the_verdicts_are_the_same(records: Path) -> None:
+    whole = records.with_name("whole.nc")
+    assert run("respond", records, "--output", whole) == 0
+    merged, _ = in_batches("respond", records, 3, "--histories", "none")
+    assert str(response_rows(merged)) == str(response_rows(whole))  # NaN is not equal to itself
+    with open_response(merged) as response, pytest.raises(ValueError, match="holds no histories"):
+        response.sel(record=response.records[0], structure="bridge-bent")
+
+
+def test_what_no_batch_could_do_is_said(records: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Periods that no record is long enough for: each batch is empty, and says why."""
+    parts = [records.with_name(f"none-{k}.nc") for k in (1, 2)]
+    for k, part in enumerate(parts, 1):
+        words = ("--periods", "500", "900", "--batch", f"{k}/2")
+        assert run("pulse", records, *words, "--output", part) == 1
+        assert best_pulses(part) == {}
+    capsys.readouterr()
+    assert run("merge", *parts, "--output", records.with_name("none.nc")) == 2
+    assert "no batch holds a record" in capsys.readouterr().err
+
+
+def test_batches_of_other_options_are_refused(records: Path) -> None:
+    parts = [records.with_name(f"odd-{k}.nc") for k in (1, 2)]
+    assert run("pulse", records, "--batch", "1/2", "--output", parts[0]) == 0
+    words = ("--periods", "0.3", "4", "--batch", "2/2")
+    assert run("pulse", records, *words, "--output", parts[1]) == 0
+    with pytest.raises(InputError, match="another parameters than"):
+        merge(parts, records.with_name("odd.nc"), "pulses")
+
+
+@pytest.mark.parametrize("batch", ["0/2", "3/2", "2", "a/b", "1/0"])
+def test_a_batch_that_is_none_is_refused(
+    records: Path, batch: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("--batch", batch, "--output", records.with_name("no.nc"))
+    try:
+        status = run("pulse", records, *words)
+    except SystemExit as end:  # argparse's way out
+        status = int(str(end.code))
+    assert status == 2
+    assert "Invalid batch" in capsys.readouterr().err
