@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import ParameterError
 from rockframe.matching import best_match, match_pulse, scalogram
-from rockframe.wavelets import WAVELETS, Pulse
+from rockframe.wavelets import RICKERS, Pulse
 
 TIME = np.arange(1001) * 0.01
 EXPECTED = json.loads((Path(__file__).parent / "expected" / "f_wavelet.json").read_text())
@@ -31,7 +31,7 @@ def synthetic() -> np.ndarray:
     return np.asarray(pulse + fast + slow)
 
 
-@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("wavelet", RICKERS)
 @settings(max_examples=20, deadline=None)
 @given(
     a_p=st.floats(0.1, 10.0),
@@ -51,7 +51,7 @@ def test_a_planted_pulse_is_found(
     assert match.match_index == pytest.approx(1.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("mother", WAVELETS)
+@pytest.mark.parametrize("mother", RICKERS)
 def test_one_mother_on_the_other_pulse(mother: str) -> None:
     key = "sym_mother_on_antisym_pulse" if mother == "symmetric_ricker" else None
     expected = EXPECTED[key or "antisym_mother_on_sym_pulse"]
@@ -62,7 +62,7 @@ def test_one_mother_on_the_other_pulse(mother: str) -> None:
     assert match.match_index == pytest.approx(expected["matching_index"], abs=1e-9)
 
 
-@pytest.mark.parametrize(("wavelet", "key"), list(zip(WAVELETS, ("sym", "anti"), strict=True)))
+@pytest.mark.parametrize(("wavelet", "key"), list(zip(RICKERS, ("sym", "anti"), strict=True)))
 def test_synthetic_record(wavelet: str, key: str) -> None:
     expected = EXPECTED["synthetic_record"][key]
     match = match_pulse(synthetic(), 0.01, wavelet)
@@ -74,11 +74,11 @@ def test_synthetic_record(wavelet: str, key: str) -> None:
 
 
 def test_best_of_the_synthetic_record_is_the_planted_wavelet() -> None:
-    matches = [match_pulse(synthetic(), 0.01, wavelet) for wavelet in WAVELETS]
+    matches = [match_pulse(synthetic(), 0.01, wavelet) for wavelet in RICKERS]
     assert matches[best_match(matches)].pulse.wavelet == "symmetric_ricker"
 
 
-@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("wavelet", RICKERS)
 def test_amplitude_scales_and_period_stretches(wavelet: str) -> None:
     one = match_pulse(synthetic(), 0.01, wavelet).pulse
     stretched = match_pulse(3.0 * synthetic(), 0.02, wavelet, longest_period=10.0).pulse
@@ -94,11 +94,11 @@ def test_reversed_record_gives_the_reversed_pulse() -> None:
     assert other.pulse.T_p == one.pulse.T_p
 
 
-@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("wavelet", RICKERS)
 def test_a_brute_force_grid_finds_nothing_better(wavelet: str) -> None:
     record = synthetic()
     match = match_pulse(record, 0.01, wavelet)
-    mother = WAVELETS[wavelet]
+    mother = RICKERS[wavelet]
     norm = math.sqrt(float(record @ record))
     best = 0.0
     for period in np.geomspace(0.2, 5.0, 150):
@@ -109,7 +109,7 @@ def test_a_brute_force_grid_finds_nothing_better(wavelet: str) -> None:
     assert best == pytest.approx(match.match_index, rel=5e-3)
 
 
-@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("wavelet", RICKERS)
 def test_pywavelets_sees_the_same_optimum(wavelet: str) -> None:
     """PyWavelets samples its wavelets coarsely: half a sample in time, half a percent."""
     record = synthetic()

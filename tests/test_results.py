@@ -32,7 +32,7 @@ from rockframe.results import (
     write_records,
 )
 from rockframe.rocking import respond
-from rockframe.wavelets import WAVELETS, Pulse
+from rockframe.wavelets import RICKERS, Pulse
 
 FRAMES = [
     rockframe.RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bridge"),
@@ -223,7 +223,7 @@ def test_unknown_names_are_refused_with_those_there_are(response_path: Path) -> 
 
 def test_best_pulses_come_back(tmp_path: Path) -> None:
     matches = [
-        [match_pulse(record.acceleration, 0.01, name) for name in WAVELETS]
+        [match_pulse(record.acceleration, 0.01, name) for name in RICKERS]
         for record in RECORDS_MADE
     ]
     path = save(

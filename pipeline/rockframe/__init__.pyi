@@ -53,5 +53,6 @@ from .stages import verify_run as verify_run
 from .study import PassportLimits as PassportLimits
 from .study import bundled_records as bundled_records
 from .study import read_structures as read_structures
+from .wavelets import RICKERS as RICKERS
 from .wavelets import WAVELETS as WAVELETS
 from .wavelets import Pulse as Pulse

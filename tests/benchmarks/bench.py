@@ -28,10 +28,10 @@ from scipy.integrate import solve_ivp
 
 from rockframe import Pulse, RockingFrame, bundled_records, match_pulse, read_file, respond
 from rockframe.ingest import read_bytes
-from rockframe.matching import _coefficient
+from rockframe.matching.match import _coefficient
 from rockframe.rocking import GroundAcceleration
 from rockframe.units import GRAVITY
-from rockframe.wavelets import WAVELETS
+from rockframe.wavelets import RICKERS
 
 KNET_HEADER = (
     "Origin Time       2008/06/14 08:43:00",
@@ -143,14 +143,14 @@ def continuous_pulse() -> dict[str, float]:
 def pulses() -> dict[str, float]:
     """Both Ricker wavelets for one record, against the same search with PyWavelets."""
     acceleration, step = strong_record()
-    own = best_of(lambda: [match_pulse(acceleration, step, name) for name in WAVELETS], repeats=5)
+    own = best_of(lambda: [match_pulse(acceleration, step, name) for name in RICKERS], repeats=5)
     rungs = math.ceil(math.log(25.0) / math.log(1.025)) + 1
     scales = np.geomspace(0.2, 5.0, rungs) / (math.sqrt(2.0) * math.pi * step)
     rival = best_of(
         lambda: [pywt.cwt(acceleration, scales, name, method="fft") for name in ("mexh", "gaus3")],
         repeats=2,
     )
-    mother = WAVELETS["symmetric_ricker"]
+    mother = RICKERS["symmetric_ricker"]
     one = best_of(lambda: _coefficient(acceleration, step, mother, 1.0, 12.0), 5, 100)
     return {
         "pulse_two_wavelets_ms": 1e3 * own,

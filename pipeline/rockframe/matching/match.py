@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.wavelets import (
     ANTISYMMETRIC_RICKER,
+    RICKERS,
     SYMMETRIC_RICKER,
-    WAVELETS,
     MotherWavelet,
     Pulse,
 )
@@ -47,7 +47,7 @@ _CANDIDATES: Final = 4
 #: A refined period closer than this to an end of the range is at that end, not a maximum.
 _AT_BOUND: Final = 1e-6
 #: What PyWavelets calls a mother wavelet, and its variable over tau.
-_PYWAVELETS: Final = {
+_PYRICKERS: Final = {
     SYMMETRIC_RICKER.name: ("mexh", math.sqrt(2.0) * math.pi),
     ANTISYMMETRIC_RICKER.name: ("gaus3", 2.0 * math.pi / math.sqrt(6.0)),
 }
@@ -110,15 +110,15 @@ def match_pulse(
     >>> round(match.pulse.a_p, 6), round(match.pulse.T_p, 6), round(match.match_index, 6)
     (2.0, 0.8, 1.0)
     """
-    if wavelet not in WAVELETS:
-        raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {', '.join(WAVELETS)}.")
+    if wavelet not in RICKERS:
+        raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {', '.join(RICKERS)}.")
     acceleration = np.asarray(acceleration, dtype=np.float64)
     energy = float(np.dot(acceleration, acceleration)) * time_step
     if not math.isfinite(energy):
         raise ParameterError("Invalid acceleration: not all samples are finite.")
     if energy == 0.0:
         raise ParameterError("Invalid acceleration: all samples are zero, there is no pulse.")
-    mother = WAVELETS[wavelet]
+    mother = RICKERS[wavelet]
     low, high = _period_range(acceleration, time_step, shortest_period, longest_period)
     best = max(
         (
@@ -182,10 +182,10 @@ def scalogram(
     >>> [int(i) for i in np.unravel_index(abs(picture).argmax(), picture.shape)]
     [1, 500]
     """
-    if wavelet not in _PYWAVELETS:
-        known = ", ".join(_PYWAVELETS)
+    if wavelet not in _PYRICKERS:
+        known = ", ".join(_PYRICKERS)
         raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {known}.")
-    name, rate = _PYWAVELETS[wavelet]
+    name, rate = _PYRICKERS[wavelet]
     scales = np.asarray(periods) / (rate * time_step)
     coefficients, _ = pywt.cwt(acceleration, scales, name, method="fft", precision=14)
     return np.asarray(coefficients * math.sqrt(time_step), dtype=np.float64)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.paper.claim import Claim, Finding, judged, number_claim
-from rockframe.wavelets import BETA, WAVELETS, Pulse
+from rockframe.wavelets import BETA, RICKERS, Pulse
 
 Float = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def _spectrum_claim() -> Claim:
     ratio = np.linspace(0.8, 1.2, 401)
     angle = np.outer(math.tau / _PERIOD * ratio, _TIME)
     found = []
-    for name in WAVELETS:
+    for name in RICKERS:
         samples = Pulse(wavelet=name, a_p=1.0, T_p=_PERIOD).acceleration(_TIME[::10])
         spectrum = np.abs(np.exp(-1j * angle[:, ::10]) @ samples)
         found.append(float(1.0 / ratio[int(np.argmax(spectrum))]))

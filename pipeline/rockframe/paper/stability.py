@@ -10,7 +10,7 @@ import numpy as np
 from rockframe.frame import RockingFrame
 from rockframe.paper.claim import Claim, Finding, judged
 from rockframe.rocking import Verdict, respond_many
-from rockframe.wavelets import WAVELETS, Pulse
+from rockframe.wavelets import RICKERS, Pulse
 
 #: Steps of amplitude, in g tan(alpha), of scans that find none or the first overturning.
 _COARSE: Final = 0.02
@@ -35,7 +35,7 @@ def _no_overturning(
 ) -> Claim:
     amplitudes = np.arange(1.0, bound + 0.5 * _COARSE, _COARSE)
     overturned = [
-        _scan(degrees, mass_ratio, frequency_ratio, wavelet, amplitudes) for wavelet in WAVELETS
+        _scan(degrees, mass_ratio, frequency_ratio, wavelet, amplitudes) for wavelet in RICKERS
     ]
     number = int(np.sum(overturned))
     return Claim(
@@ -67,7 +67,7 @@ def _marginal() -> Claim:
 
 def _heavier_is_safer() -> Claim:
     rising, stated = True, []
-    for wavelet in WAVELETS:
+    for wavelet in RICKERS:
         edges = [_first(10.0, gamma, 3.0, wavelet) for gamma in (0.0, 0.25, 1.0, 4.0)]
         rising &= all(np.diff(edges) > 0.0)
         stated.append(", ".join(f"{edge:.2f}" for edge in edges))

@@ -22,7 +22,7 @@ Float = NDArray[np.float64]
 
 #: Steps become as fine as the ground is strong; beyond this [m s-2] they would never end.
 _STRONGEST: Final = 1e5
-#: Degree and number of intervals a period at which a Ricker pulse is exact to round-off.
+#: Degree and number of intervals a period at which a pulse is exact to round-off.
 _PULSE_DEGREE: Final = 5
 _PULSE_INTERVALS: Final = 200
 
@@ -178,8 +178,8 @@ class GroundAcceleration:
         Parameters
         ----------
         pulse : Pulse
-            The pulse; nodes fall on every 200th of its period from 3 periods before its centre
-            to 3 after it.
+            The pulse. Nodes fall on every 200th of its period from 3 periods before its centre
+            to 3 after it; of one that ends with a kink, on both ends and as densely between them.
 
         Examples
         --------
@@ -187,12 +187,12 @@ class GroundAcceleration:
         >>> GroundAcceleration.from_pulse(pulse).start_time
         -6.0
         """
-        periods = math.ceil(pulse.mother.reach)
+        half = pulse.mother.extent * pulse.T_p
         return cls.from_function(
             pulse.acceleration,
-            pulse.time - periods * pulse.T_p,
-            pulse.time + periods * pulse.T_p,
-            intervals=2 * periods * _PULSE_INTERVALS,
+            pulse.time - half,
+            pulse.time + half,
+            intervals=math.ceil(2.0 * pulse.mother.extent * _PULSE_INTERVALS),
             degree=_PULSE_DEGREE,
         )
 

@@ -11,7 +11,7 @@ from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
 from rockframe.results import PULSES, input_hash, no_records, open_records, pulses_dataset, write
 from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
-from rockframe.wavelets import WAVELETS
+from rockframe.wavelets import RICKERS
 
 
 def pulse_stage(
@@ -82,5 +82,5 @@ def _matches(record: Record, shortest_period: float, longest_period: float) -> l
             shortest_period=shortest_period,
             longest_period=longest_period,
         )
-        for name in WAVELETS
+        for name in RICKERS
     ]

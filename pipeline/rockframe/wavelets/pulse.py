@@ -1,128 +1,47 @@
-"""Mother wavelets of acceleration pulses in closed form: Makris and Vassiliou (2013), section 6.
-
-Each is scaled so that its largest absolute value is 1, and depends on tau = (t - time) / T_p alone.
-Acceleration, velocity and displacement all vanish at both ends: a physically realizable pulse.
-"""
+"""An acceleration pulse: a wavelet with amplitude, period, time, phase and half cycles."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.wavelets.family import WAVELETS, mother_of
+from rockframe.wavelets.mother import MotherWavelet
 
 Float = NDArray[np.float64]
-
-#: Normalises eq (45) to a maximum of 1: sqrt(18 - 6 sqrt 6) exp((sqrt 6 - 3) / 2) = 1.3801.
-BETA: Final = math.sqrt(18.0 - 6.0 * math.sqrt(6.0)) * math.exp(0.5 * (math.sqrt(6.0) - 3.0))
-#: x = _ANTISYMMETRIC_RATE tau is the variable of the antisymmetric wavelet, eq (45) corrected.
-_ANTISYMMETRIC_RATE: Final = 2.0 * math.pi / math.sqrt(3.0)
-
-
-@dataclass(frozen=True)
-class MotherWavelet:
-    """A pulse of unit amplitude and unit period, centred at tau = 0.
-
-    Parameters
-    ----------
-    name : str
-        Its name in datasets and on the command line.
-    acceleration, velocity, displacement : callable
-        Functions of tau [1]; units of a_p, a_p T_p and a_p T_p^2.
-    energy : float
-        Integral of acceleration squared over all tau [1].
-    reach : float
-        |tau| beyond which the acceleration is below 1e-16.
-    """
-
-    name: str
-    acceleration: Callable[[Float], Float]
-    velocity: Callable[[Float], Float]
-    displacement: Callable[[Float], Float]
-    energy: float
-    reach: float
-
-
-def _symmetric_acceleration(tau: Float) -> Float:
-    """Eq (44)."""
-    y = (math.pi * tau) ** 2
-    return (1.0 - 2.0 * y) * np.exp(-y)
-
-
-def _symmetric_velocity(tau: Float) -> Float:
-    return tau * np.exp(-((math.pi * tau) ** 2))
-
-
-def _symmetric_displacement(tau: Float) -> Float:
-    return -np.exp(-((math.pi * tau) ** 2)) / (2.0 * math.pi**2)
-
-
-def _antisymmetric_acceleration(tau: Float) -> Float:
-    """Eq (45), with the factor 2 pi / (sqrt 3 T_p) that the printed equation lacks."""
-    x = _ANTISYMMETRIC_RATE * tau
-    return (x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA
-
-
-def _antisymmetric_velocity(tau: Float) -> Float:
-    x = _ANTISYMMETRIC_RATE * tau
-    return (1.0 - x**2) * np.exp(-0.5 * x**2) / (BETA * _ANTISYMMETRIC_RATE)
-
-
-def _antisymmetric_displacement(tau: Float) -> Float:
-    x = _ANTISYMMETRIC_RATE * tau
-    return x * np.exp(-0.5 * x**2) / (BETA * _ANTISYMMETRIC_RATE**2)
-
-
-SYMMETRIC_RICKER: Final = MotherWavelet(
-    name="symmetric_ricker",
-    acceleration=_symmetric_acceleration,
-    velocity=_symmetric_velocity,
-    displacement=_symmetric_displacement,
-    energy=3.0 * math.sqrt(2.0) / (8.0 * math.sqrt(math.pi)),
-    reach=2.1,
-)
-ANTISYMMETRIC_RICKER: Final = MotherWavelet(
-    name="antisymmetric_ricker",
-    acceleration=_antisymmetric_acceleration,
-    velocity=_antisymmetric_velocity,
-    displacement=_antisymmetric_displacement,
-    energy=15.0 * math.sqrt(3.0) / (16.0 * math.sqrt(math.pi) * BETA**2),
-    reach=2.7,
-)
-#: The mother wavelets by name, in the order of tables and datasets.
-WAVELETS: Final[Mapping[str, MotherWavelet]] = MappingProxyType(
-    {wavelet.name: wavelet for wavelet in (SYMMETRIC_RICKER, ANTISYMMETRIC_RICKER)}
-)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pulse:
-    """An acceleration pulse: a mother wavelet with amplitude, period, time and phase.
+    """An acceleration pulse: a wavelet with amplitude, period, time, phase and half cycles.
 
     Parameters
     ----------
     wavelet : str
-        Name of the mother wavelet, a key of ``WAVELETS``.
+        Name of the wavelet, a key of ``WAVELETS``.
     a_p : float
         Amplitude: the largest absolute acceleration [m s-2].
     T_p : float
-        Period, 2 pi / omega_p; the period that maximises the Fourier spectrum [s].
+        Period, 2 pi / omega_p [s]: of a Ricker wavelet, of any phase, the one that maximises the
+        Fourier spectrum; of ``mavroeidis_papageorgiou`` that of its cosine.
     time : float
         Centre of the pulse [s].
     phase : float
-        0, or pi for the reversed pulse [rad].
+        From 0 to 2 pi [rad]. Of ``symmetric_ricker`` and ``antisymmetric_ricker`` 0, or pi for the
+        reversed pulse; of ``ricker_any_phase`` 0 is the symmetric one and pi / 2 the antisymmetric;
+        of ``mavroeidis_papageorgiou`` that of the cosine in the velocity.
+    half_cycles : float, optional
+        Number of half cycles of ``mavroeidis_papageorgiou``, 1 or more [1]; others have none.
 
     Raises
     ------
     ParameterError
         If the wavelet is unknown, `a_p` is negative, `T_p` not positive, `time` not finite,
-        or the phase neither.
+        or phase or half cycles not as said above.
 
     Examples
     --------
@@ -138,6 +57,7 @@ class Pulse:
     T_p: float
     time: float = 0.0
     phase: float = 0.0
+    half_cycles: float | None = None
 
     def __post_init__(self) -> None:
         if self.wavelet not in WAVELETS:
@@ -150,15 +70,32 @@ class Pulse:
             raise ParameterError(f"Invalid T_p {self.T_p!r}. Must be positive and finite.")
         if not math.isfinite(self.time):
             raise ParameterError(f"Invalid time {self.time!r} of a pulse. Must be finite.")
-        if self.phase not in (0.0, math.pi):
+        self._require_shape()
+
+    def _require_shape(self) -> None:
+        family = WAVELETS[self.wavelet]
+        if not family.free_phase and self.phase not in (0.0, math.pi):
             raise ParameterError(
-                f"Invalid phase {self.phase!r}. Must be 0 or pi for a Ricker pulse."
+                f"Invalid phase {self.phase!r}. Must be 0 or pi for a pulse of {self.wavelet}."
+            )
+        if not 0.0 <= self.phase <= 2.0 * math.pi:
+            raise ParameterError(f"Invalid phase {self.phase!r}. Must be from 0 to 2 pi.")
+        if not family.has_half_cycles and self.half_cycles is not None:
+            raise ParameterError(
+                f"Invalid half_cycles {self.half_cycles!r}. Must be None for {self.wavelet}."
+            )
+        if family.has_half_cycles and not (
+            self.half_cycles is not None and 1.0 <= self.half_cycles < math.inf
+        ):
+            raise ParameterError(
+                f"Invalid half_cycles {self.half_cycles!r} of {self.wavelet}. "
+                "Must be a number, 1 or more."
             )
 
     @property
     def mother(self) -> MotherWavelet:
-        """The mother wavelet."""
-        return WAVELETS[self.wavelet]
+        """The wavelet of this phase and number of half cycles, its largest absolute value 1."""
+        return mother_of(self.wavelet, self.phase, self.half_cycles)
 
     @property
     def length_scale(self) -> float:
@@ -166,20 +103,16 @@ class Pulse:
         return self.a_p * self.T_p**2
 
     def acceleration(self, t: ArrayLike) -> Float:
-        """Acceleration [m s-2] at times `t` [s], eqs (44), (45)."""
-        return self._signed * self.mother.acceleration(self._tau(t))
+        """Acceleration [m s-2] at times `t` [s]; of the Ricker wavelets eqs (44), (45)."""
+        return self.a_p * self.mother.acceleration(self._tau(t))
 
     def velocity(self, t: ArrayLike) -> Float:
         """Velocity [m s-1] at times `t` [s]; its integral from minus infinity."""
-        return self._signed * self.T_p * self.mother.velocity(self._tau(t))
+        return self.a_p * self.T_p * self.mother.velocity(self._tau(t))
 
     def displacement(self, t: ArrayLike) -> Float:
         """Displacement [m] at times `t` [s]."""
-        return self._signed * self.T_p**2 * self.mother.displacement(self._tau(t))
-
-    @property
-    def _signed(self) -> float:
-        return self.a_p if self.phase == 0.0 else -self.a_p
+        return self.a_p * self.T_p**2 * self.mother.displacement(self._tau(t))
 
     def _tau(self, t: ArrayLike) -> Float:
         return (np.asarray(t, dtype=np.float64) - self.time) / self.T_p

@@ -1,0 +1,142 @@
+"""The four wavelets by name, and what each leaves open: the phase, the number of half cycles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from rockframe.errors import ParameterError
+from rockframe.wavelets.mavroeidis_papageorgiou import NAME, mavroeidis_papageorgiou
+from rockframe.wavelets.mother import MotherWavelet, combined
+from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
+
+#: The two wavelets of Makris and Vassiliou (2013), by name.
+RICKERS: Final[Mapping[str, MotherWavelet]] = MappingProxyType(
+    {wavelet.name: wavelet for wavelet in (SYMMETRIC_RICKER, ANTISYMMETRIC_RICKER)}
+)
+_ANY_PHASE: Final = "ricker_any_phase"
+#: The largest value of a wavelet is looked for at so many points, and then between the nearest.
+_PEAK_POINTS: Final = 401
+_PEAK_ROUNDS: Final = 4
+
+
+@dataclass(frozen=True)
+class Family:
+    """The wavelets of one name: all weighted sums of their parts.
+
+    Parameters
+    ----------
+    name : str
+        Its name in datasets and on the command line.
+    parts : callable
+        Of the number of half cycles (None for those that have none): one wavelet, or an even and
+        an odd one whose span holds all phases.
+    has_half_cycles : bool
+        Whether there is a number of half cycles.
+
+    Examples
+    --------
+    >>> [family.free_phase for family in WAVELETS.values()]
+    [False, False, True, True]
+    """
+
+    name: str
+    parts: Callable[[float | None], tuple[MotherWavelet, ...]]
+    has_half_cycles: bool = False
+
+    @property
+    def free_phase(self) -> bool:
+        """Whether any phase is possible; otherwise 0 or pi."""
+        return len(self.parts(2.0)) == 2
+
+
+def _any_phase_parts(_half_cycles: float | None) -> tuple[MotherWavelet, ...]:
+    """Both Ricker wavelets with unit energy, so that phases far apart by pi / 2 weigh the same."""
+    return tuple(combined([part], [part.energy**-0.5]) for part in RICKERS.values())
+
+
+def _mavroeidis_papageorgiou_parts(half_cycles: float | None) -> tuple[MotherWavelet, ...]:
+    if half_cycles is None:
+        raise ParameterError(f"Invalid half_cycles None of {NAME}. Must be a number, 1 or more.")
+    return mavroeidis_papageorgiou(half_cycles)
+
+
+#: The wavelets by name, in the order of tables and datasets.
+WAVELETS: Final[Mapping[str, Family]] = MappingProxyType(
+    {
+        family.name: family
+        for family in (
+            Family(SYMMETRIC_RICKER.name, lambda _: (SYMMETRIC_RICKER,)),
+            Family(ANTISYMMETRIC_RICKER.name, lambda _: (ANTISYMMETRIC_RICKER,)),
+            Family(_ANY_PHASE, _any_phase_parts),
+            Family(NAME, _mavroeidis_papageorgiou_parts, has_half_cycles=True),
+        )
+    }
+)
+
+
+@lru_cache(maxsize=1024)
+def mother_of(name: str, phase: float, half_cycles: float | None) -> MotherWavelet:
+    """Return the wavelet of a phase and number of half cycles, its largest absolute value 1.
+
+    Raises
+    ------
+    ParameterError
+        If the wavelet needs a number of half cycles and has none.
+    """
+    if name in RICKERS:
+        return combined([RICKERS[name]], [1.0 if phase == 0.0 else -1.0])
+    parts = WAVELETS[name].parts(half_cycles)
+    weights = np.array([math.cos(phase), math.sin(phase)])
+    return combined(parts, list(weights / _largest(combined(parts, list(weights)))))
+
+
+def phase_and_amplitude(
+    name: str, half_cycles: float | None, coefficients: tuple[float, ...]
+) -> tuple[float, float]:
+    """Return phase and largest absolute value of a weighted sum of a wavelet's parts.
+
+    Parameters
+    ----------
+    name : str
+        Name of the wavelet.
+    half_cycles : float or None
+        Its number of half cycles.
+    coefficients : tuple of float
+        A factor for each of its parts, in any unit.
+
+    Returns
+    -------
+    phase : float
+        From 0 to 2 pi [rad].
+    amplitude : float
+        In the unit of the coefficients.
+
+    Examples
+    --------
+    >>> phase_and_amplitude("symmetric_ricker", None, (-3.0,))
+    (3.141592653589793, 3.0)
+    """
+    if len(coefficients) == 1:
+        return (0.0 if coefficients[0] >= 0.0 else math.pi), abs(coefficients[0])
+    phase = math.atan2(coefficients[1], coefficients[0]) % (2.0 * math.pi)
+    parts = WAVELETS[name].parts(half_cycles)
+    unit = combined(parts, [math.cos(phase), math.sin(phase)])
+    return phase, math.hypot(*coefficients) * _largest(unit)
+
+
+def _largest(wavelet: MotherWavelet) -> float:
+    """Largest absolute acceleration of a wavelet, located between points."""
+    low, high = -wavelet.reach, wavelet.reach
+    for _ in range(_PEAK_ROUNDS):
+        tau = np.linspace(low, high, _PEAK_POINTS)
+        height = np.abs(wavelet.acceleration(tau))
+        i = int(height.argmax())
+        low, high = tau[max(i - 1, 0)], tau[min(i + 1, _PEAK_POINTS - 1)]
+    return float(height[i])

@@ -1,0 +1,77 @@
+"""A mother wavelet: what all of them have, and the sum of two."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class MotherWavelet:
+    """A pulse of unit period, centred at tau = 0.
+
+    Parameters
+    ----------
+    name : str
+        Its name in datasets and on the command line.
+    acceleration, velocity, displacement : callable
+        Functions of tau [1]; units of a_p, a_p T_p and a_p T_p^2.
+    spectrum : callable
+        Fourier integral of the acceleration, with exp(-2 pi i nu tau), over nu = frequency times
+        T_p [1].
+    energy : float
+        Integral of acceleration squared over all tau [1].
+    reach : float
+        |tau| beyond which the acceleration is below 1e-16.
+    finite : bool
+        Whether it ends at its reach with a kink; else it fades smoothly.
+    """
+
+    name: str
+    acceleration: Callable[[Float], Float]
+    velocity: Callable[[Float], Float]
+    displacement: Callable[[Float], Float]
+    spectrum: Callable[[Float], Complex]
+    energy: float
+    reach: float
+    finite: bool = False
+
+    @property
+    def extent(self) -> int | float:
+        """|tau| within which all of it lies: its end, or whole periods for one that fades."""
+        return self.reach if self.finite else math.ceil(self.reach)
+
+
+def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> MotherWavelet:
+    """Return the weighted sum of an even and an odd wavelet, or one wavelet times its weight.
+
+    Parameters
+    ----------
+    parts : sequence of MotherWavelet
+        One, or an even and an odd one: their product has no integral, so that energies add up.
+    weights : sequence of float
+        A factor for each.
+    """
+
+    def total(quantity: str) -> Callable[[Float], Any]:
+        functions = [getattr(part, quantity) for part in parts]
+        return lambda x: sum(w * f(x) for w, f in zip(weights, functions, strict=True))
+
+    return MotherWavelet(
+        name=parts[0].name,
+        acceleration=total("acceleration"),
+        velocity=total("velocity"),
+        displacement=total("displacement"),
+        spectrum=total("spectrum"),
+        energy=sum(w**2 * part.energy for w, part in zip(weights, parts, strict=True)),
+        reach=max(part.reach for part in parts),
+        finite=parts[0].finite,
+    )
