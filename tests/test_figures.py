@@ -25,14 +25,12 @@ from rockframe.figures import (
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results import (
-    RESPONSE,
     joints_dataset,
     open_response,
     portrait_dataset,
-    response_dataset,
     restitution_dataset,
     size_dataset,
-    write,
+    write_responses,
 )
 from rockframe.rocking import GroundAcceleration, respond
 from rockframe.units import GRAVITY
@@ -95,13 +93,8 @@ def test_figure_11_has_a_column_for_each_record(tmp_path: Path) -> None:
     records = [Record(**(vars(shake(a)) | {"record_id": f"r{a}"})) for a in (0.3, 0.5, 0.6, 0.4)]
     path = tmp_path / "response.nc"
     responses = [[respond(BENT, record)] for record in records]
-    write(
-        response_dataset(records, [BENT], responses),
-        path,
-        RESPONSE,
-        input_sha256={},
-        parameters={},
-    )
+    answers = zip((record.record_id for record in records), responses, strict=True)
+    write_responses(answers, [BENT], path, input_sha256={}, parameters={})
     with open_response(path) as response:
         histories = [response.sel(record=r.record_id, structure="bent") for r in records]
     grounds = {record.record_id: record.acceleration for record in records}
@@ -116,8 +109,8 @@ def test_figure_11_has_a_column_for_each_record(tmp_path: Path) -> None:
 def test_figure_11_draws_a_falling_frame_no_further(tmp_path: Path) -> None:
     path = tmp_path / "response.nc"
     record = shake(1.5)
-    dataset = response_dataset([record], [COLUMN], [[respond(COLUMN, record)]])
-    write(dataset, path, RESPONSE, input_sha256={}, parameters={})
+    answers = [(record.record_id, [respond(COLUMN, record)])]
+    write_responses(answers, [COLUMN], path, input_sha256={}, parameters={})
     with open_response(path) as response:
         history = response.sel(record="shake", structure="column")
     drawn = draw_response_grid({"shake": record.acceleration}, [history], {"shake": ""})

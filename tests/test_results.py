@@ -21,15 +21,14 @@ from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record
 from rockframe.results import (
     PULSES,
-    RESPONSE,
     best_pulses,
     open_records,
     open_response,
     pulses_dataset,
     read_records,
-    response_dataset,
     write,
     write_records,
+    write_responses,
 )
 from rockframe.rocking import respond
 from rockframe.wavelets import RICKERS, Pulse
@@ -70,8 +69,12 @@ def save_records(records: Iterable[Record], path: Path) -> Path:
 @pytest.fixture
 def response_path(tmp_path: Path) -> Path:
     responses = [[respond(frame, record) for frame in FRAMES] for record in RECORDS_MADE]
-    dataset = response_dataset(RECORDS_MADE, FRAMES, responses)
-    return save(dataset, tmp_path / "response.nc", RESPONSE)
+    answers = zip((record.record_id for record in RECORDS_MADE), responses, strict=True)
+    path = tmp_path / "response.nc"
+    write_responses(
+        answers, FRAMES, path, input_sha256={"made.csv": "0" * 64}, parameters={"a": 1.5}
+    )
+    return path
 
 
 @settings(max_examples=15, deadline=None)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rockframe.engines import Engine
     from rockframe.ingest import ReadOptions
     from rockframe.signals import BandPass
     from rockframe.stages import Batch
@@ -161,6 +162,41 @@ def add_structures(parser: argparse.ArgumentParser) -> None:
         "(default: the shipped ones)",
     )
     parser.add_argument("--structure", metavar="NAME", help="only the structure of this name")
+
+
+def add_engine(parser: argparse.ArgumentParser) -> None:
+    """Options of where batches are computed."""
+    parser.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="most processes that compute at once; the result is the same for any number "
+        "(default: one for each core)",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="compute on the Dask cluster of this scheduler instead, tcp://HOST:PORT "
+        "(needs the extra `dask`)",
+    )
+
+
+def engine(options: argparse.Namespace) -> Engine:
+    """Return where batches are to be computed."""
+    from rockframe.engines import choose_engine
+
+    return choose_engine(options.workers, options.scheduler)
+
+
+def add_histories(parser: argparse.ArgumentParser, default: str) -> None:
+    """The option of which histories are kept."""
+    parser.add_argument(
+        "--histories",
+        choices=("none", "selected", "all"),
+        default=default,
+        help="whose histories are kept: selected are those that overturn or turn by half the "
+        f"slenderness and more (default: {default})",
+    )
 
 
 def add_vertical(parser: argparse.ArgumentParser) -> None:

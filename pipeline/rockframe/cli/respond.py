@@ -6,7 +6,14 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from rockframe.cli.arguments import add_batch, add_structures, add_vertical, path
+from rockframe.cli.arguments import (
+    add_batch,
+    add_engine,
+    add_histories,
+    add_structures,
+    add_vertical,
+    path,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,20 +22,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_structures(parser)
     add_vertical(parser)
-    parser.add_argument(
-        "--histories",
-        choices=("all", "none"),
-        default="all",
-        help="write the motion at each sample, or its peaks alone (default: all)",
-    )
+    add_histories(parser, "all")
     add_batch(parser)
+    add_engine(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.arguments import chosen_batch
+    from rockframe.cli.arguments import chosen_batch, engine
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
     from rockframe.results import response_rows
+    from rockframe.rocking import Histories
     from rockframe.stages import respond_stage
     from rockframe.study import SHIPPED_STRUCTURES
 
@@ -39,8 +43,9 @@ def run(options: argparse.Namespace) -> int:
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=options.structure,
             vertical=options.vertical,
-            histories=options.histories == "all",
+            histories=Histories(options.histories),
             batch=chosen_batch(options),
+            engine=engine(options),
             progress=progress,
         )
     rows = response_rows(options.output)

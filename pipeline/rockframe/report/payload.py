@@ -17,7 +17,7 @@ from rockframe.units import GRAVITY
 #: Signs that CF's units have in print.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
 #: What the table of a record shows already, or the page needs only for itself.
-_NOT_SHOWN: Final = frozenset(["row_size", "passport", "source_sha256"])
+_NOT_SHOWN: Final = frozenset(["row_size", "history", "passport", "source_sha256"])
 
 
 def encode(values: ArrayLike) -> str:
@@ -71,14 +71,20 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     Returns
     -------
     list of (str, str)
-        Records and structures.
+        Records and structures whose histories were kept.
     """
 
     def rank(row: Mapping[str, str]) -> tuple[int, float]:
         kind = {"safe": 0, "overturned": 1}.get(row["verdict"], 2)
         return kind, -float(row["peak_rotation_ratio"])
 
-    best = sorted(run.rows, key=rank)[:limit]
+    held = {
+        pair
+        for pair, facts in run.pairs.items()
+        if any(fact.name == "history" and fact.value == "kept" for fact in facts)
+    }
+    there = [row for row in run.rows if (row["record_id"], row["structure"]) in held]
+    best = sorted(there, key=rank)[:limit]
     kept = {(row["record_id"], row["structure"]) for row in best}
     pairs = [(row["record_id"], row["structure"]) for row in run.rows]
     return [pair for pair in pairs if pair in kept]

@@ -30,7 +30,7 @@ from rockframe.results.records import read_records as read_records
 from rockframe.results.records import write_records as write_records
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
-from rockframe.results.response import response_dataset as response_dataset
+from rockframe.results.response import write_responses as write_responses
 from rockframe.results.run import Fact as Fact
 from rockframe.results.run import Ground as Ground
 from rockframe.results.run import History as History

@@ -89,7 +89,7 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
                     raise InputError(path, f"another {name} than {parts[0]}. Must be of one run.")
             left_out |= json.loads(part.attrs["left_out"])
             if "record_id" in part:
-                known.append(part.drop_dims("obs", errors="ignore").load())
+                known.append(part.drop_dims("obs", errors="ignore").load().drop_encoding())
     return known, left_out
 
 

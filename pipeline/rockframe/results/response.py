@@ -2,125 +2,183 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from enum import IntEnum
+from itertools import chain, islice
 from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.record import Record
-from rockframe.results.files import RESPONSE, opened
+from rockframe.results.files import RESPONSE, named, opened, put
+from rockframe.results.growing import growing
+from rockframe.results.merging import no_records
 from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
 from rockframe.rocking.kernel import REST_VELOCITY_RATIO
 from rockframe.rocking.response import Response, Verdict
 
+#: Histories of a response, by variable: unit, long name.
+_HISTORIES: Final = {
+    "theta": ("rad", "rotation of the columns"),
+    "u": ("m", "horizontal displacement of the beam relative to the ground"),
+    "v": ("m", "vertical lift of the beam"),
+}
+#: Numbers of a record and structure, by variable: unit, long name.
+_OF_PAIR: Final = {
+    "peak_rotation_ratio": (
+        "1",
+        "largest |theta| / slenderness, free rocking after the record included",
+    ),
+    "peak_u": ("m", "largest |u|, at the same rotation"),
+    "peak_v": ("m", "largest v"),
+    "uplift_time": ("s", "first uplift"),
+    "overturning_time": ("s", "when |theta| reaches pi/2"),
+}
+#: Numbers of a structure, by variable: unit, long name.
+_OF_FRAME: Final = {
+    "height": ("m", "height of a column"),
+    "width": ("m", "width of a column"),
+    "slenderness": ("rad", "slenderness of a column, alpha"),
+    "size": ("m", "semi-diagonal of a column, R"),
+    "mass_ratio": ("1", "mass of the beam over that of all columns"),
+    "frequency_parameter": ("rad s-1", "frequency parameter of a column, p"),
+    "effective_frequency_parameter": ("rad s-1", "frequency parameter of the frame, p-hat"),
+    "restitution": ("1", "angular velocity after an impact over that before, sqrt(r)"),
+    "uplift_acceleration": ("m s-2", "ground acceleration that starts uplift"),
+}
 
-def response_dataset(
-    records: Sequence[Record],
+
+class _Kept(IntEnum):
+    ABSENT = 0
+    KEPT = 1
+
+
+def write_responses(
+    answers: Iterable[tuple[str, Sequence[Response]]],
     frames: Sequence[RockingFrame],
-    responses: Sequence[Sequence[Response]],
+    path: Path,
     *,
-    histories: bool = True,
-) -> xr.Dataset:
-    """Return the dataset of the respond stage: histories and verdicts, records by structures.
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    left_out: Mapping[str, str] | None = None,
+) -> None:
+    """Write the output of the respond stage, whole or not at all; holds one record at a time.
+
+    The same inputs give the same bytes.
 
     Parameters
     ----------
-    records : sequence of Record
-        At least one.
+    answers : iterable of (str, sequence of Response)
+        The identifier of a record, and the responses of the frames, in their order. Those whose
+        nodes are left out have no history in the file. An error that it raises leaves no file.
     frames : sequence of RockingFrame
         At least one, with different names.
-    responses : sequence of sequence of Response
-        For each record the responses of the frames, in their order.
-    histories : bool
-        With ``theta``, ``u`` and ``v`` at each sample; without, the file does not grow with the
-        length of the records.
+    path : Path
+        Where it goes; an older file there is replaced.
+    input_sha256 : mapping
+        Name and SHA-256 of each input.
+    parameters : mapping
+        The options of the stage; JSON values.
+    left_out : mapping of str to str, optional
+        Why records that went in did not come out, by identifier; read after the answers.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
     """
+    columns: dict[str, list[Any]] = defaultdict(list)
+    source = iter(answers)
+    # What is wrong with all of them is said before there is a folder or a file.
+    first = tuple(islice(source, 1))
+    with named(path) as partial:
+        with growing(partial, _series(len(frames))) as append:
+            for name, responses in chain(first, source):
+                append(_histories(responses))
+                columns["record_id"].append(name)
+                columns["row_size"].append(max(response.time.size for response in responses))
+                columns["history"].append([response.time.size > 0 for response in responses])
+                for quantity in ("verdict", "impacts", *_OF_PAIR):
+                    columns[quantity].append([getattr(r, quantity) for r in responses])
+        put(
+            _dataset(columns, frames) if columns else no_records(),
+            partial,
+            RESPONSE,
+            input_sha256=input_sha256,
+            parameters=parameters,
+            left_out=left_out,
+            mode="a" if columns else "w",
+        )
+
+
+def _series(structures: int) -> dict[str, xr.Variable]:
+    """What histories are like."""
+    attrs = {"comment": "NaN after overturning", "coordinates": "time"}
+    empty = np.empty((structures, 0))
+    return {
+        "time": variable("obs", empty[0], "s", "time since the record's first sample"),
+        **{
+            name: variable(("structure", "obs"), empty, units, long_name, **attrs)
+            for name, (units, long_name) in _HISTORIES.items()
+        },
+    }
+
+
+def _histories(responses: Sequence[Response]) -> dict[str, NDArray[np.float64]]:
+    """Histories of the frames under one record; NaN where they are not kept."""
+    time = max((response.time for response in responses), key=len)
+    series = {"time": time}
+    for name in _HISTORIES:
+        series[name] = np.full((len(responses), time.size), np.nan)
+        for row, response in zip(series[name], responses, strict=True):
+            if response.time.size:
+                row[:] = getattr(response, name)
+    return series
+
+
+def _dataset(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -> xr.Dataset:
+    """Return all variables but the histories."""
     pairs = ("record", "structure")
-
-    def of_frame(quantity: str, units: str, long_name: str) -> xr.Variable:
-        data = np.array([getattr(frame, quantity) for frame in frames])
-        return variable("structure", data, units, long_name)
-
-    def of_pair(quantity: str, units: str, long_name: str) -> xr.Variable:
-        data = [[getattr(response, quantity) for response in row] for row in responses]
-        return variable(pairs, np.array(data, dtype=np.float64), units, long_name)
-
-    def history(quantity: str, units: str, long_name: str) -> xr.Variable:
-        data = np.stack(
-            [
-                np.concatenate([getattr(row[k], quantity) for row in responses])
-                for k in range(len(frames))
-            ]
-        )
-        return variable(
-            ("structure", "obs"), data, units, long_name, comment="NaN after overturning"
-        )
-
-    impacts = [[response.impacts for response in row] for row in responses]
     variables = {
-        "record_id": record_ids([record.record_id for record in records]),
-        "row_size": row_sizes([record.acceleration.size for record in records]),
-        "verdict": flags(
-            pairs, [[r.verdict for r in row] for row in responses], Verdict, "stability verdict"
-        ),
-        "peak_rotation_ratio": of_pair(
-            "peak_rotation_ratio",
-            "1",
-            "largest |theta| / slenderness, free rocking after the record included",
-        ),
-        "peak_u": of_pair("peak_u", "m", "largest |u|, at the same rotation"),
-        "peak_v": of_pair("peak_v", "m", "largest v"),
-        "uplift_time": of_pair("uplift_time", "s", "first uplift"),
-        "overturning_time": of_pair("overturning_time", "s", "when |theta| reaches pi/2"),
+        "record_id": record_ids(columns["record_id"]),
+        "row_size": row_sizes(columns["row_size"]),
+        "verdict": flags(pairs, columns["verdict"], Verdict, "stability verdict"),
+        "history": flags(pairs, columns["history"], _Kept, "whether the history is in the file"),
+        **{
+            name: variable(pairs, np.array(columns[name], dtype=np.float64), units, long_name)
+            for name, (units, long_name) in _OF_PAIR.items()
+        },
         "impacts": variable(
             pairs,
-            np.array(impacts, dtype=np.int32),
+            np.array(columns["impacts"], dtype=np.int32),
             "1",
             "number of impacts",
             comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} "
             "effective_frequency_parameter, are not counted",
         ),
-        "height": of_frame("height", "m", "height of a column"),
-        "width": of_frame("width", "m", "width of a column"),
-        "slenderness": of_frame("slenderness", "rad", "slenderness of a column, alpha"),
-        "size": of_frame("size", "m", "semi-diagonal of a column, R"),
-        "mass_ratio": of_frame("mass_ratio", "1", "mass of the beam over that of all columns"),
-        "frequency_parameter": of_frame(
-            "frequency_parameter", "rad s-1", "frequency parameter of a column, p"
-        ),
-        "effective_frequency_parameter": of_frame(
-            "effective_frequency_parameter", "rad s-1", "frequency parameter of the frame, p-hat"
-        ),
-        "restitution": of_frame(
-            "restitution", "1", "angular velocity after an impact over that before, sqrt(r)"
-        ),
-        "uplift_acceleration": of_frame(
-            "uplift_acceleration", "m s-2", "ground acceleration that starts uplift"
-        ),
+        **structure_variables(frames),
     }
-    coords = {
-        "structure": texts("structure", [frame.name for frame in frames], "name of the structure")
-    }
-    if histories:
-        coords["time"] = variable(
-            "obs",
-            np.concatenate([row[0].time for row in responses]),
-            "s",
-            "time since the record's first sample",
-        )
-        variables |= {
-            "theta": history("theta", "rad", "rotation of the columns"),
-            "u": history("u", "m", "horizontal displacement of the beam relative to the ground"),
-            "v": history("v", "m", "vertical lift of the beam"),
-        }
+    names = texts("structure", [frame.name for frame in frames], "name of the structure")
     return xr.Dataset(
         variables,
-        coords=coords,
+        coords={"structure": names},
         attrs={"title": "Rocking response of free-standing frames to records"},
     )
+
+
+def structure_variables(frames: Sequence[RockingFrame]) -> dict[str, xr.Variable]:
+    """Return what is known of each structure, along ``structure``."""
+    return {
+        name: variable(
+            "structure", np.array([getattr(frame, name) for frame in frames]), units, long_name
+        )
+        for name, (units, long_name) in _OF_FRAME.items()
+    }
 
 
 class ResponseFile:
@@ -169,14 +227,15 @@ class ResponseFile:
         Raises
         ------
         ParameterError
-            If there is no such record or structure, or the file holds no histories.
+            If there is no such record or structure, or its history was not kept.
         """
-        if "theta" not in self.dataset:
-            raise ParameterError(
-                f"{self.path}: holds no histories. Must be made with --histories all."
-            )
         i = _position(self.records, record, "record")
         k = _position(self.structures, structure, "structure")
+        if not self.dataset["history"].values[i, k]:
+            raise ParameterError(
+                f"no history of {structure!r} under {record!r} was kept. Must be computed with "
+                "--histories all."
+            )
         end = int(self._ends[i])
         rows = slice(end - int(self.dataset["row_size"].values[i]), end)
         chosen = self.dataset.isel(record=i, structure=k, obs=rows).drop_vars("row_size")
@@ -199,14 +258,13 @@ def open_response(path: str | Path) -> ResponseFile:
     Examples
     --------
     >>> import tempfile
-    >>> from rockframe.results import write
-    >>> from rockframe.rocking import respond
+    >>> from rockframe import Record, respond
     >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
     >>> frame = RockingFrame(height=9.6, width=1.6, name="bent")
-    >>> dataset = response_dataset([record], [frame], [[respond(frame, record)]])
+    >>> answers = [("shake", [respond(frame, record)])]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "response.nc")
-    ...     write(dataset, path, RESPONSE, input_sha256={}, parameters={})
+    ...     write_responses(answers, [frame], path, input_sha256={}, parameters={})
     ...     with open_response(path) as response:
     ...         history = response.sel(record="shake", structure="bent")
     >>> history["theta"].dims, bool(history["theta"][-1] < 0.0)

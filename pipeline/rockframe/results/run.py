@@ -191,7 +191,7 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
     Yields
     ------
     Ground, list of History
-        In the order of the file of responses.
+        In the order of the file of responses; without those whose histories were not kept.
 
     Raises
     ------
@@ -206,8 +206,13 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
     ):
         rows_of = _rows(records)
         steps = dict(zip(_names(records, "record_id"), records["time_step"].values, strict=True))
-        for record, rows in _rows(response).items():
-            chosen = [s for s in _names(response, "structure") if (record, s) in wanted]
+        kept = response["history"].values
+        for i, (record, rows) in enumerate(_rows(response).items()):
+            chosen = [
+                structure
+                for k, structure in enumerate(_names(response, "structure"))
+                if kept[i, k] and (record, structure) in wanted
+            ]
             if not chosen:
                 continue
             acceleration = records["acceleration"][rows_of[record]].to_numpy()

@@ -5,6 +5,7 @@ from rockframe.rocking.batch import Scenarios as Scenarios
 from rockframe.rocking.batch import respond_many as respond_many
 from rockframe.rocking.batch import respond_scenarios as respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration as GroundAcceleration
+from rockframe.rocking.histories import Histories as Histories
 from rockframe.rocking.impulses import Impulses as Impulses
 from rockframe.rocking.impulses import impact_friction_demand as impact_friction_demand
 from rockframe.rocking.impulses import impact_impulses as impact_impulses

@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from rockframe.components import vertical_beside
+from rockframe.engines import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
-from rockframe.results import (
-    RESPONSE,
-    input_hash,
-    no_records,
-    open_records,
-    response_dataset,
-    write,
-)
-from rockframe.rocking import GroundAcceleration, Response, respond
+from rockframe.results import RecordsFile, input_hash, open_records, write_responses
+from rockframe.rocking import GroundAcceleration, Histories, Response, respond
 from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
+
+#: Samples times structures of a task: its histories are held, a few tasks at a time.
+_NODES: Final = 200_000
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Motions by the names of their records, and the structures that answer them."""
+
+    motions: Mapping[str, Record | GroundAcceleration]
+    frames: tuple[RockingFrame, ...]
+    histories: Histories
 
 
 def respond_stage(
@@ -31,8 +39,9 @@ def respond_stage(
     structures_path: Path = SHIPPED_STRUCTURES,
     structure: str | None = None,
     vertical: bool = False,
-    histories: bool = True,
+    histories: Histories = Histories.ALL,
     batch: Batch = WHOLE,
+    engine: Engine | None = None,
     progress: Progress = silent,
 ) -> tuple[Rejection, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
@@ -47,10 +56,12 @@ def respond_stage(
         Only the structure of this name.
     vertical : bool
         Let the ground move vertically too, as the vertical record of the same motion says.
-    histories : bool
-        Write rotation and displacements at each sample, not their peaks alone.
+    histories : Histories
+        Whose histories go into the file; the rest of it is the same.
     batch : Batch
         Which of the records; `merge_stage` puts the files of all batches together.
+    engine : Engine, optional
+        Where responses are computed; the file is the same.
     progress : callable
         Called with the number of records done and in all.
 
@@ -66,40 +77,95 @@ def respond_stage(
         If the records or structures cannot be read, or the output not written.
     ParameterError
         If there is no structure of that name, no record is horizontal, or none is left.
+    EngineError
+        If the engine is not there.
     """
     refuse_overwriting([output], [records_path, structures_path])
     frames = choose_structures(structures_path, structure)
+    left_out: dict[str, str] = {}
     with open_records(records_path) as file:
-        beside = vertical_beside(file) if vertical else {}
-        records = [file.read(name) for name in batch.of(horizontal(file))]
-    answered: list[tuple[Record, list[Response]]] = []
-    rejections: list[Rejection] = []
-    for i, record in enumerate(records):
-        try:
-            motion = with_vertical(record, beside) if vertical else record
-            answered.append((record, [respond(frame, motion) for frame in frames]))
-        except ParameterError as error:
-            rejections.append(Rejection(file=record.record_id, reason=str(error)))
-        progress(i + 1, len(records))
-    if not answered and batch.whole:
-        raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
-    found = no_records()
-    if answered:
-        found = response_dataset(
-            [record for record, _ in answered],
+        names = batch.of(horizontal(file))
+        motions = _motions(file, names, vertical, left_out)
+        tasks = _tasks(motions, tuple(frames), Histories(histories))
+
+        def answers() -> Iterator[tuple[str, list[Response]]]:
+            done = 0
+            for answered in map_batches(_answer, tasks, engine=engine):
+                for name, responses, reason in answered:
+                    if reason:
+                        left_out[name] = reason
+                    else:
+                        yield name, responses
+                        done += 1
+                    progress(done + len(left_out), len(names))
+            if not done and batch.whole:
+                name = next(name for name in names if name in left_out)
+                raise ParameterError(f"record {name!r}: {left_out[name]}")
+
+        write_responses(
+            answers(),
             frames,
-            [responses for _, responses in answered],
-            histories=histories,
+            output,
+            input_sha256=input_hash(records_path) | input_hash(structures_path),
+            parameters={
+                "structures": [frame.name for frame in frames],
+                "vertical": vertical,
+                "histories": str(histories),
+            },
+            left_out=left_out,
         )
-    write(
-        found,
-        output,
-        RESPONSE,
-        input_sha256=input_hash(records_path) | input_hash(structures_path),
-        parameters={"structures": [frame.name for frame in frames], "vertical": vertical},
-        left_out={rejection.file: rejection.reason for rejection in rejections},
-    )
-    return tuple(rejections)
+    return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
+
+
+def _motions(
+    file: RecordsFile, names: Sequence[str], vertical: bool, left_out: dict[str, str]
+) -> Iterator[tuple[Record, Record | GroundAcceleration]]:
+    """Read one record after the other; only verticals need all of them beside each other."""
+    beside = vertical_beside(file) if vertical else {}
+    for name in names:
+        record = file.read(name)
+        try:
+            yield record, with_vertical(record, beside) if vertical else record
+        except ParameterError as error:
+            left_out[name] = str(error)
+
+
+def _tasks(
+    motions: Iterable[tuple[Record, Record | GroundAcceleration]],
+    frames: tuple[RockingFrame, ...],
+    histories: Histories,
+) -> Iterator[_Task]:
+    held: list[tuple[Record, Record | GroundAcceleration]] = []
+    nodes = 0
+    for record, motion in motions:
+        held.append((record, motion))
+        nodes += record.acceleration.size * len(frames)
+        if nodes >= _NODES:
+            yield _task(held, frames, histories)
+            held, nodes = [], 0
+    if held:
+        yield _task(held, frames, histories)
+
+
+def _task(
+    held: Iterable[tuple[Record, Record | GroundAcceleration]],
+    frames: tuple[RockingFrame, ...],
+    histories: Histories,
+) -> _Task:
+    motions = {record.record_id: motion for record, motion in held}
+    return _Task(motions, frames, histories)
+
+
+def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
+    """Responses to each record, or the reason why there are none."""
+    answered: list[tuple[str, list[Response], str]] = []
+    for name, motion in task.motions.items():
+        try:
+            responses = [task.histories.keep(respond(f, motion)) for f in task.frames]
+            answered.append((name, responses, ""))
+        except ParameterError as error:
+            answered.append((name, [], str(error)))
+    return answered
 
 
 def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:

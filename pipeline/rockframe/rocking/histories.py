@@ -1,0 +1,58 @@
+"""Which histories are worth keeping."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from rockframe.rocking.response import Response, Verdict
+
+#: From this share of the slenderness on a rotation is near overturning: its history is selected.
+NEAR: Final = 0.5
+
+
+class Histories(StrEnum):
+    """Whose histories are kept: of none, of those that overturn or come near it, or of all.
+
+    Examples
+    --------
+    >>> Histories("selected").name
+    'SELECTED'
+    """
+
+    NONE = "none"
+    SELECTED = "selected"
+    ALL = "all"
+
+    def keep(self, response: Response) -> Response:
+        """Return a response with its history, or without if it is not to be kept.
+
+        Examples
+        --------
+        >>> from rockframe import Pulse, RockingFrame, respond
+        >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+        >>> strong = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+        >>> Histories.SELECTED.keep(respond(bent, strong)).time.size > 0
+        True
+        >>> Histories.NONE.keep(respond(bent, strong)).time.size
+        0
+        """
+        if self is Histories.ALL or (self is Histories.SELECTED and _near(response)):
+            return response
+        none = np.empty(0)
+        return replace(
+            response,
+            time=none,
+            theta=none,
+            omega=none,
+            impact_times=none,
+            impact_velocities=none,
+        )
+
+
+def _near(response: Response) -> bool:
+    decided = response.verdict in (Verdict.NO_UPLIFT, Verdict.SAFE)
+    return not decided or response.peak_rotation_ratio >= NEAR

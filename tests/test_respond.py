@@ -1,0 +1,98 @@
+"""The respond stage: histories that are kept, and engines that do not change a byte."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.cli.main import main
+from rockframe.engines import OneProcess, ProcessPool
+from rockframe.errors import ParameterError
+from rockframe.record import Record
+from rockframe.results import open_response, write_records
+from rockframe.rocking import Histories
+from rockframe.stages import respond_stage
+
+
+@pytest.fixture(scope="module")
+def records_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Sines of growing strength: of the shipped structures some stand and some fall."""
+    path = tmp_path_factory.mktemp("sines") / "records.nc"
+    time = 0.01 * np.arange(1000)
+    records = (
+        Record(
+            record_id=f"sine-{n}", acceleration=0.8 * n * np.sin(2.0 * np.pi * time), time_step=0.01
+        )
+        for n in range(1, 31)
+    )
+    made = ((record, None) for record in records)
+    write_records(made, path, input_sha256={}, parameters={})
+    return path
+
+
+def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> None:
+    paths: list[Path] = []
+    for engine in (OneProcess(), ProcessPool(2, patience=0.0), ProcessPool(3, patience=0.0)):
+        paths.append(tmp_path / f"response-{len(paths)}.nc")
+        assert respond_stage(records_file, paths[-1], engine=engine) == ()
+    assert len({path.read_bytes() for path in paths}) == 1
+
+
+@pytest.mark.parametrize("histories", list(Histories))
+def test_verdicts_are_the_same_whatever_is_kept(
+    records_file: Path, tmp_path: Path, histories: Histories
+) -> None:
+    respond_stage(records_file, tmp_path / "all.nc")
+    respond_stage(records_file, tmp_path / "some.nc", histories=histories)
+    with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
+        for name in ("verdict", "peak_rotation_ratio", "peak_u", "impacts", "overturning_time"):
+            np.testing.assert_array_equal(full.dataset[name], some.dataset[name])
+
+
+def test_selected_histories_are_those_that_overturn_or_come_near(
+    records_file: Path, tmp_path: Path
+) -> None:
+    respond_stage(records_file, tmp_path / "all.nc")
+    respond_stage(records_file, tmp_path / "some.nc", histories=Histories.SELECTED)
+    with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
+        near = full.dataset["peak_rotation_ratio"].values >= 0.5
+        kept = some.dataset["history"].values == 1
+        np.testing.assert_array_equal(kept, near)
+        assert 0 < kept.sum() < kept.size
+        for i, k in np.argwhere(kept)[::7]:
+            where = {"record": full.records[i], "structure": full.structures[k]}
+            for name in ("time", "theta", "u", "v"):
+                expected = full.sel(**where)[name].values
+                np.testing.assert_array_equal(some.sel(**where)[name].values, expected)
+
+
+def test_history_that_was_not_kept_is_refused(records_file: Path, tmp_path: Path) -> None:
+    path = tmp_path / "response.nc"
+    respond_stage(records_file, path, histories=Histories.NONE)
+    with (
+        open_response(path) as response,
+        pytest.raises(ParameterError, match=r"no history of 'bridge-bent' under 'sine-1' was kept"),
+    ):
+        response.sel(record="sine-1", structure="bridge-bent")
+
+
+def test_command_without_histories(records_file: Path, tmp_path: Path) -> None:
+    output = tmp_path / "response.nc"
+    words = ["--histories", "none", "--workers", "1", "--structure", "bridge-bent"]
+    assert main(["respond", str(records_file), "--output", str(output), *words]) == 0
+    with open_response(output) as response:
+        assert response.dataset.sizes["obs"] == 0
+
+
+def test_scheduler_that_is_not_there(
+    records_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "response.nc"
+    words = ["--output", str(output), "--scheduler", "tcp://127.0.0.1:1"]
+    assert main(["respond", str(records_file), *words]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "refused" in told or "Dask is not installed" in told
+    assert not list(tmp_path.iterdir())
