@@ -60,6 +60,8 @@ class Record:
         Magnitude of the event [1].
     epicentral_distance : float
         Distance to the epicentre [km].
+    vs30 : float
+        Mean velocity of shear waves in the uppermost 30 m of the ground [m s-1].
     facts_source : str
         Where event, magnitude and distance are from.
     source_file, source_format, source_sha256 : str
@@ -96,6 +98,7 @@ class Record:
     start_time: str = ""
     magnitude: float = math.nan
     epicentral_distance: float = math.nan
+    vs30: float = math.nan
     facts_source: str = ""
     source_file: str = ""
     source_format: str = ""

@@ -8,7 +8,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import CatalogueEntry, read_catalogue, with_facts
-from rockframe.ingest.catalogue import COLUMNS
+from rockframe.ingest.catalogue import COLUMNS, VS30, write_catalogue
 from rockframe.record import Record
 
 HEADER = ",".join(COLUMNS)
@@ -66,3 +66,12 @@ def test_facts_fill_and_override() -> None:
     known = with_facts(record, CatalogueEntry(file="a", station="CLC", magnitude=7.1))
     assert (known.station, known.event, known.magnitude) == ("CLC", "given", 7.1)
     assert math.isnan(known.epicentral_distance)
+
+
+def test_velocity_of_shear_waves_may_be_stated(tmp_path: Path) -> None:
+    entries = read(tmp_path, f"{HEADER},{VS30}\nA.V1,,,,,,,362\nB.V1,,,,,,,\n")
+    record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
+    assert with_facts(record, entries["A.V1"]).vs30 == 362.0
+    assert math.isnan(with_facts(record, entries["B.V1"]).vs30)
+    write_catalogue(tmp_path / "again.csv", entries.values())
+    assert read_catalogue(tmp_path / "again.csv")["A.V1"].vs30 == 362.0

@@ -15,7 +15,7 @@ from rockframe.record import Record
 
 #: Name of the catalogue in a folder of records.
 CATALOGUE: Final = "catalogue.csv"
-#: Its columns; all must be there, in any order.
+#: Its columns; all must be there, in any order, but for `VS30`.
 COLUMNS: Final = (
     "file",
     "event",
@@ -25,6 +25,8 @@ COLUMNS: Final = (
     "epicentral_distance_km",
     "source",
 )
+#: A further column, that may be there.
+VS30: Final = "vs30_m_s"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +43,8 @@ class CatalogueEntry:
         Magnitude of the event [1].
     epicentral_distance : float
         Distance to the epicentre [km].
+    vs30 : float
+        Mean velocity of shear waves in the uppermost 30 m of the ground [m s-1].
     source : str
         Where the facts come from.
 
@@ -56,6 +60,7 @@ class CatalogueEntry:
     network: str = ""
     magnitude: float = math.nan
     epicentral_distance: float = math.nan
+    vs30: float = math.nan
     source: str = ""
 
 
@@ -130,11 +135,15 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     ...     read_catalogue(path)["PUL164.AT2"].magnitude
     6.6
     """
+    stated = list(entries)
+    known = any(not math.isnan(entry.vs30) for entry in stated)
+    columns = (*COLUMNS, VS30) if known else COLUMNS
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for entry in entries:
-            cells = [getattr(entry, column.removesuffix("_km")) for column in COLUMNS]
+        writer.writerow(columns)
+        for entry in stated:
+            names = (column.removesuffix("_km").removesuffix("_m_s") for column in columns)
+            cells = [getattr(entry, name) for name in names]
             writer.writerow(
                 "" if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells
             )
@@ -159,7 +168,7 @@ def with_facts(record: Record, entry: CatalogueEntry) -> Record:
     >>> known.station, known.magnitude
     ('PUL', 6.6)
     """
-    magnitude, distance = entry.magnitude, entry.epicentral_distance
+    magnitude, distance, vs30 = entry.magnitude, entry.epicentral_distance, entry.vs30
     return replace(
         record,
         event=entry.event or record.event,
@@ -167,6 +176,7 @@ def with_facts(record: Record, entry: CatalogueEntry) -> Record:
         network=entry.network or record.network,
         magnitude=record.magnitude if math.isnan(magnitude) else magnitude,
         epicentral_distance=record.epicentral_distance if math.isnan(distance) else distance,
+        vs30=record.vs30 if math.isnan(vs30) else vs30,
         facts_source=entry.source or record.facts_source,
     )
 
@@ -175,10 +185,11 @@ def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     reader = csv.reader(stream, strict=True)
     header = [name.strip() for name in next(reader, [])]
     for name in header:
-        if name not in COLUMNS or header.count(name) > 1:
+        if name not in (*COLUMNS, VS30) or header.count(name) > 1:
             raise InputError(
                 path,
-                f"column {name!r} unknown or repeated. Must be each of: {', '.join(COLUMNS)}.",
+                f"column {name!r} unknown or repeated. Must be each of: {', '.join(COLUMNS)}; or "
+                f"{VS30}.",
                 line=1,
             )
     for name in COLUMNS:
@@ -207,6 +218,7 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
         network=row["network"],
         magnitude=_number(path, row, "magnitude", line),
         epicentral_distance=_number(path, row, "epicentral_distance_km", line, lowest=0.0),
+        vs30=_number(path, row, VS30, line, lowest=0.0),
         source=row["source"],
     )
 
@@ -214,7 +226,7 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
 def _number(
     path: Path, row: dict[str, str], column: str, line: int, lowest: float = -math.inf
 ) -> float:
-    token = row[column]
+    token = row.get(column, "")
     if not token:
         return math.nan
     try:

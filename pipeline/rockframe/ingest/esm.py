@@ -151,6 +151,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             start_time=_start_time(header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS")),
             magnitude=header.number("MAGNITUDE_L") if math.isnan(magnitude) else magnitude,
             epicentral_distance=header.number("EPICENTRAL_DISTANCE_KM"),
+            vs30=header.number("VS30_M/S"),
             peak_ratio=peak_ratio,
             filter_low=_corner(header, "LOW_CUT_FREQUENCY_HZ"),
             filter_high=_corner(header, "HIGH_CUT_FREQUENCY_HZ"),

@@ -33,13 +33,13 @@ _TEXTS: Final = {
     "source_sha256": "SHA-256 of that file",
 }
 
-
 #: Numbers of a record, by variable: unit, long name.
 _NUMBERS: Final = {
     "time_step": ("s", "interval between samples"),
     "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
     "magnitude": ("1", "magnitude of the earthquake"),
     "epicentral_distance": ("km", "distance to the epicentre"),
+    "vs30": ("m s-1", "mean velocity of shear waves in the uppermost 30 m"),
     "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
     "filter_low": ("Hz", "lower corner of the filters that the archive states"),
     "filter_high": ("Hz", "upper corner of the filters that the archive states"),
