@@ -26,10 +26,13 @@ from .results import read_records as read_records
 from .rocking import ColumnForces as ColumnForces
 from .rocking import GroundAcceleration as GroundAcceleration
 from .rocking import Impulses as Impulses
+from .rocking import Margin as Margin
+from .rocking import OverturningSpectrum as OverturningSpectrum
 from .rocking import Peaks as Peaks
 from .rocking import Reactions as Reactions
 from .rocking import Response as Response
 from .rocking import Scenarios as Scenarios
+from .rocking import Sensitivity as Sensitivity
 from .rocking import Verdict as Verdict
 from .rocking import angular_acceleration as angular_acceleration
 from .rocking import barrier_rate as barrier_rate
@@ -37,6 +40,8 @@ from .rocking import column_forces as column_forces
 from .rocking import impact_friction_demand as impact_friction_demand
 from .rocking import impact_impulses as impact_impulses
 from .rocking import least_spacing as least_spacing
+from .rocking import margins as margins
+from .rocking import overturning_spectrum as overturning_spectrum
 from .rocking import reactions as reactions
 from .rocking import respond as respond
 from .rocking import respond_many as respond_many

@@ -26,7 +26,8 @@ _LOGGED_IMPACTS = 4096
 class Verdict(IntEnum):
     """What became of the frame; the values of the flag variable `verdict`.
 
-    ``UNDECIDED`` is reserved for verdicts that change with small perturbations; none is given yet.
+    ``UNDECIDED`` is a verdict that stated small perturbations change: `Margin.verdict` gives it,
+    `respond` does not.
     """
 
     NO_UPLIFT = kernel.NO_UPLIFT

@@ -1,0 +1,144 @@
+"""Margins: critical scales that scale as they must, and verdicts that small changes would turn."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.ingest import read_file
+from rockframe.rocking import GroundAcceleration, Margin, Sensitivity, Verdict, margins, respond
+from rockframe.rocking.perturbed import resampled
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+from .motions import BENT, noise
+
+COLUMN = RockingFrame(height=9.6, width=1.6)
+PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+
+
+def margin(frame: RockingFrame, motion: Pulse | GroundAcceleration) -> Margin:
+    return margins([motion], [frame])[0][0]
+
+
+def stronger(factor: float) -> Pulse:
+    return Pulse(wavelet=PULSE.wavelet, a_p=factor * PULSE.a_p, T_p=PULSE.T_p)
+
+
+def test_the_critical_scale_overturns_and_what_is_below_does_not() -> None:
+    critical = margin(BENT, PULSE).critical_scale
+    assert respond(BENT, stronger(critical)).verdict is Verdict.OVERTURNED
+    assert respond(BENT, stronger(critical * (1.0 - 2e-6))).verdict is Verdict.SAFE
+
+
+def test_a_motion_twice_as_strong_has_half_the_critical_scale() -> None:
+    once, twice = margin(BENT, PULSE), margin(BENT, stronger(2.0))
+    assert_allclose(2.0 * twice.critical_scale, once.critical_scale, rtol=2e-6)
+
+
+def test_islands_are_those_of_the_verdict() -> None:
+    found = margin(BENT, PULSE)
+    (start, end), *_ = found.islands
+    assert found.safe_islands == len(found.islands)
+    assert respond(BENT, stronger(0.5 * (start + end))).verdict is Verdict.SAFE
+    assert respond(BENT, stronger(end * (1.0 + 1e-5))).verdict is Verdict.OVERTURNED
+
+
+@pytest.mark.parametrize("a_p", [0.0, 0.01])
+def test_a_motion_that_overturns_at_no_scale(a_p: float) -> None:
+    found = margin(BENT, Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.5))
+    assert math.isnan(found.critical_scale)
+    assert (found.safe_islands, found.undecided_by, found.largest_scale) == (0, 0, 10.0)
+
+
+def test_undecided_by_the_amplitude() -> None:
+    critical = margin(BENT, PULSE).critical_scale
+    for factor in (0.995 * critical, 1.005 * critical):
+        found = margin(BENT, stronger(factor))
+        assert found.undecided_by == Sensitivity.AMPLITUDE
+        assert found.verdict(Verdict.SAFE) is Verdict.UNDECIDED
+    assert margin(BENT, stronger(0.98 * critical)).undecided_by == 0
+
+
+def test_undecided_by_the_restitution() -> None:
+    """An upper edge, 2.683 g tan(alpha), that a loss of 1 % more moves to 2.636."""
+    frame = RockingFrame(height=4.0, width=4.0 * math.tan(math.radians(14.0)))
+    period = math.tau / (3.0 * frame.frequency_parameter)
+    motion = Pulse(wavelet="antisymmetric_ricker", a_p=2.65 * frame.uplift_acceleration, T_p=period)
+    assert margin(frame, motion).undecided_by == Sensitivity.RESTITUTION
+
+
+def test_undecided_by_the_time_step() -> None:
+    """Straight lines over a quarter of a second take the top off the pulse."""
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=1.16 * PULSE.a_p, T_p=PULSE.T_p, time=5.0)
+    coarse = GroundAcceleration.from_samples(pulse.acceleration(np.arange(0.0, 10.1, 0.25)), 0.25)
+    assert respond(BENT, coarse).verdict is Verdict.SAFE
+    assert margin(BENT, coarse).undecided_by == Sensitivity.TIME_STEP
+
+
+def test_a_continuous_pulse_has_no_time_step_to_change() -> None:
+    ground = GroundAcceleration.from_pulse(PULSE)
+    assert resampled(ground) is ground
+
+
+def test_finer_samples_lie_on_the_band_limited_function() -> None:
+    time = 0.5 * np.arange(400)
+    for frequency in (0.05, 0.4, 0.8):  # half the sampling rate is 1
+        coarse = GroundAcceleration.from_samples(np.cos(math.tau * frequency * time), 0.5)
+        finer = resampled(coarse)
+        inner = slice(100, -100)
+        exact = np.cos(math.tau * frequency * finer.time)
+        assert_allclose(finer.acceleration()[inner], exact[inner], rtol=0, atol=1e-4)
+        assert_allclose(finer.acceleration()[::2], coarse.acceleration(), rtol=0, atol=0)
+
+
+def test_finer_samples_of_both_components() -> None:
+    across, upwards = (
+        GroundAcceleration.from_samples(noise(seed, 50, 0.1), 0.01) for seed in (1, 2)
+    )
+    finer = resampled(across.with_vertical(upwards))
+    assert finer.vertical is not None
+    assert_allclose(finer.vertical, resampled(upwards).coefficients, rtol=0, atol=1e-12)
+
+
+def test_a_vertical_acceleration_ends_the_scan() -> None:
+    """At 1 / 0.4 times itself the ground would fall faster than gravity."""
+    across = GroundAcceleration.from_samples(noise(3, 400, 0.5), 0.01)
+    upwards = GroundAcceleration.from_samples(np.full(401, -0.4 * GRAVITY)[:400], 0.01)
+    found = margin(BENT, across.with_vertical(upwards))
+    assert_allclose(found.largest_scale, 2.5, rtol=1e-8)
+
+
+def test_the_same_whatever_is_beside() -> None:
+    motions = [GroundAcceleration.from_samples(noise(k, 600, 0.9), 0.02) for k in (1, 2)]
+    together = margins(motions, [BENT, COLUMN])
+    assert repr(margins([motions[1]], [COLUMN])) == repr([[together[1][1]]])
+
+
+@pytest.mark.parametrize("largest", [0.9, math.inf, math.nan])
+def test_refused_largest_scale(largest: float) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid largest scale .*\. Must be 1 or more"):
+        margins([PULSE], [BENT], largest_scale=largest)
+
+
+@pytest.mark.parametrize("step", [0.0, 1.0, math.nan])
+def test_refused_step(step: float) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid step .* Must be between 0 and 1"):
+        margins([PULSE], [BENT], step=step)
+
+
+def test_one_archives_copy_of_a_record_decides_nothing(peer_records: Path) -> None:
+    """The paper's column alone stands by 0.03 %; another copy of the record overturns it."""
+    (record,) = read_file(peer_records / "northridge1994_Jensen-022.csv")
+    of_frame, of_column = margins([record], [BENT, COLUMN])[0]
+    assert of_column.undecided_by == Sensitivity.AMPLITUDE
+    assert_allclose(of_column.critical_scale, 1.0003, rtol=0, atol=1e-4)
+    assert_allclose(respond(COLUMN, record).peak_rotation_ratio, 0.907, rtol=0, atol=1e-3)
+    assert of_frame.undecided_by == 0
+    assert_allclose(of_frame.critical_scale, 1.302, rtol=0, atol=1e-3)

@@ -1,0 +1,114 @@
+"""The scan over amplitude: every edge, thin slivers, the same bits whatever is beside a line."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rockframe.frame import RockingFrame
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import Verdict, respond
+from rockframe.rocking.scan import Scan, islands, scan
+from rockframe.wavelets import Pulse
+
+
+def column(degrees: float, mass_ratio: float) -> RockingFrame:
+    return RockingFrame(
+        height=4.0, width=4.0 * math.tan(math.radians(degrees)), mass_ratio=mass_ratio
+    )
+
+
+def ground(wavelet: str, frame: RockingFrame, frequency_ratio: float) -> GroundAcceleration:
+    """A pulse of amplitude g tan(alpha)."""
+    period = math.tau / (frequency_ratio * frame.frequency_parameter)
+    return GroundAcceleration.from_pulse(
+        Pulse(wavelet=wavelet, a_p=frame.uplift_acceleration, T_p=period)
+    )
+
+
+def one_line(
+    frame: RockingFrame,
+    motion: GroundAcceleration,
+    amplitudes: np.ndarray[tuple[int], np.dtype[np.float64]],
+) -> Scan:
+    return scan([motion], [frame], np.array([0]), np.array([0]), amplitudes, tolerance=1e-9)
+
+
+def test_edges_are_edges() -> None:
+    frame = column(14.0, 0.25)
+    motion = ground("symmetric_ricker", frame, 2.0)
+    found = one_line(frame, motion, np.arange(1.0, 12.0, 0.05))
+    assert len(found.lower) == 5
+    for edge, outside in [(found.lower, 1.0 - 3e-9), (found.upper[:-1], 1.0 + 3e-9)]:
+        for amplitude in edge:
+            assert verdict(frame, motion, amplitude) is Verdict.OVERTURNED
+            assert verdict(frame, motion, amplitude * outside) is Verdict.SAFE
+
+
+def verdict(frame: RockingFrame, motion: GroundAcceleration, amplitude: float) -> Verdict:
+    scaled = GroundAcceleration(
+        amplitude * motion.coefficients, motion.time_step, motion.start_time
+    )
+    return respond(frame, scaled).verdict
+
+
+def test_a_sliver_of_a_ten_thousandth_is_found() -> None:
+    """From 2.31493 to 2.31504, among thicker ones, by a scan of forty times that step."""
+    frame = column(10.0, 0.25)
+    found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.2, 2.4, 0.005))
+    known = [2.30049, 2.30192, 2.30423, 2.30519, 2.30887, 2.30943, 2.31493, 2.31504]
+    slivers = np.column_stack([found.lower, found.upper])[1:]
+    assert_allclose(slivers.ravel(), known, rtol=0, atol=1e-5)
+
+
+def test_an_island_thinner_than_the_step_is_found() -> None:
+    """Between 2.47122 and 2.48155 the frame stands."""
+    frame = column(14.0, 0.25)
+    found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.42, 3.0, 0.0301))
+    assert_allclose(found.upper[0], 2.47122, rtol=0, atol=1e-5)
+    assert_allclose(found.lower[1], 2.48155, rtol=0, atol=1e-5)
+
+
+def test_a_line_that_overturns_from_the_first_amplitude() -> None:
+    frame = column(14.0, 0.0)
+    found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(3.0, 9.5, 0.1))
+    assert found.lower[0] == 3.0
+    assert_allclose(found.upper[0], 8.09829, rtol=0, atol=1e-5)
+    assert math.isnan(found.upper[-1])
+
+
+def test_the_same_bits_whatever_is_beside_a_line() -> None:
+    frames = [column(14.0, 0.0), column(10.0, 1.0)]
+    motions = [ground("antisymmetric_ricker", frame, 3.0) for frame in frames]
+    amplitudes = np.arange(1.0, 6.0, 0.05)
+    both = scan(motions, frames, np.array([0, 1]), np.array([0, 1]), amplitudes, tolerance=1e-9)
+    for k in range(2):
+        alone = one_line(frames[k], motions[k], amplitudes)
+        assert_array_equal(both.verdict[k], alone.verdict[0])
+        assert_array_equal(both.intervals()[k], alone.intervals()[0])
+
+
+def test_a_line_that_never_overturns() -> None:
+    frame = column(14.0, 0.0)
+    found = one_line(frame, ground("symmetric_ricker", frame, 7.5), np.arange(0.9, 20.0, 0.1))
+    assert found.intervals()[0].shape == (0, 2)
+    assert set(found.verdict.ravel()) == {Verdict.NO_UPLIFT, Verdict.SAFE}
+
+
+@pytest.mark.parametrize(
+    ("intervals", "stands"),
+    [
+        ([[1.0, 2.0], [3.0, 4.0], [5.0, math.nan]], ((2.0, 3.0), (4.0, 5.0))),
+        ([[1.0, 2.0], [3.0, 4.0]], ((2.0, 3.0), (4.0, 9.0))),
+        ([[1.0, math.nan]], ()),
+    ],
+)
+def test_islands(intervals: list[list[float]], stands: tuple[tuple[float, float], ...]) -> None:
+    assert islands(np.array(intervals), 9.0) == stands
+
+
+def test_no_islands_where_nothing_overturns() -> None:
+    assert islands(np.empty((0, 2)), 9.0) == ()
