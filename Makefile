@@ -9,16 +9,17 @@ PAPER ?= outputs/paper
 SECONDS ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 report paper test test-browser test-dask check format bench fuzz clean
+.PHONY: help setup table1 report explore paper test test-browser test-dask check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
 	@echo "              (RECORDS='FILE or FOLDER ...' for your own, STRUCTURE=NAME for one structure)"
 	@echo "make report   one page of the run in $(OUTPUT) to look at in a browser: $(OUTPUT)/report.html"
+	@echo "make explore  a live page: sliders for the frame and the record, answered by the kernel"
 	@echo "make paper    the paper, checked: its figures, and each number and claim beside ours, in $(PAPER)"
 	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
 	@echo "make test     run the tests"
-	@echo "make test-browser  run the tests of that page in Chromium (Debian: apt-get install chromium)"
+	@echo "make test-browser  run the tests of both pages in Chromium (Debian: apt-get install chromium)"
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
@@ -42,6 +43,10 @@ table1: $(MADE)
 	@$(BIN)/rockframe table1 --output $(OUTPUT) \
 		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
 
+explore: $(MADE)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[explorer]'
+	@$(BIN)/rockframe explore $(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
+
 paper: $(MADE)
 	@$(BIN)/rockframe paper --output $(PAPER) $(if $(RECORDS),--records $(RECORDS))
 
@@ -55,8 +60,8 @@ test: $(MADE)
 	@$(BIN)/python -m pytest -q
 
 test-browser: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[browser]'
-	@$(BIN)/python -m pytest -q tests/report/test_browser.py
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[browser,explorer]'
+	@$(BIN)/python -m pytest -q tests/report/test_browser.py tests/explorer
 
 test-dask: $(MADE)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[dask]'

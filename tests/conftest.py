@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+import re
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / "shared"  # beside the repository; absent in a plain clone
 EXPECTED = Path(__file__).resolve().parent / "expected"
+#: Chromium as root, on a machine without a screen, that asks nobody for anything.
+SWITCHES: Final = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
 
 
 @pytest.fixture(scope="session")
@@ -39,3 +46,50 @@ def peer_records() -> Path:
     if not folder.is_dir():
         pytest.skip("no PEER records: set ROCKFRAME_PEER_RECORDS to the folder that holds them")
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Chromium, headless."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: make test-browser")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("no Chromium: apt-get install chromium")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=[*SWITCHES])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def own_addresses() -> str:
+    """Pattern of what a page may ask for: itself."""
+    return r"(file:.*\.html|blob:)"
+
+
+@pytest.fixture
+def complaints() -> list[str]:
+    """What the page complained of; a test that expects it takes it out."""
+    return []
+
+
+@pytest.fixture
+def page(browser: Any, own_addresses: str, complaints: list[str]) -> Iterator[Any]:
+    """A page that says at the end whether it complained or asked for anything but itself."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    page.on("console", lambda message: complaints.append(message.text))
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("dialog", lambda dialog: complaints.append(f"dialog: {dialog.message}"))
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url.split("#")[0]))
+    yield page
+    context.close()
+    assert complaints == []
+    assert all(re.match(own_addresses, url) for url in asked), asked
+
+
+@pytest.fixture(scope="session")
+def overlaps() -> str:
+    """Script that finds what lies on each other in a page."""
+    return (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,42 +16,7 @@ from rockframe.cli.main import main
 
 from .conftest import EVENT
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: make test-browser")
-CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium")
-
-#: Chromium as root, on a machine without a screen, that asks nobody for anything.
-SWITCHES: Final = (
-    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
 SCREENSHOTS: Final = Path(__file__).parents[2] / "outputs" / "report"
-OVERLAPS: Final = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*SWITCHES])
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    """A page that says at the end whether it complained or asked for anything but itself."""
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
-    page = context.new_page()
-    complaints: list[str] = []
-    page.on("console", lambda message: complaints.append(message.text))
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("dialog", lambda dialog: complaints.append(f"dialog: {dialog.message}"))
-    asked: list[str] = []
-    page.on("request", lambda request: asked.append(request.url.split("#")[0]))
-    yield page
-    context.close()
-    assert complaints == []
-    assert all(re.match(r"(file:.*\.html|blob:)", url) for url in asked), asked
 
 
 def opened(page: Any, run: Path, history: int) -> None:
@@ -265,14 +228,14 @@ def test_the_policy_stops_a_request(browser: Any, bundled_run: Path) -> None:
     ],
 )
 def test_nothing_lies_on_anything(
-    page: Any, bundled_run: Path, name: str, width: int, scheme: str
+    page: Any, bundled_run: Path, overlaps: str, name: str, width: int, scheme: str
 ) -> None:
     page.set_viewport_size({"width": width, "height": 900})
     page.emulate_media(color_scheme=scheme)
     opened(page, bundled_run, 29)
     page.wait_for_timeout(200)
     page.screenshot(path=SCREENSHOTS / f"{name}.png", full_page=True)
-    assert page.evaluate(OVERLAPS) == []
+    assert page.evaluate(overlaps) == []
     assert page.evaluate("document.documentElement.scrollWidth") == width
     light = page.evaluate("getComputedStyle(document.body).backgroundColor.match(/\\d+/)[0] > 128")
     assert light == (scheme == "light")

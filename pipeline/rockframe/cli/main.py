@@ -14,6 +14,7 @@ from types import FrameType
 from typing import NoReturn
 
 from rockframe.cli import (
+    explore,
     fetch,
     figure,
     formats,
@@ -28,7 +29,20 @@ from rockframe.cli import (
 )
 from rockframe.errors import RockframeError
 
-_VERBS = (table1, fetch, ingest, pulse, respond, merge, figure, paper, report, verify, formats)
+_VERBS = (
+    table1,
+    fetch,
+    ingest,
+    pulse,
+    respond,
+    merge,
+    figure,
+    paper,
+    report,
+    explore,
+    verify,
+    formats,
+)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -101,7 +101,8 @@ function linkedPlots(motion, onCursor) {
   list.forEach((panel, number) => {
     const host = document.getElementById(`plot-${panel.id}`);
     host.replaceChildren();
-    plots.push(new uPlot(options(panel, number, host.clientWidth), dataOf(panel), host));
+    host.plot = new uPlot(options(panel, number, host.clientWidth), dataOf(panel), host);
+    plots.push(host.plot);
   });
   const observer = new ResizeObserver(() => {
     for (const plot of plots) {

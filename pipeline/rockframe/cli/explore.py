@@ -1,0 +1,116 @@
+"""rockframe explore: show the response in a browser while the structure and the motion change."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Final
+
+from rockframe.cli.arguments import add_reading, add_structures
+from rockframe.cli.figure import add_records
+
+if TYPE_CHECKING:
+    import socket
+
+    from rockframe.explorer import Shaking
+
+_HIGHEST_PORT: Final = 65535
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What can be chosen, and where the page is."""
+    add_records(parser)
+    parser.add_argument(
+        "--port",
+        type=_port,
+        default=0,
+        metavar="N",
+        help="port of this machine to listen at (default: one that is free)",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="print the address, open no browser"
+    )
+    add_structures(parser)
+    add_reading(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read the records, listen, say where, and answer until interrupted."""
+    import secrets
+    import sys
+    import webbrowser
+
+    from rockframe.cli.console import show_json
+    from rockframe.errors import ParameterError
+    from rockframe.stages import choose_structures
+    from rockframe.study import SHIPPED_STRUCTURES
+
+    try:
+        from rockframe.explorer.server import LOOPBACK, application, serve
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn"):
+            raise
+        raise ParameterError(
+            f"{error.name} is not installed. Must be, for the explorer: "
+            "pip install 'rockframe[explorer]'."
+        ) from None
+    frames = choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)
+    with _listening(LOOPBACK, options.port) as listening:
+        shakings = _shakings(options)
+        port = listening.getsockname()[1]
+        token = secrets.token_urlsafe(24)
+        address = f"http://{LOOPBACK}:{port}/{token}/"
+        app = application(shakings, frames, token, port)
+        if options.json:
+            show_json({"address": address, "records": [s.record.record_id for s in shakings]})
+        else:
+            print(f"{address}\n{len(shakings)} records; Ctrl-C stops the explorer.")
+        sys.stdout.flush()
+        try:
+            if not options.no_browser:
+                webbrowser.open(address)
+            serve(app, listening)
+        except KeyboardInterrupt:
+            print("rockframe: explorer stopped.", file=sys.stderr)
+    return 0
+
+
+def _shakings(options: argparse.Namespace) -> list[Shaking]:
+    """The horizontal records, each with the vertical one beside it."""
+    from rockframe.cli.arguments import records_file
+    from rockframe.components import vertical_beside
+    from rockframe.explorer import Shaking
+    from rockframe.results import open_records
+    from rockframe.rocking.response import as_ground
+    from rockframe.stages import with_vertical
+    from rockframe.stages.common import horizontal
+
+    with records_file(options) as (given, _), open_records(given) as file:
+        names, everything = set(horizontal(file)), list(file)
+    beside = vertical_beside(everything)
+    return [
+        Shaking(
+            record,
+            with_vertical(record, beside) if record.record_id in beside else as_ground(record),
+        )
+        for record in everything
+        if record.record_id in names
+    ]
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    import os
+    import socket
+
+    from rockframe.errors import ParameterError
+
+    try:
+        return socket.create_server((host, port))
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise ParameterError(f"Invalid port {port}: {reason}. Must be free.") from None
+
+
+def _port(text: str) -> int:
+    if not text.isdigit() or not int(text) <= _HIGHEST_PORT:
+        raise argparse.ArgumentTypeError(f"Invalid port {text!r}. Must be 0 to {_HIGHEST_PORT}")
+    return int(text)

@@ -1,0 +1,184 @@
+"""The kernel's answer to what the page states, and what of it the page draws."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.explorer.settings import Settings
+from rockframe.record import Record
+from rockframe.rocking import GroundAcceleration, Response, Verdict, respond
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+#: Samples that are drawn one by one; of more only those that a plot can show.
+_DRAWN: Final = 12_000
+#: Intervals of which the extremes are drawn: in the window, and in the rest of a long record.
+_INSIDE: Final = 1_000
+_OUTSIDE: Final = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Shaking:
+    """A record to choose on the page.
+
+    Parameters
+    ----------
+    record : Record
+        What it is called and where it is from.
+    ground : GroundAcceleration
+        Its motion, with the vertical one recorded beside it if there is one.
+    """
+
+    record: Record
+    ground: GroundAcceleration
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A response, and which of its samples are drawn.
+
+    Parameters
+    ----------
+    response : Response
+        All that the kernel gave.
+    ground : GroundAcceleration
+        What it was given.
+    places : array, shape (drawn,)
+        Samples to draw, in order: all of a short record, else the extremes of rotation, lift and
+        acceleration in each of many intervals.
+    """
+
+    response: Response
+    ground: GroundAcceleration
+    places: Places
+
+    def facts(self) -> dict[str, Any]:
+        """Return what became of the frame, as JSON values: SI units, None for what never was."""
+        response, frame = self.response, self.response.frame
+        numbers = {
+            name: getattr(response, name)
+            for name in (
+                *("peak_rotation_ratio", "peak_u", "peak_v", "uplift_time", "overturning_time"),
+                *("impacts",),
+            )
+        } | {
+            name: getattr(frame, name)
+            for name in (
+                *("height", "width", "mass_ratio", "inertia_ratio", "restitution_factor"),
+                *("slenderness", "size", "frequency_parameter", "effective_frequency_parameter"),
+                *("restitution", "uplift_acceleration"),
+            )
+        }
+        known = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
+        return {
+            "verdict": response.verdict.name.lower(),
+            **known,
+            "pga": float(np.abs(self.ground.acceleration()).max()),
+            "step": self.ground.time_step,
+            "gravity": GRAVITY,
+            "samples": int(response.time.size),
+            "drawn": int(self.places.size),
+        }
+
+    def table(self) -> str:
+        """Return all samples as CSV: s, m/s2, rad and m; nothing after overturning."""
+        response = self.response
+        series = (response.time, self.ground.acceleration(), response.theta, response.u, response.v)
+        lines = [
+            ",".join("" if np.isnan(x) else f"{x:.9g}" for x in row)
+            for row in zip(*series, strict=True)
+        ]
+        return "\n".join(["time_s,acceleration_m_s2,theta_rad,u_m,v_m", *lines, ""])
+
+    def packed(self) -> bytes:
+        """Return the facts as one line of JSON, and the drawn samples as little-endian float32.
+
+        They are, one after the other, time [s], acceleration [m s-2], theta [rad], u and v [m],
+        NaN after overturning; the line is filled up to a multiple of four bytes.
+        """
+        response = self.response
+        theta = response.theta[self.places]
+        series = (
+            response.time[self.places],
+            self.ground.acceleration()[self.places],
+            theta,
+            response.frame.horizontal_displacement(theta),
+            response.frame.vertical_displacement(theta),
+        )
+        line = json.dumps(self.facts(), allow_nan=False).encode("ascii")
+        head = line + b" " * (3 - len(line) % 4) + b"\n"
+        return head + np.stack(series).astype("<f4").tobytes()
+
+
+def answer(shakings: Mapping[str, Shaking], settings: Settings) -> Answer:
+    """Compute the response of the frame to the motion.
+
+    Parameters
+    ----------
+    shakings : mapping of str to Shaking
+        By the identifiers of their records.
+    settings : Settings
+        What is asked.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such record, no vertical motion that is asked for, or the ground falls
+        faster than gravity.
+    """
+    shaking = shakings.get(settings.record)
+    if shaking is None:
+        known = ", ".join(shakings)
+        raise ParameterError(f"Invalid record {settings.record!r}. Must be one of: {known}.")
+    ground = shaking.ground
+    if not settings.vertical:
+        ground = replace(ground, vertical=None)
+    elif ground.vertical is None:
+        raise ParameterError(
+            f"Invalid vertical '1' of record {settings.record!r}. Must be 0: no vertical was "
+            "recorded beside it."
+        )
+    scaled = ground.scaled(settings.scale)
+    response = respond(settings.frame, scaled)
+    return Answer(response, scaled, _places(response, scaled, settings.window))
+
+
+def _places(response: Response, ground: GroundAcceleration, window: tuple[float, float]) -> Places:
+    count = response.time.size
+    if count <= _DRAWN:
+        return np.arange(count)
+    standing = response.theta.size
+    if response.verdict is Verdict.OVERTURNED:
+        standing = int(np.isfinite(response.theta).sum())
+    theta = np.nan_to_num(response.theta)
+    lift = response.frame.vertical_displacement(theta)
+    series = (theta, lift, ground.acceleration())
+    first, last = np.searchsorted(response.time, window)
+    first, last = max(0, int(first) - 1), min(count, int(last) + 1)
+    parts = ((0, first, _OUTSIDE), (first, last, _INSIDE), (last, count, _OUTSIDE))
+    # The last sample before the fall and the first after it: there the curves end.
+    ends = np.array([0, standing - 1, min(standing, count - 1), count - 1])
+    chosen = [_extremes(values, *part) for part in parts for values in series]
+    places: Places = np.unique(np.concatenate([ends, *chosen]))
+    return places
+
+
+def _extremes(values: Float, start: int, stop: int, intervals: int) -> Places:
+    """Places of the least and the largest value in each of equal intervals; all if they are few."""
+    length = max(1, (stop - start) // intervals)
+    if length <= 2:
+        return np.arange(start, stop)
+    whole = (stop - start) // length * length
+    rows = values[start : start + whole].reshape(-1, length)
+    starts = start + length * np.arange(rows.shape[0])
+    rest = np.arange(start + whole, stop)
+    return np.concatenate([starts + rows.argmin(axis=1), starts + rows.argmax(axis=1), rest])

@@ -1,0 +1,140 @@
+// One question at a time; while it is on its way only the newest of the next ones is kept.
+const SERIES = ["time", "acceleration", "theta", "u", "v"];
+const player = new Player();
+let asking = false;
+let next = null;
+let shown = null;
+let count = 0;
+
+function motionOf(bytes) {
+  const end = new Uint8Array(bytes).indexOf(10) + 1;
+  const found = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, end)));
+  const motion = { ...found, peak: found.peak_rotation_ratio, structure: found };
+  SERIES.forEach((name, i) => {
+    motion[name] = new Float32Array(bytes, end + 4 * i * found.drawn, found.drawn);
+  });
+  motion.pulse = new Float32Array(found.drawn).fill(NaN);
+  return motion;
+}
+
+function said(motion) {
+  if (motion.verdict === "overturned") return `Overturns at ${motion.overturning_time.toFixed(2)} s.`;
+  if (motion.verdict === "no_uplift") return "Does not uplift.";
+  return `Rocks to ${motion.peak.toFixed(3)} of its slenderness and stands.`;
+}
+
+function number(value, factor, digits, unit) {
+  return value === null ? "–" : `${signed(value * factor, digits)} ${unit}`.trim();
+}
+
+function words(motion) {
+  const line = said(motion);
+  at("verdict-line").textContent = line;
+  at("verdict-line").className = `verdict-line ${motion.verdict}`;
+  const fell = motion.verdict === "overturned";
+  list(at("pair-facts"), [
+    ["largest θ/α", fell ? "–" : number(motion.peak, 1, 4, "")],
+    ["largest u", fell ? "–" : number(motion.peak_u, 100, 2, "cm")],
+    ["largest v", fell ? "–" : number(motion.peak_v, 100, 2, "cm")],
+    ["first uplift", number(motion.uplift_time, 1, 3, "s")],
+    ["impacts", String(motion.impacts)],
+    ["peak ground acceleration", number(motion.pga, 1 / motion.gravity, 3, "g")],
+  ]);
+  at("pair-facts").dataset.peak = motion.peak;
+  list(at("structure-facts"), [
+    ["slenderness α", `${number(motion.slenderness, 180 / Math.PI, 3, "°")}`],
+    ["semi-diagonal of a column R", number(motion.size, 1, 3, "m")],
+    ["frequency parameter of a column p", number(motion.frequency_parameter, 1, 4, "rad/s")],
+    ["of the frame p̂", number(motion.effective_frequency_parameter, 1, 4, "rad/s")],
+    ["restitution √r", number(motion.restitution, 1, 4, "")],
+    ["uplift at", number(motion.uplift_acceleration, 1 / motion.gravity, 4, "g")],
+  ]);
+  at("toml").textContent = tables(motion);
+  player.describe(`the structure under ${shown}`, line);
+}
+
+function tables(motion) {
+  const section = at("section").value;
+  const kind = /^\d/.test(section) ? `inertia_ratio = ${section}` : `section = "${section}"`;
+  return [
+    "[[structure]]", `name = "${at("structure").value}"`, `height_m = ${motion.height}`,
+    `width_m = ${motion.width}`, `mass_ratio = ${motion.mass_ratio}`, kind,
+    `restitution_factor = ${motion.restitution_factor}`,
+  ].join("\n");
+}
+
+function trouble(error) {
+  at("trouble").textContent = error ?? "";
+  at("trouble").hidden = !error;
+  settings.blame(error);
+}
+
+async function answered(query) {
+  const response = await fetch(`response?${query}`);
+  if (response.ok) return motionOf(await response.arrayBuffer());
+  trouble(response.status === 400 ? (await response.json()).error
+    : `The explorer answered ${response.status}.`);
+  return null;
+}
+
+function draw(motion, fresh) {
+  const record = at("record").value;
+  if (fresh || shown !== record) {
+    shown = record;
+    player.show(motion);
+  } else {
+    player.update(motion);
+  }
+  words(motion);
+  trouble(null);
+}
+
+async function ask(fresh) {
+  next = { fresh: fresh || (next?.fresh ?? false) };
+  if (asking) return;
+  asking = true;
+  const { dataset } = document.documentElement;
+  dataset.asking = true;
+  while (next) {
+    const wanted = next;
+    next = null;
+    const began = performance.now();
+    try {
+      const motion = await answered(settings.stated(windowOf(wanted.fresh)));
+      if (motion) draw(motion, wanted.fresh);
+    } catch (error) {
+      if (!(error instanceof TypeError)) throw error;
+      trouble("The explorer does not answer. Start it again: rockframe explore.");
+    }
+    await new Promise(requestAnimationFrame);
+    dataset.took = performance.now() - began;
+    count += 1;
+    dataset.answered = count;
+  }
+  asking = false;
+  dataset.asking = false;
+}
+
+const windowOf = (fresh) => (fresh || !player.plots ? [0, settings.chosen.duration] : player.plots.window());
+
+// Of a long record only what a plot can show is here: what is zoomed into is fetched.
+let waiting = 0;
+let last = "";
+new MutationObserver(() => {
+  const { motion } = player;
+  const window = player.plots?.window().join() ?? "";
+  if (!motion || motion.drawn === motion.samples || window === last) return;
+  last = window;
+  clearTimeout(waiting);
+  waiting = setTimeout(() => ask(false), 150);
+}).observe(at("graphs"), { attributes: true, attributeFilter: ["data-from", "data-to"] });
+
+at("save-history").addEventListener("click", async () => {
+  const response = await fetch(`history.csv?${settings.stated(windowOf(false))}`);
+  const text = await response.text();
+  if (response.ok) save(`${at("record").value}-${at("structure").value}.csv`, text);
+  else trouble(JSON.parse(text).error);
+});
+
+const settings = new Settings(ask);
+ask(true);

@@ -1,0 +1,86 @@
+// What is stated: a slider for the usual range, and beside it a field for any value at all.
+const facts = JSON.parse(at("facts").textContent);
+const NUMBERS = ["height", "width", "mass_ratio", "restitution_factor", "scale"];
+const OWN = "own";
+
+class Settings {
+  constructor(onChange) {
+    this.onChange = onChange;
+    at("record").replaceChildren(...facts.records.map((record) =>
+      element("option", { value: record.id }, record.title ? `${record.id}: ${record.title}` : record.id)));
+    const named = facts.structures.map(({ name }) => element("option", { value: name }, name));
+    at("structure").replaceChildren(...named, element("option", { value: OWN }, "own dimensions"));
+    for (const name of NUMBERS) this.couple(name);
+    at("section").addEventListener("change", () => this.changed("section"));
+    at("vertical").addEventListener("change", () => onChange(false));
+    at("record").addEventListener("change", () => {
+      this.record();
+      onChange(true);
+    });
+    at("structure").addEventListener("change", () => this.begin(at("structure").value));
+    this.record();
+    this.write(facts.structures[0]);
+  }
+
+  couple(name) {
+    const slider = at(`${name}-slider`);
+    const field = at(name);
+    slider.addEventListener("input", () => {
+      field.value = slider.value;
+      this.changed(name);
+    });
+    field.addEventListener("input", () => {
+      slider.value = field.value;
+      this.changed(name);
+    });
+  }
+
+  changed(name) {
+    if (name !== "scale") at("structure").value = OWN;
+    this.onChange(false);
+  }
+
+  begin(name) {
+    const chosen = facts.structures.find((structure) => structure.name === name);
+    if (!chosen) return;
+    this.write(chosen);
+    this.onChange(false);
+  }
+
+  write(structure) {
+    for (const name of NUMBERS) {
+      const value = structure[name] ?? at(name).value;
+      at(name).value = value;
+      at(`${name}-slider`).value = value;
+    }
+    const known = [...at("section").options].some(({ value }) => value === structure.section);
+    if (!known) {
+      at("section").append(element("option", { value: structure.section },
+        `inertia ratio ${Number(structure.section).toPrecision(5)}`));
+    }
+    at("section").value = structure.section;
+    at("structure").value = structure.name;
+  }
+
+  record() {
+    this.chosen = facts.records.find(({ id }) => id === at("record").value);
+    const { vertical } = this.chosen;
+    at("vertical").disabled = !vertical;
+    if (!vertical) at("vertical").checked = false;
+    at("vertical-why").hidden = vertical;
+  }
+
+  stated([from, to]) {
+    const numbers = Object.fromEntries(NUMBERS.map((name) => [name, at(name).value.trim()]));
+    return new URLSearchParams({
+      ...numbers, record: at("record").value, section: at("section").value,
+      vertical: at("vertical").checked ? "1" : "0", from, to,
+    });
+  }
+
+  // The field that an error names.
+  blame(error) {
+    const name = (/^Invalid (\w+)/.exec(error ?? "") ?? [])[1];
+    for (const field of NUMBERS) at(field).setAttribute("aria-invalid", String(field === name));
+  }
+}

@@ -1,0 +1,120 @@
+"""What the page states, read as strictly as a file: a wrong value is named, never mended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame, inertia_ratio_of
+
+#: Multiplier of the ground motion beyond which nobody asks.
+_LARGEST_SCALE: Final = 100.0
+_SECTION: Final = "section"
+_WINDOW: Final = ("from", "to")
+_NUMBERS: Final = ("height", "width", "mass_ratio", "restitution_factor", "scale", *_WINDOW)
+_NAMES: Final = ("record", "vertical", _SECTION, *_NUMBERS)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A frame, a motion, and what of it is looked at.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    record : str
+        Identifier of the record.
+    scale : float
+        What its accelerations are multiplied by [1].
+    vertical : bool
+        Whether the ground moves vertically too.
+    window : (float, float)
+        Times that are drawn in full [s].
+    """
+
+    frame: RockingFrame
+    record: str
+    scale: float
+    vertical: bool
+    window: tuple[float, float]
+
+
+def read_settings(stated: Mapping[str, str]) -> Settings:
+    """Return what the page states.
+
+    Parameters
+    ----------
+    stated : mapping of str to str
+        ``record``; ``height`` and ``width`` of a column [m]; ``mass_ratio``,
+        ``restitution_factor``, ``scale`` [1]; ``section``: rectangular, circular, or the inertia
+        ratio of another [1]; ``vertical``: 0 or 1; ``from`` and ``to`` [s].
+
+    Raises
+    ------
+    ParameterError
+        If one is missing, unknown, no number, or outside what the frame or the motion allow.
+
+    Examples
+    --------
+    >>> wide = {"record": "A", "height": "9.6", "width": "1.6", "mass_ratio": "4", "scale": "1",
+    ...         "restitution_factor": "1", "section": "rectangular", "vertical": "0",
+    ...         "from": "0", "to": "60"}
+    >>> read_settings(wide).frame.mass_ratio
+    4.0
+    >>> read_settings({**wide, "scale": "nought"})
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid scale 'nought'. Must be a finite number.
+    """
+    for name in _NAMES:
+        if name not in stated:
+            raise ParameterError(
+                f"Invalid settings without {name!r}. Must state each setting once."
+            )
+    for name in stated:
+        if name not in _NAMES:
+            raise ParameterError(f"Invalid setting {name!r}. Must be one of: {', '.join(_NAMES)}.")
+    numbers = {name: _number(name, stated[name]) for name in _NUMBERS}
+    scale = numbers["scale"]
+    if not 0.0 < scale <= _LARGEST_SCALE:
+        raise ParameterError(
+            f"Invalid scale {scale!r}. Must be above 0 and at most {_LARGEST_SCALE:g}."
+        )
+    if stated["vertical"] not in ("0", "1"):
+        raise ParameterError(f"Invalid vertical {stated['vertical']!r}. Must be 0 or 1.")
+    return Settings(
+        frame=_frame(numbers, stated[_SECTION]),
+        record=stated["record"],
+        scale=scale,
+        vertical=stated["vertical"] == "1",
+        window=(numbers["from"], numbers["to"]),
+    )
+
+
+def _frame(numbers: Mapping[str, float], section: str) -> RockingFrame:
+    height, width = numbers["height"], numbers["width"]
+    # The dimensions are judged before an inertia is computed from them.
+    plain = RockingFrame(height=height, width=width, name="own")
+    stated = section[:1].isdigit()
+    ratio = _number(_SECTION, section) if stated else inertia_ratio_of(section, height, width)
+    return RockingFrame(
+        height=plain.height,
+        width=plain.width,
+        mass_ratio=numbers["mass_ratio"],
+        name=plain.name,
+        inertia_ratio=ratio,
+        restitution_factor=numbers["restitution_factor"],
+    )
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ParameterError(f"Invalid {name} {text!r}. Must be a finite number.")
+    return value

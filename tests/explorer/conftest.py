@@ -1,0 +1,82 @@
+"""Explorers to ask: the bundled records on the shipped structures, and a very long record."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rockframe.explorer import Shaking
+from rockframe.record import Record
+from rockframe.rocking import GroundAcceleration
+from rockframe.study import bundled_records, read_structures
+
+TOKEN = "a-token-of-the-tests"  # noqa: S105 -- it opens nothing else
+
+
+def shaking(record: Record, vertical: Record | None = None) -> Shaking:
+    ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
+    if vertical is not None:
+        upward = GroundAcceleration.from_samples(vertical.acceleration, vertical.time_step)
+        ground = ground.with_vertical(upward)
+    return Shaking(record, ground)
+
+
+@pytest.fixture(scope="session")
+def bundled() -> list[Shaking]:
+    """Both horizontals of one bundled station, the first with its vertical."""
+    from rockframe.ingest import read_file
+
+    records = read_file(bundled_records() / "Ridgecrest2019-CCC.V1")
+    across = [record for record in records if not record.orientation.upright]
+    (upward,) = (record for record in records if record.orientation.upright)
+    return [shaking(across[0], upward), shaking(across[1])]
+
+
+@pytest.fixture(scope="session")
+def long() -> Shaking:
+    """Ten minutes of shaking at 100 Hz: 60,000 samples."""
+    time = 0.01 * np.arange(60_000)
+    wave = np.random.default_rng(7).normal(0.0, 1.0, time.size)
+    smooth = np.convolve(wave, np.hanning(40), "same")
+    envelope = np.exp(-(((time - 200.0) / 60.0) ** 2))
+    strong = 4.0 * envelope * smooth / np.abs(smooth).max()
+    name = "<script>alert(1)</script>"
+    return shaking(Record(record_id="long", acceleration=strong, time_step=0.01, event=name))
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a server listens, and its first part of every path."""
+
+    port: int
+    token: str
+
+    @property
+    def page(self) -> str:
+        """Address of the page."""
+        return f"http://127.0.0.1:{self.port}/{self.token}/"
+
+
+@pytest.fixture(scope="session")
+def explorer(bundled: list[Shaking], long: Shaking) -> Iterator[Address]:
+    """A server in a thread."""
+    pytest.importorskip("starlette", reason="no starlette: make test-browser")
+    uvicorn: Any = pytest.importorskip("uvicorn", reason="no uvicorn: make test-browser")
+    import socket
+
+    from rockframe.explorer.server import application, configured
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        port = listening.getsockname()[1]
+        app = application([*bundled, long], read_structures(), TOKEN, port)
+        server = uvicorn.Server(configured(app))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        yield Address(port, TOKEN)
+        server.should_exit = True
+        thread.join()

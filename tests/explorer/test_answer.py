@@ -1,0 +1,144 @@
+"""What the explorer answers: the kernel's numbers, whole in what can be seen of them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rockframe import GroundAcceleration, ParameterError, RockingFrame, respond
+from rockframe.explorer import Shaking, answer, read_settings
+
+BENT = {
+    "height": "9.6",
+    "width": "1.6",
+    "mass_ratio": "4",
+    "restitution_factor": "1",
+    "section": "rectangular",
+    "scale": "1",
+    "vertical": "0",
+    "from": "0",
+    "to": "1000",
+}
+
+
+def asked(shakings: list[Shaking], **other: str) -> Any:
+    held = {shaking.record.record_id: shaking for shaking in shakings}
+    return answer(held, read_settings({"record": next(iter(held)), **BENT, **other}))
+
+
+def unpacked(content: bytes) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """What the page's script does, in Python."""
+    end = content.index(b"\n") + 1
+    facts = json.loads(content[:end])
+    return facts, np.frombuffer(content, "<f4", offset=end).reshape(5, facts["drawn"])
+
+
+def test_the_answer_is_that_of_respond(bundled: list[Shaking]) -> None:
+    found = asked(bundled, scale="1.5")
+    record = bundled[0].record
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
+    expected = respond(frame, ground.scaled(1.5))
+    facts, (time, acceleration, theta, u, v) = unpacked(found.packed())
+    assert facts["verdict"] == expected.verdict.name.lower()
+    assert facts["peak_rotation_ratio"] == expected.peak_rotation_ratio
+    np.testing.assert_allclose(theta, expected.theta, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(u, expected.u, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(v, expected.v, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(acceleration, 1.5 * record.acceleration, rtol=1e-6)
+    np.testing.assert_allclose(time, record.time, rtol=1e-6)
+
+
+def test_vertical_motion_counts_where_there_is_one(bundled: list[Shaking]) -> None:
+    plain, both = asked(bundled), asked(bundled, vertical="1")
+    assert plain.response.peak_rotation != both.response.peak_rotation
+    assert both.response.peak_rotation == pytest.approx(
+        respond(plain.response.frame, bundled[0].ground).peak_rotation, rel=1e-12
+    )
+
+
+def test_the_section_counts(bundled: list[Shaking]) -> None:
+    ratios = [
+        asked(bundled, section=section).response.frame.inertia_ratio
+        for section in ("rectangular", "circular", "1.25")
+    ]
+    assert ratios == [4.0 / 3.0, pytest.approx(1.331081, abs=1e-6), 1.25]
+
+
+def test_a_long_record_keeps_its_extremes(long: Shaking) -> None:
+    found = asked([long], scale="0.6")
+    assert found.response.verdict.name == "SAFE"
+    places, response = found.places, found.response
+    assert response.theta.size == 60_000
+    assert places.size <= 12_000
+    assert np.all(np.diff(places) > 0)
+    for series in (response.theta, response.v, found.ground.acceleration()):
+        for part in np.array_split(np.arange(60_000), 100):
+            kept = series[np.intersect1d(part, places)]
+            assert kept.max() == series[part].max()
+            assert kept.min() == series[part].min()
+
+
+def test_what_is_zoomed_into_is_drawn_in_full(long: Shaking) -> None:
+    places = asked([long], **{"from": "200", "to": "210"}).places
+    inside = places[(places >= 20_000) & (places <= 21_000)]
+    assert np.array_equal(inside, np.arange(20_000, 21_001))
+
+
+def test_a_long_fall_ends_where_it_falls(long: Shaking) -> None:
+    found = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
+    theta = found.response.theta
+    standing = int(np.isfinite(theta).sum())
+    assert found.response.verdict.name == "OVERTURNED"
+    assert {standing - 1, standing} <= set(found.places)
+
+
+def test_the_table_holds_every_sample(long: Shaking) -> None:
+    found = asked([long])
+    lines = found.table().splitlines()
+    assert lines[0] == "time_s,acceleration_m_s2,theta_rad,u_m,v_m"
+    assert len(lines) == 60_001
+    assert float(lines[20_001].split(",")[2]) == pytest.approx(found.response.theta[20_000], 1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("height", "tall", "Invalid height 'tall'. Must be a finite number."),
+        ("height", "0", "Invalid height 0.0 of frame 'own'. Must be between 0.001 and 1000 m."),
+        ("width", "inf", "Invalid width 'inf'. Must be a finite number."),
+        ("width", "12", "Must be below 45.56 degrees for mass_ratio 4"),
+        ("mass_ratio", "-1", "Invalid mass_ratio -1.0"),
+        ("restitution_factor", "1.5", "Must be above 0 and at most 1."),
+        ("scale", "0", "Invalid scale 0.0. Must be above 0 and at most 100."),
+        ("section", "round", "Invalid section 'round'. Must be one of: rectangular, circular."),
+        ("vertical", "yes", "Invalid vertical 'yes'. Must be 0 or 1."),
+        ("record", "nowhere", "Invalid record 'nowhere'. Must be one of: Ridgecrest2019-CCC-090"),
+        ("number_of_columns", "4", "Invalid setting 'number_of_columns'. Must be one of: record"),
+    ],
+)
+def test_a_wrong_value_is_named(bundled: list[Shaking], name: str, value: str, words: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        asked(bundled, **{name: value})
+    assert words in str(error.value)
+
+
+def test_a_setting_left_out_is_named() -> None:
+    with pytest.raises(
+        ParameterError, match=r"settings without 'record'\. Must state each setting"
+    ):
+        read_settings({"vertical": "1"})
+
+
+def test_no_vertical_is_made_up(bundled: list[Shaking]) -> None:
+    with pytest.raises(ParameterError, match="no vertical was recorded beside it"):
+        asked(bundled[1:], vertical="1")
+
+
+def test_a_ground_that_falls_faster_than_the_frame_is_refused(bundled: list[Shaking]) -> None:
+    with pytest.raises(ParameterError, match="lose contact with the ground"):
+        asked(bundled, vertical="1", scale="20")

@@ -1,0 +1,151 @@
+"""The explorer's server: this machine, this page, this token, and nobody else."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.parse
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from rockframe.cli.main import main
+
+from .conftest import Address
+from .test_answer import BENT, unpacked
+
+STATED = urllib.parse.urlencode({"record": "Ridgecrest2019-CCC-360", **BENT})
+COMMAND = str(Path(sys.executable).parent / "rockframe")
+
+
+def ask(
+    explorer: Address, path: str, headers: dict[str, str] | None = None, method: str = "GET"
+) -> tuple[int, http.client.HTTPMessage, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", explorer.port)
+    connection.request(method, path, headers=headers or {})
+    answer = connection.getresponse()
+    content = answer.read()
+    connection.close()
+    return answer.status, answer.headers, content
+
+
+def test_the_page_may_ask_nobody_else(explorer: Address) -> None:
+    status, headers, content = ask(explorer, f"/{explorer.token}/")
+    assert status == 200
+    policy = headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert policy.endswith("connect-src 'self'")
+    assert headers["Cache-Control"] == "no-store"
+    assert b"<script>alert" not in content  # a name of the long record
+    assert b"http://" not in content.replace(b"http://www.w3.org/2000/svg", b"")
+
+
+def test_an_answer_is_bytes_that_the_page_unpacks(explorer: Address) -> None:
+    status, _, content = ask(explorer, f"/{explorer.token}/response?{STATED}")
+    facts, series = unpacked(content)
+    assert status == 200
+    assert facts["verdict"] == "safe"
+    assert abs(series[2]).max() / facts["slenderness"] == pytest.approx(
+        facts["peak_rotation_ratio"], rel=1e-3
+    )
+
+
+def test_a_table_can_be_had(explorer: Address) -> None:
+    status, headers, content = ask(explorer, f"/{explorer.token}/history.csv?{STATED}")
+    assert status == 200
+    assert headers["Content-Type"].startswith("text/csv")
+    assert content.count(b"\n") == 10_001
+
+
+def test_a_wrong_value_is_answered_with_its_name(explorer: Address) -> None:
+    wrong = STATED.replace("height=9.6", "height=tall")
+    status, _, content = ask(explorer, f"/{explorer.token}/response?{wrong}")
+    assert status == 400
+    assert json.loads(content) == {"error": "Invalid height 'tall'. Must be a finite number."}
+
+
+def test_a_setting_is_stated_once(explorer: Address) -> None:
+    status, _, content = ask(explorer, f"/{explorer.token}/response?{STATED}&height=3")
+    assert status == 400
+    assert b"stated twice" in content
+
+
+@pytest.mark.parametrize("path", ["/", "/guess/", "/guess/response", "/a-token-of-the-test/"])
+def test_without_the_token_nothing_is_found(explorer: Address, path: str) -> None:
+    status, _, content = ask(explorer, path)
+    assert status == 404
+    assert explorer.token.encode() not in content
+
+
+def test_nothing_else_is_there(explorer: Address) -> None:
+    assert ask(explorer, f"/{explorer.token}/../etc/passwd")[0] == 404
+    assert ask(explorer, f"/{explorer.token}/other")[0] == 404
+    assert ask(explorer, f"/{explorer.token}/", method="POST")[0] == 405
+
+
+def test_another_host_is_refused(explorer: Address) -> None:
+    """A name that somebody lets point to this machine is not this machine."""
+    for host in ("evil.example", f"evil.example:{explorer.port}", "127.0.0.1", "127.0.0.1:1"):
+        assert ask(explorer, f"/{explorer.token}/", {"Host": host})[0] == 403
+    assert ask(explorer, f"/{explorer.token}/", {"Host": f"localhost:{explorer.port}"})[0] == 200
+
+
+def test_another_page_is_refused(explorer: Address) -> None:
+    path = f"/{explorer.token}/response?{STATED}"
+    for origin in ("http://evil.example", "null", f"https://127.0.0.1:{explorer.port}"):
+        assert ask(explorer, path, {"Origin": origin})[0] == 403
+    assert ask(explorer, path, {"Origin": f"http://127.0.0.1:{explorer.port}"})[0] == 200
+
+
+@pytest.mark.usefixtures("explorer")
+def test_the_command_says_where_and_stops_with_one_line() -> None:
+    words = [COMMAND, "explore", "--no-browser", "--json"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    said = ""
+    while "}" not in said:
+        said += process.stdout.readline()
+    address = json.loads(said)["address"]
+    assert address.startswith("http://127.0.0.1:")
+    with urllib.request.urlopen(address) as page:  # noqa: S310 -- our own address
+        assert b"Rocking explorer" in page.read()
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=20)
+    assert (process.returncode, error) == (0, "rockframe: explorer stopped.\n")
+
+
+@pytest.mark.usefixtures("explorer")
+def test_a_port_in_use_is_refused() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        words = [COMMAND, "explore", "--no-browser", "--port", port]
+        found = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert found.returncode == 2
+    assert found.stderr == (
+        f"rockframe: error: Invalid port {port}: {os.strerror(98)}. Must be free.\n"
+    )
+
+
+def test_without_the_extra_the_command_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    monkeypatch.delitem(sys.modules, "rockframe.explorer.server", raising=False)
+    assert main(["explore"]) == 2
+    assert capsys.readouterr().err == (
+        "rockframe: error: uvicorn is not installed. Must be, for the explorer: "
+        "pip install 'rockframe[explorer]'.\n"
+    )
+
+
+def test_a_port_is_a_number(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["explore", "--port", "99999"])
+    assert stopped.value.code == 2
+    assert "Invalid port '99999'. Must be 0 to 65535" in capsys.readouterr().err
