@@ -13,7 +13,7 @@ FLOORS = (
     {"units", "provenance", "web"},
     {"frame", "wavelets", "rocking.kernel", "engines"},
     {"record", "study"},
-    {"ingest", "fetch", "signals", "components", "matching", "rocking"},
+    {"ingest", "fetch", "signals", "components", "matching", "rocking", "risk"},
     {"results"},
     {"stages", "figures", "report", "explorer", "paper"},
     {"cli"},
