@@ -1,0 +1,18 @@
+"""Statistics of verdicts: fragility, hazard, distributions of peaks, ranks of records."""
+
+from rockframe.risk.comparison import Preference as Preference
+from rockframe.risk.comparison import better_measure as better_measure
+from rockframe.risk.comparison import compared_motions as compared_motions
+from rockframe.risk.distribution import Band as Band
+from rockframe.risk.distribution import demand_ranks as demand_ranks
+from rockframe.risk.distribution import peak_distribution as peak_distribution
+from rockframe.risk.distribution import wilson as wilson
+from rockframe.risk.fragility import Fragility as Fragility
+from rockframe.risk.fragility import Outcome as Outcome
+from rockframe.risk.fragility import fit_fragility as fit_fragility
+from rockframe.risk.hazard import HazardCurve as HazardCurve
+from rockframe.risk.hazard import OverturningRate as OverturningRate
+from rockframe.risk.hazard import overturning_rate as overturning_rate
+from rockframe.risk.hazard import read_hazard as read_hazard
+from rockframe.risk.measures import MEASURES as MEASURES
+from rockframe.risk.measures import Measure as Measure

@@ -1,0 +1,117 @@
+"""Distributions of peaks with their bands, and ranks of the motions by demand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.risk.fragility import CONFIDENCE
+
+Float = NDArray[np.float64]
+
+#: Samples drawn from the motions.
+_REPLICATES: Final = 1000
+_QUANTILE: Final = 1.6448536269514722
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A cumulative distribution with a band of 90 % confidence.
+
+    Parameters
+    ----------
+    share, low, high : array, shape (levels,)
+        Share of motions whose peak is at most the level, and the band of it [1].
+    """
+
+    share: Float
+    low: Float
+    high: Float
+
+
+def peak_distribution(
+    peaks: ArrayLike, levels: ArrayLike, *, clusters: ArrayLike | None = None, seed: int = 0
+) -> Band:
+    """Return the share of motions whose peak is at most each level, with a bootstrap band.
+
+    Parameters
+    ----------
+    peaks : array_like, shape (motions,)
+        Infinite for what overturns.
+    levels : array_like, shape (levels,)
+        Of the same quantity.
+    clusters : array_like of int, shape (motions,), optional
+        Motions of one number are drawn together.
+    seed : int
+        Of the draws: the same seed gives the same band.
+
+    Notes
+    -----
+    Draws say nothing where none or all of a few motions lie below a level; there the band is as
+    wide as Wilson's interval for so many independent motions.
+
+    Examples
+    --------
+    >>> band = peak_distribution([0.1, 0.2, 0.4, np.inf], [0.0, 0.3, 1.0])
+    >>> band.share.tolist(), band.high.round(2).tolist()
+    ([0.0, 0.5, 0.75], [0.4, 1.0, 1.0])
+    """
+    values = np.asarray(peaks, dtype=np.float64)
+    reached = values[:, None] <= np.asarray(levels, dtype=np.float64)
+    _, belongs = np.unique(
+        np.arange(values.size) if clusters is None else clusters, return_inverse=True
+    )
+    count = int(belongs.max()) + 1
+    below = np.zeros((count, reached.shape[1]))
+    np.add.at(below, belongs, reached)
+    sizes = np.bincount(belongs).astype(np.float64)
+    drawn = np.random.default_rng(seed).multinomial(
+        count, np.full(count, 1.0 / count), size=_REPLICATES
+    )
+    shares = (drawn @ below) / (drawn @ sizes)[:, None]
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = np.quantile(shares, [tail, 1.0 - tail], axis=0)
+    share = reached.mean(axis=0)
+    least, most = wilson(share, count)
+    return Band(share, np.minimum(low, least), np.maximum(high, most))
+
+
+def wilson(share: ArrayLike, count: int) -> tuple[Float, Float]:
+    """Return Wilson's interval of 90 % confidence for a share of so many motions [1].
+
+    Examples
+    --------
+    >>> [bound.round(3).tolist() for bound in wilson([0.0, 0.5], 10)]
+    [[0.0, 0.269], [0.213, 0.731]]
+    """
+    p = np.asarray(share, dtype=np.float64)
+    squared = _QUANTILE**2 / count
+    middle = (p + 0.5 * squared) / (1.0 + squared)
+    half = np.sqrt(squared * p * (1.0 - p) + 0.25 * squared**2) / (1.0 + squared)
+    return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
+
+
+def demand_ranks(peaks: ArrayLike) -> Float:
+    """Rank motions by the rotation that they demand of each structure: 1 is the most severe.
+
+    Parameters
+    ----------
+    peaks : array_like, shape (motions, structures)
+        Largest |theta| / alpha [1]; infinite for what overturns. Equal ones share the mean rank.
+
+    Examples
+    --------
+    >>> demand_ranks([[0.2], [np.inf], [0.2], [0.7]]).ravel().tolist()
+    [3.5, 1.0, 3.5, 2.0]
+    """
+    values = -np.asarray(peaks, dtype=np.float64)
+    ranks = np.empty_like(values)
+    for column, rank in zip(values.T, ranks.T, strict=True):
+        ordered = np.sort(column)
+        first = np.searchsorted(ordered, column, side="left")
+        last = np.searchsorted(ordered, column, side="right")
+        rank[:] = 0.5 * (first + last + 1)
+    return ranks

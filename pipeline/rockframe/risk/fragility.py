@@ -1,0 +1,249 @@
+"""Probability of overturning against intensity: logistic regression by maximum likelihood."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.risk.newton import maximum_likelihood
+
+Float = NDArray[np.float64]
+
+#: Confidence of the bands: 90 %, between the 5 % and the 95 % quantile of the normal distribution.
+CONFIDENCE: Final = 0.9
+_QUANTILE: Final = 1.6448536269514722
+
+
+class Outcome(IntEnum):
+    """What the verdicts allow to be said; the values of the flag variable `fragility_outcome`."""
+
+    FITTED = 0
+    NONE_OVERTURN = 1
+    ALL_OVERTURN = 2
+    SEPARATED = 3
+    NOT_RISING = 4
+    UNKNOWN = 5
+
+    @property
+    def sentence(self) -> str:
+        """What it means, in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES: Final = {
+    Outcome.FITTED: "fitted by maximum likelihood",
+    Outcome.NONE_OVERTURN: "no motion overturns it: there is no fragility to fit, only a bound",
+    Outcome.ALL_OVERTURN: "every motion overturns it: there is no fragility to fit, only a bound",
+    Outcome.SEPARATED: "all that overturn are stronger than all that do not: the likelihood has no "
+    "maximum, and the curve is a step somewhere between the two",
+    Outcome.NOT_RISING: "overturning does not become more frequent with this measure",
+    Outcome.UNKNOWN: "the measure is not known, or is the same for all motions",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Fragility:
+    """Share of motions that overturn a structure, over a measure of their intensity.
+
+    P = 1 / (1 + exp(-(intercept + slope ln x))).
+
+    Parameters
+    ----------
+    outcome : Outcome
+        Only if it is ``FITTED`` there is a curve; NaN stands for what there is not.
+    motions, observations, overturned : int
+        Independent motions; motions times scales; how many of these overturn.
+    lowest, highest : float
+        Range of intensities that were tried, in the unit of the measure.
+    safe_to, overturned_from : float
+        The strongest observation that stands, and the weakest that overturns.
+    intercept, slope : float
+        Of the logit over the logarithm of the intensity.
+    covariance : array, shape (2, 2)
+        Of these two, with scales and azimuths of one motion as one cluster; NaN for one motion.
+    log_likelihood : array, shape (motions,)
+        What each independent motion adds to it.
+    pseudo_r2, concordance, brier : float
+        Goodness of fit: McFadden's 1 - ln L / ln L_0; the share of pairs, one that overturns and
+        one that stands, of which the first is stronger; mean squared error of the probability.
+
+    Examples
+    --------
+    >>> fit = fit_fragility([1.0, 2.0, 3.0], [1.0, 2.0], [[0, 0], [0, 1], [1, 1]])
+    >>> fit.outcome.name, round(fit.median, 2)
+    ('SEPARATED', nan)
+    >>> fit = fit_fragility([1.0, 2.0, 3.0], [1.0, 2.0], [[0, 1], [0, 1], [0, 1]])
+    >>> fit.outcome.name, round(fit.median, 2)
+    ('FITTED', 2.6)
+    """
+
+    outcome: Outcome
+    motions: int
+    observations: int
+    overturned: int
+    lowest: float = math.nan
+    highest: float = math.nan
+    safe_to: float = math.nan
+    overturned_from: float = math.nan
+    intercept: float = math.nan
+    slope: float = math.nan
+    covariance: Float = field(default_factory=lambda: np.full((2, 2), np.nan))
+    log_likelihood: Float = field(default_factory=lambda: np.empty(0), repr=False)
+    pseudo_r2: float = math.nan
+    concordance: float = math.nan
+    brier: float = math.nan
+
+    @property
+    def median(self) -> float:
+        """Intensity at which half overturn."""
+        return math.exp(-self.intercept / self.slope) if self.slope > 0.0 else math.nan
+
+    @property
+    def dispersion(self) -> float:
+        """Scale of the logistic distribution of ln x; times 1.81 its standard deviation."""
+        return 1.0 / self.slope if self.slope > 0.0 else math.nan
+
+    def probability(self, intensity: ArrayLike) -> Float:
+        """Return the probability of overturning [1]; NaN if there is no curve."""
+        return logistic(self.intercept + self.slope * np.log(np.asarray(intensity, np.float64)))
+
+    def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
+        """Return bounds of the probability [1]: of 90 % confidence, or all that can be said.
+
+        Of a curve they follow from the covariance. Without one: where nothing or everything
+        overturned, up to (from) the strongest (weakest) intensity tried the share that so many
+        independent motions leave open; a step between the two limits if the verdicts are separated;
+        else 0 and 1.
+        """
+        x = np.asarray(intensity, dtype=np.float64)
+        zero, one = np.zeros_like(x), np.ones_like(x)
+        if self.outcome is Outcome.FITTED and np.isfinite(self.covariance).all():
+            terms = np.stack([one, np.log(x)])
+            error = _QUANTILE * np.sqrt(
+                np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
+            )
+            logit = self.intercept + self.slope * terms[1]
+            return logistic(logit - error), logistic(logit + error)
+        left_open = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / max(self.motions, 1))
+        if self.outcome is Outcome.NONE_OVERTURN:
+            return zero, np.where(x <= self.highest, left_open, one)
+        if self.outcome is Outcome.ALL_OVERTURN:
+            return np.where(x >= self.lowest, 1.0 - left_open, zero), one
+        if self.outcome is Outcome.SEPARATED:
+            return (
+                np.where(x >= self.overturned_from, one, zero),
+                np.where(x > self.safe_to, one, zero),
+            )
+        return zero, one
+
+
+def logistic(logit: Float) -> Float:
+    """Return 1 / (1 + exp(-logit)) without overflow."""
+    small = np.exp(-np.abs(logit))
+    return np.where(logit >= 0.0, 1.0, small) / (1.0 + small)
+
+
+def fit_fragility(
+    intensity: ArrayLike,
+    scales: ArrayLike,
+    overturned: ArrayLike,
+    clusters: ArrayLike | None = None,
+) -> Fragility:
+    """Fit the probability of overturning over the logarithm of an intensity.
+
+    Parameters
+    ----------
+    intensity : array_like, shape (motions,)
+        Of each motion as recorded; one that is not positive or not known is left out.
+    scales : array_like, shape (scales,)
+        Multiples of the motions [1].
+    overturned : array_like of bool, shape (motions, scales)
+        Which of them overturn.
+    clusters : array_like of int, shape (motions,), optional
+        Motions of the same number are not independent: azimuths of one record.
+
+    Raises
+    ------
+    ParameterError
+        If the shapes do not fit.
+    """
+    strength = np.asarray(intensity, dtype=np.float64)
+    factors = np.asarray(scales, dtype=np.float64)
+    fell = np.asarray(overturned, dtype=bool)
+    if fell.shape != (strength.size, factors.size):
+        raise ParameterError(
+            f"Invalid verdicts of shape {fell.shape}. Must be {(strength.size, factors.size)}."
+        )
+    belongs = np.arange(strength.size) if clusters is None else np.asarray(clusters)
+    known = np.isfinite(strength) & (strength > 0.0)
+    strength, fell = strength[known], fell[known]
+    _, belongs = np.unique(belongs[known], return_inverse=True)
+    x = np.log(strength)[:, None] + np.log(factors)
+    tried = _tried(x, fell, int(belongs.max(initial=-1)) + 1)
+    if tried.outcome is not Outcome.FITTED:
+        return tried
+    fit = maximum_likelihood(x, fell, belongs)
+    return replace(
+        tried,
+        outcome=Outcome.FITTED if fit.slope > 0.0 else Outcome.NOT_RISING,
+        intercept=fit.intercept,
+        slope=fit.slope,
+        covariance=fit.covariance,
+        log_likelihood=fit.log_likelihood,
+        pseudo_r2=1.0 - fit.log_likelihood.sum() / _without_measure(fell),
+        concordance=_concordance(x, fell),
+        brier=fit.brier,
+    )
+
+
+def _tried(x: Float, fell: NDArray[np.bool_], motions: int) -> Fragility:
+    """What was tried, and whether there is a maximum of the likelihood."""
+    outcome = _outcome(x, fell)
+    return Fragility(
+        outcome,
+        motions=motions,
+        observations=fell.size,
+        overturned=int(fell.sum()),
+        lowest=math.exp(x.min()) if x.size else math.nan,
+        highest=math.exp(x.max()) if x.size else math.nan,
+        safe_to=math.nan if fell.all() else math.exp(x[~fell].max()),
+        overturned_from=math.exp(x[fell].min()) if fell.any() else math.nan,
+        # a step explains separated verdicts wholly: towards it the likelihood tends to 1
+        log_likelihood=np.zeros(motions if outcome is Outcome.SEPARATED else 0),
+    )
+
+
+def _outcome(x: Float, fell: NDArray[np.bool_]) -> Outcome:
+    if not fell.size:
+        return Outcome.UNKNOWN
+    if not fell.any():
+        return Outcome.NONE_OVERTURN
+    if fell.all():
+        return Outcome.ALL_OVERTURN
+    if x.min() == x.max():
+        return Outcome.UNKNOWN
+    if x[~fell].max() <= x[fell].min():
+        return Outcome.SEPARATED
+    if x[fell].max() <= x[~fell].min():
+        return Outcome.NOT_RISING
+    return Outcome.FITTED
+
+
+def _without_measure(fell: NDArray[np.bool_]) -> float:
+    share = float(fell.mean())
+    return fell.size * (share * math.log(share) + (1.0 - share) * math.log1p(-share))
+
+
+def _concordance(x: Float, fell: NDArray[np.bool_]) -> float:
+    """Mann and Whitney's U over the number of pairs; ties count half."""
+    safe = np.sort(x[~fell])
+    strong = x[fell]
+    below = np.searchsorted(safe, strong, side="left")
+    upto = np.searchsorted(safe, strong, side="right")
+    return float((below + upto).sum() / (2.0 * safe.size * strong.size))

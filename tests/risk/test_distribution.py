@@ -1,0 +1,69 @@
+"""Distributions of peaks and ranks of motions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.stats import rankdata
+
+from rockframe.risk import demand_ranks, peak_distribution, wilson
+
+
+def test_share_is_that_of_the_motions() -> None:
+    band = peak_distribution([0.1, 0.3, 0.3, math.inf], [0.1, 0.2, 0.3, 9.0])
+    assert band.share.tolist() == [0.25, 0.25, 0.75, 0.75]
+
+
+@settings(max_examples=30, deadline=None)
+@given(peaks=st.lists(st.floats(0.0, 3.0), min_size=1, max_size=12), seed=st.integers(0, 3))
+def test_band_holds_the_share_and_stays_a_share(peaks: list[float], seed: int) -> None:
+    band = peak_distribution(peaks, np.linspace(0.0, 3.0, 7), seed=seed)
+    assert (band.low <= band.share + 1e-15).all()
+    assert (band.share <= band.high + 1e-15).all()
+    assert (band.low >= 0.0).all()
+    assert (band.high <= 1.0).all()
+
+
+def test_seed_decides_the_draws() -> None:
+    peaks = np.random.default_rng(0).random(30)
+    levels = np.linspace(0.0, 1.0, 11)
+    one, again, other = (peak_distribution(peaks, levels, seed=seed) for seed in (1, 1, 2))
+    assert np.array_equal(one.low, again.low)
+    assert not np.array_equal(one.low, other.low)
+
+
+def test_many_motions_narrow_the_band_as_binomial_theory_says() -> None:
+    """Half of n below the level: the band is 0.5 +- 1.645 sqrt(0.25 / n)."""
+    n = 2000
+    band = peak_distribution(np.arange(n) / n, [0.4999999])
+    half = 1.645 * math.sqrt(0.25 / n)
+    assert_allclose([band.low[0], band.high[0]], [0.5 - half, 0.5 + half], atol=0.1 * half)
+
+
+def test_azimuths_of_one_record_are_not_many_records() -> None:
+    peaks = np.repeat([0.1, 0.9], 50)
+    alone = peak_distribution(peaks, [0.5])
+    together = peak_distribution(peaks, [0.5], clusters=np.repeat([0, 1], 50))
+    assert together.high[0] - together.low[0] > 3.0 * (alone.high[0] - alone.low[0])
+
+
+@pytest.mark.parametrize("count", [1, 10, 1000])
+def test_wilson_solves_its_equation(count: int) -> None:
+    """At a bound q the share p is 1.645 standard errors of q away."""
+    share = np.array([0.0, 0.2, 1.0])
+    for bound in wilson(share, count):
+        inside = (bound > 1e-12) & (bound < 1.0 - 1e-12)  # else cut at 0 and 1
+        away = np.abs(share - bound)[inside]
+        error = np.sqrt(bound * (1.0 - bound) / count)[inside]
+        assert_allclose(away, 1.6448536 * error, rtol=1e-6)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from([0.0, 0.1, 0.5, 2.0, math.inf]), min_size=1, max_size=9))
+def test_ranks_are_those_of_scipy(peaks: list[float]) -> None:
+    assert_allclose(demand_ranks(np.array(peaks)[:, None])[:, 0], rankdata(-np.array(peaks)))

@@ -1,0 +1,190 @@
+"""Fragility: the maximum of the likelihood, its absence, and how well the curve is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from rockframe.errors import ParameterError
+from rockframe.risk import Outcome, better_measure, compared_motions, fit_fragility
+
+Float = NDArray[np.float64]
+SCALES = np.geomspace(0.5, 4.0, 7)
+
+
+def site(motions: int, seed: int, slope: float = 3.0) -> tuple[Float, NDArray[np.bool_]]:
+    """Intensities, and verdicts drawn from a logistic curve of median 2."""
+    rng = np.random.default_rng(seed)
+    intensity = rng.lognormal(0.0, 0.5, motions)
+    logit = slope * (np.log(intensity)[:, None] + np.log(SCALES) - math.log(2.0))
+    return intensity, rng.random(logit.shape) < 1.0 / (1.0 + np.exp(-logit))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_maximum_agrees_with_a_general_optimiser(seed: int) -> None:
+    """Nelder and Mead's simplex, on the median and the dispersion instead."""
+    intensity, fell = site(40, seed)
+    x = np.log(intensity)[:, None] + np.log(SCALES)
+
+    def against(at: Float) -> float:
+        logit = (x - at[0]) / math.exp(at[1])
+        return float(np.logaddexp(0.0, np.where(fell, -logit, logit)).sum())
+
+    found = minimize(against, [0.0, 0.0], method="Nelder-Mead", tol=1e-12)
+    fit = fit_fragility(intensity, SCALES, fell)
+    assert_allclose(fit.median, math.exp(found.x[0]), rtol=1e-5)
+    assert_allclose(fit.dispersion, math.exp(found.x[1]), rtol=1e-5)
+    assert_allclose(fit.log_likelihood.sum(), -found.fun, rtol=1e-12)
+
+
+def test_truth_lies_within_the_band_as_often_as_it_says() -> None:
+    """Of 90 % bands of the curve at its median, 80 to 97 of 100 hold the truth."""
+    held = 0
+    for seed in range(100):
+        low, high = fit_fragility(*_ordered(*site(60, seed))).band(2.0)
+        held += bool(low <= 0.5 <= high)
+    assert 80 <= held <= 97
+
+
+def _ordered(intensity: Float, fell: NDArray[np.bool_]) -> tuple[Float, Float, NDArray[np.bool_]]:
+    return intensity, SCALES, fell
+
+
+def test_scales_repeated_are_no_more_evidence() -> None:
+    """The covariance is that of the motions, however often each verdict is written down."""
+    intensity, fell = site(40, 1)
+    once = fit_fragility(intensity, SCALES, fell)
+    often = fit_fragility(intensity, np.repeat(SCALES, 5), np.repeat(fell, 5, axis=1))
+    assert_allclose(often.slope, once.slope, rtol=1e-9)
+    assert_allclose(often.covariance, once.covariance, rtol=1e-6)
+
+
+def test_motions_of_one_cluster_are_one() -> None:
+    intensity, fell = site(20, 1)
+    twice = fit_fragility(
+        np.repeat(intensity, 2), SCALES, np.repeat(fell, 2, axis=0), np.repeat(np.arange(20), 2)
+    )
+    once = fit_fragility(intensity, SCALES, fell)
+    assert twice.motions == 20
+    assert_allclose(twice.covariance, once.covariance, rtol=1e-6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(unit=st.floats(1e-3, 1e3), seed=st.integers(0, 5))
+def test_unit_moves_the_median_alone(unit: float, seed: int) -> None:
+    intensity, fell = site(30, seed)
+    one, other = (fit_fragility(intensity * u, SCALES, fell) for u in (1.0, unit))
+    assert_allclose(other.median, one.median * unit, rtol=1e-7)
+    assert_allclose(other.slope, one.slope, rtol=1e-7)
+    assert_allclose(other.concordance, one.concordance, rtol=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    verdicts=st.lists(st.lists(st.booleans(), min_size=3, max_size=3), min_size=1, max_size=6),
+    intensity=st.lists(st.floats(1e-300, 1e300), min_size=6, max_size=6),
+)
+def test_any_verdicts_have_an_outcome_and_bounds(
+    verdicts: list[list[bool]], intensity: list[float]
+) -> None:
+    fit = fit_fragility(intensity[: len(verdicts)], [0.5, 1.0, 2.0], verdicts)
+    low, high = fit.band(np.geomspace(1e-200, 1e200, 9))
+    assert (low >= 0.0).all()
+    assert (high <= 1.0).all()
+    assert (low <= high).all()
+
+
+@pytest.mark.parametrize(
+    ("intensity", "verdicts", "outcome"),
+    [
+        ([1.0, 2.0], [[0, 0], [0, 0]], Outcome.NONE_OVERTURN),
+        ([1.0, 2.0], [[1, 1], [1, 1]], Outcome.ALL_OVERTURN),
+        ([1.0, 2.0], [[0, 0], [1, 1]], Outcome.SEPARATED),
+        ([1.0, 2.0], [[0, 1], [1, 1]], Outcome.SEPARATED),  # 2 falls, and 2 x 1: a step between
+        ([1.0, 4.0], [[1, 1], [0, 0]], Outcome.NOT_RISING),
+        ([1.0, 1.1, 1.2], [[1, 1], [1, 0], [1, 0]], Outcome.NOT_RISING),
+        ([math.nan, math.nan], [[1, 0], [0, 1]], Outcome.UNKNOWN),
+        ([], [], Outcome.UNKNOWN),
+    ],
+)
+def test_verdicts_without_a_curve(
+    intensity: list[float], verdicts: list[list[int]], outcome: Outcome
+) -> None:
+    fit = fit_fragility(intensity, [1.0, 2.0], np.reshape(verdicts, (len(intensity), 2)))
+    assert fit.outcome is outcome
+    if outcome is not Outcome.NOT_RISING:
+        assert math.isnan(fit.median)
+    assert outcome.sentence
+
+
+def test_where_nothing_fell_the_bound_is_that_of_so_many_trials() -> None:
+    """0 of n leave the share p open with (1 - p)^n = 5 %."""
+    fit = fit_fragility([1.0] * 9 + [1.5], [1.0], np.zeros((10, 1)))
+    low, high = fit.band([1.0, 1.6])
+    assert low.tolist() == [0.0, 0.0]
+    assert_allclose(high, [1.0 - 0.05**0.1, 1.0])
+
+
+def test_separated_verdicts_leave_a_step_open() -> None:
+    fit = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[0], [0], [1], [1]])
+    low, high = fit.band([1.9, 2.5, 3.1])
+    assert (low.tolist(), high.tolist()) == ([0.0, 0.0, 1.0], [0.0, 1.0, 1.0])
+    assert (fit.safe_to, fit.overturned_from) == pytest.approx((2.0, 3.0))
+
+
+def test_the_measure_that_decides_is_named() -> None:
+    intensity, fell = site(60, 3, slope=8.0)
+    noise = np.random.default_rng(1).lognormal(0.0, 0.5, 60)
+    fits = {
+        "a_p": fit_fragility(intensity, SCALES, fell),
+        "pga": fit_fragility(intensity * noise, SCALES, fell),
+    }
+    assert better_measure(fits).measure == "a_p"
+
+
+def test_a_tie_names_none() -> None:
+    intensity, fell = site(60, 3)
+    fit = fit_fragility(intensity, SCALES, fell)
+    told = better_measure({"a_p": fit, "pga": fit})
+    assert told.measure == ""
+    assert "equally well" in told.reason
+
+
+def test_measures_of_equal_worth_seldom_have_a_better_one() -> None:
+    """Two noisy copies of what decides: one is named in at most one of eight draws."""
+    named = 0
+    for seed in range(80):
+        intensity, fell = site(40, seed)
+        rng = np.random.default_rng(1000 + seed)
+        fits = {
+            name: fit_fragility(intensity * rng.lognormal(0.0, 0.4, 40), SCALES, fell)
+            for name in ("pga", "pgv")
+        }
+        named += better_measure(fits).measure != ""
+    assert named <= 10
+
+
+def test_few_motions_name_none() -> None:
+    intensity, fell = site(9, 3, slope=8.0)
+    fits = {
+        "a_p": fit_fragility(intensity, SCALES, fell),
+        "pga": fit_fragility(intensity[::-1], SCALES, fell),
+    }
+    assert "9 independent motions are too few" in better_measure(fits).reason
+
+
+def test_motions_are_compared_that_have_all_measures() -> None:
+    known = {"a_p": np.array([1.0, np.nan]), "pga": np.array([1.0, 2.0]), "L_p": np.full(2, np.nan)}
+    assert compared_motions(known).tolist() == [True, False]
+
+
+def test_shapes_must_fit() -> None:
+    with pytest.raises(ParameterError, match=r"shape \(1, 2\). Must be \(2, 1\)"):
+        fit_fragility([1.0, 2.0], [1.0], [[True, False]])

@@ -1,0 +1,129 @@
+"""The rate of overturning: closed forms, bounds, and files of hazard curves."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.risk import (
+    Fragility,
+    HazardCurve,
+    Outcome,
+    fit_fragility,
+    overturning_rate,
+    read_hazard,
+)
+
+#: k x^-2 over eighteen decades: what is beyond adds nothing.
+POWER = HazardCurve("pga", np.array([1e-9, 1e9]), np.array([1e14, 1e-22]))
+
+
+def curve_of(median: float, slope: float) -> Fragility:
+    return Fragility(
+        Outcome.FITTED,
+        motions=20,
+        observations=20,
+        overturned=10,
+        intercept=-slope * math.log(median),
+        slope=slope,
+        covariance=np.zeros((2, 2)),
+        lowest=1e-9,
+        highest=1e9,
+    )
+
+
+@pytest.mark.parametrize("slope", [2.5, 4.0, 12.0])
+@pytest.mark.parametrize("median", [0.3, 2.0])
+def test_rate_under_a_power_law_has_a_closed_form(median: float, slope: float) -> None:
+    """int P d(k x^-2), P logistic in ln x: k m^-2 (2 pi / b) / sin(2 pi / b), b the slope."""
+    points = np.geomspace(1e-9, 1e9, 400)
+    curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
+    angle = 2.0 * math.pi / slope
+    expected = 1e-4 * median**-2.0 * angle / math.sin(angle)
+    assert_allclose(overturning_rate(curve, curve_of(median, slope)).rate, expected, rtol=1e-4)
+
+
+def test_a_steep_curve_is_the_rate_of_its_median() -> None:
+    points = np.geomspace(0.01, 10.0, 30)
+    curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
+    found = overturning_rate(curve, curve_of(0.5, 1e6))
+    assert_allclose(found.rate, 1e-4 * 0.5**-2.0, rtol=5e-3)
+    assert_allclose(found.low, found.rate, rtol=1e-12)
+
+
+def test_contributions_add_up_and_stay_between_the_bounds() -> None:
+    points = np.geomspace(0.01, 2.0, 9)
+    curve = HazardCurve("pga", points, 1e-4 * points**-1.5)
+    found = overturning_rate(curve, curve_of(0.5, 5.0))
+    assert_allclose(found.contributions.sum(), found.rate, rtol=1e-14)
+    assert found.low <= found.rate <= found.high
+    assert found.contributions[-1] < curve.rate[-1]
+
+
+def test_no_overflow_over_eighteen_decades() -> None:
+    found = overturning_rate(POWER, curve_of(1.0, 500.0))
+    assert math.isfinite(found.rate)
+    assert_allclose(found.rate, 1e-4, rtol=0.1)
+
+
+def test_separated_verdicts_give_the_rates_of_both_limits() -> None:
+    points = np.geomspace(0.01, 10.0, 200)
+    curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
+    fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])
+    found = overturning_rate(curve, fit)
+    assert math.isnan(found.rate)
+    assert_allclose(found.low, 1e-4 * 0.6**-2.0, rtol=1e-3)
+    assert_allclose(found.high, 1e-4 * 0.3**-2.0, rtol=1e-3)
+
+
+def test_what_was_not_tried_is_said() -> None:
+    points = np.array([0.1, 1.0, 10.0])
+    curve = HazardCurve("pga", points, np.array([1e-2, 1e-3, 1e-4]))
+    fit = Fragility(**(vars(curve_of(2.0, 8.0)) | {"lowest": 0.01, "highest": 1.0}))
+    assert overturning_rate(curve, fit).extrapolated > 0.9
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "columns missing. Must be annual_rate and one of a_p_g, pga_g, pgv_m_s, L_p_m"),
+        ("pga,annual_rate\n", ":1: columns pga, annual_rate. Must be"),
+        ("pga_g,pgv_m_s,annual_rate\n", ":1: columns pga_g, pgv_m_s, annual_rate"),
+        ("pga_g,annual_rate\n0.1,0.01\n", "hazard curve of 1 points. Must be two or more"),
+        ("pga_g,annual_rate\n", "hazard curve of 0 points"),
+        ("pga_g,annual_rate\n0.1,high\n", ":2: '0.1, high'. Must be two numbers"),
+        ("pga_g,annual_rate\n0.1,0.01,3\n", ":2: .*Must be two numbers"),
+        ("pga_g,annual_rate\n0.2,0.01\n0.1,0.001\n", "intensities .* Must be increasing"),
+        ("pga_g,annual_rate\n0.1,0.01\n0.2,0.02\n", "rates .* Must be decreasing"),
+        ("pga_g,annual_rate\n0,0.01\n0.2,0.002\n", "Invalid intensity 0 of point 1"),
+        ("pga_g,annual_rate\n0.1,0.01\n0.2,nan\n", "Invalid rate nan of point 2"),
+    ],
+)
+def test_damaged_file(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "site.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        read_hazard(path)
+
+
+def test_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        read_hazard(tmp_path / "none.csv")
+
+
+def test_units_of_the_column(tmp_path: Path) -> None:
+    path = tmp_path / "site.csv"
+    path.write_text("annual_rate, pga_g\n0.01,0.1\n0.001,0.5\n", encoding="utf-8")
+    curve = read_hazard(path)
+    assert_allclose(curve.intensity, [0.981, 4.905])
+    assert curve.rate.tolist() == [0.01, 0.001]
+
+
+def test_a_point_is_no_curve() -> None:
+    with pytest.raises(ParameterError, match="1 points"):
+        HazardCurve("pga", np.array([1.0]), np.array([0.1]))
