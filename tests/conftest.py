@@ -10,7 +10,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import pytest
+
+from rockframe.wavelets import Pulse
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / "shared"  # beside the repository; absent in a plain clone
@@ -93,3 +96,12 @@ def page(browser: Any, own_addresses: str, complaints: list[str]) -> Iterator[An
 def overlaps() -> str:
     """Script that finds what lies on each other in a page."""
     return (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def motion(tmp_path: Path) -> Path:
+    """A text record that states nothing but its numbers: one column of g."""
+    pulse = Pulse(wavelet="antisymmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
+    path = tmp_path / "motion.csv"
+    np.savetxt(path, pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
+    return path

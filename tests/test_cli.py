@@ -26,15 +26,6 @@ mass_ratio = 0.5
 """
 
 
-@pytest.fixture
-def motion(tmp_path: Path) -> Path:
-    """A text record that states nothing but its numbers: one column of g."""
-    pulse = Pulse(wavelet="antisymmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
-    path = tmp_path / "motion.csv"
-    np.savetxt(path, pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
-    return path
-
-
 def run(*words: str | Path) -> int:
     return main([str(word) for word in words])
 
@@ -152,54 +143,6 @@ def test_a_verdict_needs_no_heavy_import_to_explain_itself() -> None:
     assert done.stdout.endswith("[]\n")
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("0.1\n0.2\nx\n", "motion.csv:3"),
-        ("0.1\nnan\n0.3\n", "motion.csv:2"),
-        ("", "empty"),
-    ],
-)
-def test_the_users_mistake_is_one_line_and_status_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, words: str
-) -> None:
-    motion = tmp_path / "motion.csv"
-    motion.write_text(content)
-    output = tmp_path / "records.nc"
-    assert run("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", output) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert words in error
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["motion.csv"]
-
-
-def test_one_bad_file_among_good_ones_is_listed_and_status_1(
-    motion: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bad = motion.with_name("bad.csv")
-    bad.write_text("0.1\ninf\n")
-    output = motion.with_name("records.nc")
-    words = ("--units", "g", "--time-step", "0.01", "--output", output)
-    assert run("ingest", motion, bad, *words) == 1
-    assert "rejected: bad.csv:2" in capsys.readouterr().err
-    assert len(rockframe.read_records(output)) == 1
-    with output.with_suffix(".csv").open(newline="") as stream:
-        listed = list(csv.DictReader(stream))
-    assert [row["status"] for row in listed] == ["accepted", "rejected"]
-
-
-def test_strict_writes_nothing_and_status_2(
-    motion: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bad = motion.with_name("bad.csv")
-    bad.write_text("0.1\ninf\n")
-    output = motion.with_name("records.nc")
-    words = ("--units", "g", "--time-step", "0.01", "--output", output)
-    assert run("ingest", motion, bad, *words, "--strict", "--workers", "1") == 2
-    assert "error: bad.csv:2: acceleration 'inf'" in capsys.readouterr().err
-    assert not output.exists()
-
-
 def test_a_record_that_is_not_the_papers_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -233,94 +176,6 @@ def test_a_record_that_is_not_the_papers_says_so(
             "a_p_g",
             "T_p_s",
         ]
-
-
-def test_unknown_structure_is_refused_with_those_there_are(
-    motion: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    records = ingested(motion)
-    output = motion.with_name("response.nc")
-    assert run("respond", records, "--structure", "tower", "--output", output) == 2
-    assert "Must be one of: bridge-bent, apollo-column" in capsys.readouterr().err
-    assert not output.exists()
-
-
-def typed(*words: str | Path) -> tuple[str, ...]:
-    return tuple(str(word) for word in words)
-
-
-@pytest.mark.parametrize("output", ["motion.nc", "motion.csv"])
-def test_ingest_never_replaces_its_input(
-    motion: Path, capsys: pytest.CaptureFixture[str], output: str
-) -> None:
-    """`motion.nc` would put its list of inputs into `motion.csv`."""
-    before = motion.read_bytes()
-    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name(output))
-    assert run("ingest", motion, *words) == 2
-    assert "is an input of this command. Must be another file." in capsys.readouterr().err
-    assert motion.read_bytes() == before
-    assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
-
-
-def test_ingest_never_replaces_a_strange_table(
-    motion: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    strange = motion.with_name("records.csv")
-    strange.write_text("name,age\n")
-    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name("records.nc"))
-    assert run("ingest", motion, *words) == 2
-    assert "is in the place of the list of inputs" in capsys.readouterr().err
-    assert strange.read_text() == "name,age\n"
-
-
-@pytest.mark.parametrize("verb", ["pulse", "respond"])
-def test_a_stage_never_replaces_its_input(motion: Path, verb: str) -> None:
-    records = ingested(motion)
-    before = records.read_bytes()
-    assert run(verb, records, "--output", records) == 2
-    assert records.read_bytes() == before
-
-
-def test_a_file_of_structures_is_never_replaced(
-    motion: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    records = ingested(motion)
-    structures = motion.with_name("mine.toml")
-    structures.write_text(STRUCTURE)
-    assert run("respond", records, "--structures", structures, "--output", structures) == 2
-    assert "is an input of this command" in capsys.readouterr().err
-    assert structures.read_text() == STRUCTURE
-
-
-def test_table1_keeps_out_of_the_folder_of_the_records(
-    motion: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ("--units", "g", "--time-step", "0.01", "--output", motion.parent)
-    assert run("table1", "--records", motion, *words) == 2
-    assert "holds the records. Must be another folder." in capsys.readouterr().err
-    assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
-
-
-@pytest.mark.parametrize(
-    "mistake",
-    [
-        ("--structure", "typo"),
-        ("--periods", "3", "1"),
-        ("--band-pass", "40", "1"),
-        ("--records", "no-such-file"),
-        ("--catalogue", "no-such-file"),
-    ],
-    ids=lambda words: words[0],
-)
-def test_a_mistake_leaves_a_finished_run_as_it_was(
-    motion: Path, tmp_path: Path, mistake: tuple[str, ...]
-) -> None:
-    folder = tmp_path / "run"
-    words = typed("table1", "--records", motion, "--units", "g", "--time-step", "0.01")
-    assert run(*words, "--output", folder) == 0
-    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    assert run(*words, "--output", folder, *mistake) == 2
-    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
 def test_what_an_older_run_wrote_does_not_linger(motion: Path, tmp_path: Path) -> None:
@@ -367,17 +222,6 @@ def test_a_record_too_short_for_a_pulse_is_listed_and_the_others_go_on(
     assert rows["motion"]["T_p_s"] == pytest.approx(1.0, rel=1e-5)
 
 
-def test_gal_taken_for_g_is_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "gal.csv"
-    path.write_text("0\n300\n-250\n")
-    words = ("--units", "g", "--time-step", "0.01", "--output", tmp_path / "records.nc")
-    assert run("ingest", path, *words) == 2
-    assert (
-        "record 'gal': peak_acceleration 2943 m s-2. Must be at most 98.1 m s-2"
-        in capsys.readouterr().err
-    )
-
-
 def test_uncorrected_text_is_corrected_when_it_is_said_to_be(motion: Path) -> None:
     output = motion.with_name("records.nc")
     words = ("--units", "g", "--time-step", "0.01", "--output", output)
@@ -388,26 +232,6 @@ def test_uncorrected_text_is_corrected_when_it_is_said_to_be(motion: Path) -> No
     (record,) = rockframe.read_records(str(output))
     assert "band-pass" in record.processing[-1]
     assert abs(record.acceleration.mean()) < 1e-3 < 0.05
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("ingest", "x.csv", "--time-step", "abc", "--output", "x.nc"),
-        ("ingest", "", "--output", "x.nc"),
-        ("respond", "x.nc"),
-        ("screen",),
-    ],
-)
-def test_a_mistyped_command_is_one_line(
-    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        run(*words)
-    error = capsys.readouterr().err
-    assert stopped.value.code == 2
-    assert error.startswith("rockframe: error: ")
-    assert error.count("\n") == 1
 
 
 def test_only_the_papers_own_names_are_the_papers() -> None:

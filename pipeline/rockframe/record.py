@@ -66,6 +66,8 @@ class Record:
         Where event, magnitude and distance are from.
     source_file, source_format, source_sha256 : str
         Name of the file, its format, and its SHA-256.
+    instrument_file, instrument_sha256 : str
+        Name of the StationXML file that turned counts into acceleration, and its SHA-256.
     peak_ratio : float
         Peak of the samples of the file over the peak that its header states [1]; negative if the
         header's has a sign, and it is another one.
@@ -103,6 +105,8 @@ class Record:
     source_file: str = ""
     source_format: str = ""
     source_sha256: str = ""
+    instrument_file: str = ""
+    instrument_sha256: str = ""
     peak_ratio: float = math.nan
     filter_low: float = math.nan
     filter_high: float = math.nan

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import CatalogueEntry, collect, sorted_out
+from rockframe.ingest import CatalogueEntry, Unread, collect, sorted_out
 from rockframe.ingest.catalogue import COLUMNS
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
@@ -19,13 +19,33 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     (tmp_path / "c.csv").write_text("time_s,acc_g\n0.00,0.1\n0.01,nan\n")
     (tmp_path / "README").write_text("Words.\n")
     (tmp_path / ".hidden").write_text("Words.\n")
-    (tmp_path / "deeper").mkdir()
+    (tmp_path / "request.json").write_text("{}")
+    (tmp_path / "deeper" / "still").mkdir(parents=True)
+    (tmp_path / "deeper" / "still" / "d.AT2").write_bytes(at2())
+    (tmp_path / "lost").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "way").symlink_to(tmp_path / "deeper")
     seen: list[str] = []
-    records, rejections = sorted_out(collect([tmp_path], progress=seen.append))
-    assert [record.record_id for record in records] == ["a", "b"]
-    assert [(r.file, r.line) for r in rejections] == [("README", None), ("c.csv", 3)]
-    assert "acceleration 'nan'" in rejections[1].reason
-    assert seen == ["README", "a.csv", "b.AT2", "c.csv"]
+    outcomes = list(collect([tmp_path], progress=seen.append))
+    records, rejections = sorted_out(outcomes)
+    assert [record.record_id for record in records] == ["a", "b", "d"]
+    assert [record.source_file for record in records] == ["a.csv", "b.AT2", "deeper/still/d.AT2"]
+    reasons = {rejection.file: rejection.reason for rejection in rejections}
+    assert list(reasons) == ["README", "c.csv", "lost", "way"]
+    assert "acceleration 'nan'" in reasons["c.csv"]
+    assert reasons["lost"] == "not a regular file. Must be one."
+    assert reasons["way"].startswith("a link to a folder")
+    unread = [outcome.file for outcome in outcomes if isinstance(outcome, Unread)]
+    assert unread == [".hidden", "request.json"]
+    assert seen == ["README", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
+
+
+def test_several_folders_are_told_apart(tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "a.csv").write_text(TABLE + f"0.02,0.{ord(folder[0])}\n")
+    records, rejections = sorted_out(collect([tmp_path / "one", tmp_path / "two"]))
+    assert [record.source_file for record in records] == ["one/a.csv", "two/a.csv"]
+    assert ([record.record_id for record in records], rejections) == (["a", "two-a"], [])
 
 
 def test_files_are_read_as_they_are_asked_for(tmp_path: Path) -> None:
@@ -44,13 +64,39 @@ def test_bundled(bundled_records: Path) -> None:
     assert {record.magnitude for record in records} == {7.1}
 
 
+def test_files_that_differ_by_their_endings_keep_both(tmp_path: Path) -> None:
+    (tmp_path / "SHAKE.csv").write_text(TABLE)
+    (tmp_path / "shake.txt").write_text(TABLE + "0.02,0.3\n")
+    records, rejections = sorted_out(collect([tmp_path]))
+    assert ([record.record_id for record in records], rejections) == (["SHAKE", "shake.txt"], [])
+
+
 def test_identifiers_that_differ_by_case_only(tmp_path: Path) -> None:
     (tmp_path / "SHAKE.csv").write_text(TABLE)
-    (tmp_path / "shake.txt").write_text(TABLE)
+    (tmp_path / "shake.CSV").write_text(TABLE + "0.02,0.3\n")
     records, [rejection] = sorted_out(collect([tmp_path]))
     assert [record.source_file for record in records] == ["SHAKE.csv"]
-    assert rejection.file == "shake.txt"
+    assert rejection.file == "shake.CSV"
     assert "identifier 'shake' is already that of a record of 'SHAKE.csv'" in rejection.reason
+    assert rejection.reason.endswith("Must differ, in more than case.")
+
+
+def test_a_copy_is_refused_as_one(tmp_path: Path) -> None:
+    (tmp_path / "deeper").mkdir()
+    for name in ("shake.csv", "shake.txt", "deeper/shake.csv"):
+        (tmp_path / name).write_text(TABLE)
+    records, rejections = sorted_out(collect([tmp_path]))
+    assert len(records) == 1
+    assert [rejection.file for rejection in rejections] == ["shake.txt", "deeper/shake.csv"]
+    assert all(r.reason.endswith("Must be no copy of it.") for r in rejections)
+
+
+def test_raw_and_corrected_of_one_record_keep_all_channels(shared_records: Path) -> None:
+    folder = shared_records / "formats" / "csmip"
+    records, rejections = sorted_out(collect([folder / "CE89146.V1", folder / "CE89146.V2"]))
+    assert rejections == []
+    names = [f"CE89146{kind}-{channel}" for kind in ("", ".V2") for channel in ("360", "UP", "090")]
+    assert [record.record_id for record in records] == names
 
 
 def test_missing_path(tmp_path: Path) -> None:
@@ -59,7 +105,7 @@ def test_missing_path(tmp_path: Path) -> None:
 
 
 def test_empty_folder(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"a folder without files\. Must hold records"):
+    with pytest.raises(InputError, match=r"a folder without files of records\. Must hold one"):
         list(collect([tmp_path]))
 
 

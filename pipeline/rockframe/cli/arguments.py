@@ -29,13 +29,15 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--units",
         metavar="UNITS",
-        help="acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2",
+        help="acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2 "
+        "(a file that states others is rejected)",
     )
     parser.add_argument(
         "--time-step",
         type=float,
         metavar="SECONDS",
-        help="time step of text files that do not state it",
+        help="time step of text files that do not state it "
+        "(a file that states another is rejected)",
     )
     parser.add_argument(
         "--station-xml",

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
+    from rockframe.results import Entry
 
 #: Width of tables where there is no terminal to ask: a log, a file, a pipe.
 _PLAIN_WIDTH: Final = 150
@@ -78,7 +79,7 @@ def number(value: float, decimals: int) -> str:
     return f"{value:.{decimals}f}" if math.isfinite(value) else "–"
 
 
-def show_rejections(rejections: Sequence[Rejection]) -> None:
+def show_rejections(rejections: Sequence[Rejection | Entry]) -> None:
     """Print one line for each rejected file, to the error stream."""
     for rejection in rejections:
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import add_reading, path
 
 if TYPE_CHECKING:
+    from rockframe.results import Entry
     from rockframe.signals import Passport
     from rockframe.stages import Ingested
 
@@ -26,6 +28,15 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages import ingest_stage
 
+    def listed(entries: Sequence[Entry]) -> None:
+        """What became of each file, also where there is nothing but rejections."""
+        rejected = [entry for entry in entries if entry.reason]
+        none = len(rejected) == sum(entry.status != "unread" for entry in entries)
+        if none and options.json:
+            show_json({"accepted": [], **_others(entries), "output": None})
+        if none and len(rejected) > 1:
+            show_rejections(rejected)
+
     with progress_names("reading") as progress:
         result = ingest_stage(
             options.paths,
@@ -38,11 +49,12 @@ def run(options: argparse.Namespace) -> int:
             progress=progress,
             workers=options.workers,
             strict=options.strict,
+            listed=listed,
         )
     accepted = _accepted(result)
     if options.json:
-        rejected = _rejected(result)
-        show_json({"accepted": accepted, "rejected": rejected, "output": str(options.output)})
+        others = _others(result.entries)
+        show_json({"accepted": accepted, **others, "output": str(options.output)})
     else:
         _show(accepted, options.output)
     show_rejections(result.rejections)
@@ -68,18 +80,21 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
     ]
 
 
-def _rejected(result: Ingested) -> list[dict[str, Any]]:
-    return [
-        {
-            "file": entry.file,
-            "record_id": entry.record_id,
-            "line": entry.line,
-            "reason": entry.reason,
-            **_passport(entry.passport),
-        }
-        for entry in result.entries
-        if entry.reason
-    ]
+def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
+    return {
+        "rejected": [
+            {
+                "file": entry.file,
+                "record_id": entry.record_id,
+                "line": entry.line,
+                "reason": entry.reason,
+                **_passport(entry.passport),
+            }
+            for entry in entries
+            if entry.reason
+        ],
+        "unread": [{"file": entry.file, "reason": entry.note} for entry in entries if entry.note],
+    }
 
 
 def _show(accepted: list[dict[str, Any]], output: Path) -> None:

@@ -178,7 +178,7 @@ def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) ->
 
 def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> int:
     """Write the manifest; return the number of files of the run."""
-    from rockframe.cli.arguments import passport_limits
+    from rockframe.cli.arguments import passport_limits, read_options
     from rockframe.provenance import sha256_of, write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
@@ -193,8 +193,7 @@ def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> in
             "passport": passport_limits(options).stated(),
             "periods_s": list(options.periods),
             "structure": options.structure,
-            "time_step_s": options.time_step,
-            "units": options.units,
+            **read_options(options).stated(),
             "vertical": options.vertical,
         },
         outputs=outputs,

@@ -107,9 +107,9 @@ def _motions(records: Iterable[Record]) -> list[list[Record]]:
     for record in records:
         # Without a station nothing says that two records belong together.
         alone = "" if record.station else record.record_id
-        motions[record.event, record.network, record.station, record.start_time, alone].append(
-            record
-        )
+        same = (record.event, record.network, record.station, record.start_time, alone)
+        # A raw and a corrected file of one record are two motions.
+        motions[*same, record.source_format].append(record)
     return list(motions.values())
 
 

@@ -1,6 +1,7 @@
 """Files of strong-motion archives into records: each format recognised, checked, and read once."""
 
 from rockframe.ingest.attempt import Rejection as Rejection
+from rockframe.ingest.attempt import Unread as Unread
 from rockframe.ingest.catalogue import CATALOGUE as CATALOGUE
 from rockframe.ingest.catalogue import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.catalogue import read_catalogue as read_catalogue
@@ -15,3 +16,5 @@ from rockframe.ingest.registry import FORMATS as FORMATS
 from rockframe.ingest.registry import Format as Format
 from rockframe.ingest.registry import read_bytes as read_bytes
 from rockframe.ingest.registry import sniff_format as sniff_format
+from rockframe.ingest.sources import Source as Source
+from rockframe.ingest.sources import sources_of as sources_of

@@ -37,6 +37,27 @@ class Rejection:
     line: int | None = None
 
 
+@dataclass(frozen=True)
+class Unread:
+    """A file that is used beside others, or passed over, and gives no records of its own.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    reason : str
+        What it is, in words.
+
+    Examples
+    --------
+    >>> Unread("catalogue.csv", "catalogue: facts about the files beside it.").file
+    'catalogue.csv'
+    """
+
+    file: str
+    reason: str
+
+
 Outcome = list[Record] | Rejection
 
 

@@ -1,26 +1,25 @@
-"""Files and folders into records; every file ends among the records or among the rejections."""
+"""Files and folders into records; every file ends as records, as a rejection, or as unread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.attempt import Outcome, Rejection, attempt
-from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue, with_facts
+from rockframe.ingest.attempt import Outcome, Rejection, Unread, attempt
+from rockframe.ingest.catalogue import CatalogueEntry, with_facts
 from rockframe.ingest.containers import printable
+from rockframe.ingest.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.quarantine import Limits, Served, serve, worker_count
-from rockframe.ingest.stationxml import is_station_xml
+from rockframe.ingest.sources import Source, sources_of
 from rockframe.record import Record
 
-#: Files of a folder that tell of records and hold none: the catalogue, and what a fetch leaves.
-NO_RECORDS: Final = frozenset([CATALOGUE, "request.json", "event.quakeml", "channels.stationxml"])
-
 Catalogue = Mapping[str, CatalogueEntry]
+#: Identifiers in lower case, each with the file of its record and that file's SHA-256.
+Owners = dict[str, tuple[str, str]]
 
 
 def collect(
@@ -32,7 +31,8 @@ def collect(
     workers: int | None = 0,
     limits: Limits | None = None,
     strict: bool = False,
-) -> Generator[Record | Rejection, None, None]:
+    outputs: Collection[Path] = (),
+) -> Generator[Record | Rejection | Unread, None, None]:
     r"""Read files, archives and folders of records; memory does not grow with their number.
 
     The records of one archive, of 1,000 members at most, are held together. Close the iterator
@@ -41,9 +41,7 @@ def collect(
     Parameters
     ----------
     paths : iterable of str or Path
-        Files, ZIP and gzip archives, and folders of such; of a folder, the regular files in it, by
-        name, without hidden ones, its `catalogue.csv`, StationXML, and what `rockframe fetch`
-        leaves beside the records.
+        Files, ZIP and gzip archives, and folders of such, down to the last one within them.
     options : ReadOptions
         Units and time step of files that do not state them.
     catalogue : mapping of str to CatalogueEntry, optional
@@ -58,13 +56,17 @@ def collect(
         Time and memory of a worker.
     strict : bool
         Let the first rejection be an error.
+    outputs : collection of Path
+        Files that are about to be written, which are passed over.
 
     Yields
     ------
-    Record or Rejection
+    Record, Rejection or Unread
         In the order of the paths. Rejected are files of unknown format, damaged ones, those with a
         record identifier that an earlier file has, and files that a folder's own catalogue names
-        but the folder lacks.
+        but the folder lacks. Unread are catalogues, StationXML, what `rockframe fetch` leaves
+        beside records, hidden files, and outputs. Of two files whose names differ by their endings
+        or folders only, the second one's records are called by its whole name.
 
     Raises
     ------
@@ -84,31 +86,25 @@ def collect(
     >>> rejection.file, record.record_id
     ('notes.md', 'shake')
     """
-    sources = [source for path in paths for source in _sources(Path(path), catalogue)]
-    files = [path for path, _ in sources]
-    owners: dict[str, str] = {}
+    sources = sources_of(paths, catalogue, outputs)
+    files = [source.path for source in sources if source.is_read]
+    owners: Owners = {}
     with closing(_outcomes(files, options, worker_count(workers, files), limits)) as outcomes:
-        for path, entry in sources:
-            if progress is not None:
-                progress(printable(path.name))
-            for outcome in next(outcomes):
-                settled = _settled(outcome, owners)
-                if not isinstance(settled, Rejection):
-                    yield from (with_facts(r, entry) if entry else r for r in settled)
-                elif strict:
-                    raise InputError(settled.file, settled.reason, settled.line)
-                else:
-                    yield settled
+        for source in sources:
+            if progress is not None and source.is_read:
+                progress(source.name)
+            for outcome in next(outcomes) if source.is_read else [_unopened(source)]:
+                yield from _settled(outcome, source, owners, strict=strict)
 
 
 def sorted_out(
-    outcomes: Iterable[Record | Rejection],
+    outcomes: Iterable[Record | Rejection | Unread],
 ) -> tuple[list[Record], list[Rejection]]:
     """Return the records and the rejections, each in their order.
 
     Parameters
     ----------
-    outcomes : iterable of Record or Rejection
+    outcomes : iterable of Record, Rejection or Unread
         As `collect` gives them; all are held in memory.
 
     Examples
@@ -121,7 +117,7 @@ def sorted_out(
     for outcome in outcomes:
         if isinstance(outcome, Rejection):
             rejections.append(outcome)
-        else:
+        elif isinstance(outcome, Record):
             records.append(outcome)
     return records, rejections
 
@@ -152,51 +148,65 @@ def _received(path: Path, served: Served[Outcome]) -> list[Outcome]:
     return outcomes
 
 
-def _settled(outcome: Outcome, owners: dict[str, str]) -> Outcome:
-    """The outcome, unless another file has a record of the same name; new names are noted."""
-    if isinstance(outcome, Rejection):
-        return outcome
-    for record in outcome:
-        owner = owners.get(record.record_id.casefold())
-        if owner is not None:
-            return Rejection(
-                record.source_file,
-                f"record identifier {record.record_id!r} is already that of a record of "
-                f"{owner!r}. Must differ, in more than case.",
-            )
-    owners.update((record.record_id.casefold(), record.source_file) for record in outcome)
-    return outcome
+def _unopened(source: Source) -> Rejection | Unread:
+    name = printable(source.path.name)
+    return Rejection(name, source.refusal) if source.refusal else Unread(name, source.note)
 
 
-def _sources(
-    path: Path, catalogue: Catalogue | None
-) -> Iterator[tuple[Path, CatalogueEntry | None]]:
-    """The files of a path, each with what the catalogue states of it."""
-    try:
-        if not path.exists():
-            raise InputError(path, "no such file or folder. Must exist.")
-        if not path.is_dir():
-            yield path, (catalogue or {}).get(path.name)
-            return
-        files = sorted(filter(_may_be_record, path.iterdir()), key=lambda file: file.name)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
-    if not files:
-        raise InputError(path, "a folder without files. Must hold records.")
-    own: Catalogue = {}
-    if catalogue is None and (path / CATALOGUE).is_file():
-        own = read_catalogue(path / CATALOGUE)
-        # Such a file is rejected as missing: a misspelt name must not lose its facts unseen.
-        files += [path / name for name in own if not (path / name).is_file()]
-    for file in files:
-        yield file, (own if catalogue is None else catalogue).get(file.name)
+def _settled(
+    outcome: Outcome | Unread, source: Source, owners: Owners, *, strict: bool
+) -> list[Record] | list[Rejection | Unread]:
+    """What becomes of a file, named as tables name it; new identifiers are noted."""
+    if not isinstance(outcome, Rejection | Unread):
+        known = [_placed(record, source) for record in outcome]
+        outcome = _distinct(known, owners)
+        if not isinstance(outcome, Rejection):
+            return [with_facts(r, source.facts) for r in outcome] if source.facts else outcome
+    else:
+        outcome = replace(outcome, file=_within(outcome.file, source))
+    if strict and isinstance(outcome, Rejection):
+        raise InputError(outcome.file, outcome.reason, outcome.line)
+    return [outcome]
 
 
-def _may_be_record(file: Path) -> bool:
-    return (
-        file.is_file()
-        and not file.name.startswith(".")
-        and file.name not in NO_RECORDS
-        and not is_station_xml(file)
+def _within(file: str, source: Source) -> str:
+    """The name of a file, or of a member of it, within the folder that was asked for."""
+    return source.name + file.removeprefix(printable(source.path.name))
+
+
+def _placed(record: Record, source: Source) -> Record:
+    folder, _, _ = source.name.rpartition("/")
+    instrument = record.instrument_file
+    if folder and instrument and (source.path.parent / instrument).is_file():
+        instrument = f"{folder}/{instrument}"
+    name = _within(record.source_file, source)
+    return replace(record, source_file=name, instrument_file=instrument)
+
+
+def _distinct(records: list[Record], owners: Owners) -> list[Record] | Rejection:
+    """The records under identifiers that no earlier file has, if there are any."""
+    names = [record.record_id for record in records]
+    taken = next((owners[n.casefold()] for n in names if n.casefold() in owners), None)
+    if taken is None:
+        return _owned(records, names, owners)
+    file, digest = records[0].source_file, records[0].source_sha256
+    if taken[1] != digest:
+        same_name = _base(taken[0]) == _base(file)
+        for ids in [*other_ids(names, file)][same_name:]:
+            if not any(name.casefold() in owners for name in ids):
+                return _owned(records, ids, owners)
+    same = next(name for name in names if name.casefold() in owners)
+    must = "Must differ, in more than case." if taken[1] != digest else "Must be no copy of it."
+    return Rejection(
+        file, f"record identifier {same!r} is already that of a record of {taken[0]!r}. {must}"
     )
+
+
+def _owned(records: list[Record], ids: list[str], owners: Owners) -> list[Record]:
+    named = [replace(r, record_id=name) for r, name in zip(records, ids, strict=True)]
+    owners.update((r.record_id.casefold(), (r.source_file, r.source_sha256)) for r in named)
+    return named
+
+
+def _base(file: str) -> str:
+    return file.rpartition("/")[2].casefold()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
@@ -48,7 +49,7 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
     >>> record_ids(Path("El Centro (NS).AT2"), ["NS"])
     ['El_Centro__NS_']
     """
-    stem = _safe(path.stem).lstrip("._-") or "record"
+    stem = _stem(path.name)
     if len(components) == 1:
         return [stem[:_LONGEST]]
     names = [_safe(component) for component in components]
@@ -60,6 +61,36 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
         for number, name in enumerate(names, 1)
     ]
     return [stem[: _LONGEST - len(end)] + end for end in ends]
+
+
+def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
+    """Give further identifiers for the channels of a file whose first ones are taken.
+
+    Parameters
+    ----------
+    ids : sequence of str
+        As `record_ids` gave them.
+    name : str
+        The file within the folder that was asked for, or ``archive:member``.
+
+    Yields
+    ------
+    list of str
+        With the whole name of the file instead of its stem, then with the folder before the stem,
+        then before the whole name. The name of an archive stands for a folder.
+
+    Examples
+    --------
+    >>> list(other_ids(["CE89146-360"], "coalinga/CE89146.V2"))
+    [['CE89146.V2-360'], ['coalinga-CE89146-360'], ['coalinga-CE89146.V2-360']]
+    """
+    folder, _, file = name.replace(":", "/").rpartition("/")
+    stem = _stem(file)
+    ends = [identifier[_shared(stem, identifier) :] for identifier in ids]
+    deeper = f"{folder.replace('/', '-')}-" if folder else ""
+    stems = [_safe(file), *([f"{deeper}{stem}", f"{deeper}{file}"] if deeper else [])]
+    for other in (_safe(candidate).lstrip("._-") for candidate in stems):
+        yield [other[: _LONGEST - len(end)] + end for end in ends]
 
 
 def with_ending(path: Path, endings: Sequence[str]) -> Path:
@@ -144,6 +175,16 @@ def direction(component: str) -> tuple[Orientation, float]:
         east = int(bearing[2]) if bearing[3] == "E" else -int(bearing[2])
         return Orientation.HORIZONTAL, float((east if bearing[1] == "N" else 180 - east) % 360)
     return Orientation.UNSTATED, math.nan
+
+
+def _shared(one: str, other: str) -> int:
+    """Number of characters with which both begin."""
+    pairs = takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False))
+    return sum(1 for _ in pairs)
+
+
+def _stem(name: str) -> str:
+    return _safe(Path(name).stem).lstrip("._-") or "record"
 
 
 def _safe(name: str) -> str:

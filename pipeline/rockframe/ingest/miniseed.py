@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.ingest.containers import printable
 from rockframe.ingest.identify import record_ids, with_ending
 from rockframe.ingest.lines import are_finite
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
@@ -173,6 +174,8 @@ def _record(path: Path, trace: Any, record_id: str, options: ReadOptions) -> Rec
         station=stats.station,
         network=stats.network,
         start_time=str(stats.starttime),
+        instrument_file=printable(instrument.source),
+        instrument_sha256=instrument.sha256,
         processing=(step,),
     )
 

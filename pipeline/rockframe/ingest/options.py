@@ -56,6 +56,15 @@ class ReadOptions:
         if level is not None and not (math.isfinite(level) and level > 0.0):
             raise ParameterError(f"Invalid water level {level!r} dB. Must be positive and finite.")
 
+    def stated(self) -> dict[str, str | float | None]:
+        """Return what is stated as JSON has it, with units in the names."""
+        return {
+            "station_xml": self.station_xml.name if self.station_xml else None,
+            "time_step_s": self.time_step,
+            "units": self.units,
+            "water_level_db": self.water_level,
+        }
+
 
 #: Nothing added: files must state everything themselves.
 NO_OPTIONS: Final = ReadOptions()

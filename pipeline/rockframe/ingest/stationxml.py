@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import re
 import warnings
@@ -38,8 +39,8 @@ class ChannelResponse:
 
     Parameters
     ----------
-    source : str
-        Name of the StationXML file.
+    source, sha256 : str
+        Name of the StationXML file, and its SHA-256.
     counts : float
         Counts of one m s-2 [counts s2 m-1].
     units : str
@@ -60,6 +61,7 @@ class ChannelResponse:
     """
 
     source: str
+    sha256: str = ""
     counts: float
     units: str
     sample_rate: float = math.nan
@@ -185,6 +187,11 @@ def _inventory(file: Path, content: bytes) -> Any:
             ) from error
 
 
+@lru_cache(maxsize=8)
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
 def _channels(file: Path, trace: Any) -> list[Any]:
     """Channels of the trace's four codes whose epoch holds the whole trace."""
     stats = trace.stats
@@ -220,6 +227,7 @@ def _described(file: Path, channel: Any, trace: Any) -> ChannelResponse:
     orientation, azimuth = _direction(channel)
     return ChannelResponse(
         source=file.name,
+        sha256=_sha256(_content(file)),
         counts=value / _metres_per_second_squared(file, trace.id, units),
         units=units,
         sample_rate=float(channel.sample_rate or math.nan),

@@ -15,8 +15,10 @@ from rockframe.results.files import RESPONSE as RESPONSE
 from rockframe.results.files import Described as Described
 from rockframe.results.files import describe as describe
 from rockframe.results.files import input_hash as input_hash
+from rockframe.results.files import is_netcdf as is_netcdf
 from rockframe.results.files import kind_of as kind_of
 from rockframe.results.files import opened as opened
+from rockframe.results.files import require_ending as require_ending
 from rockframe.results.files import write as write
 from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset

@@ -1,4 +1,4 @@
-"""records.csv: every record and every rejected file, with the reason and the checks."""
+"""records.csv: every record and every other file, with the reason and the checks."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ class Entry:
         Why it is rejected, in words; empty if it is accepted.
     line : int, optional
         Line number in the file, counted from 1.
+    note : str
+        Why a file that gave no record is none: used beside others, or passed over; else empty.
 
     Examples
     --------
@@ -45,11 +47,12 @@ class Entry:
     passport: Passport | None = None
     reason: str = ""
     line: int | None = None
+    note: str = ""
 
     @property
     def status(self) -> str:
-        """``accepted`` or ``rejected``."""
-        return "rejected" if self.reason else "accepted"
+        """``accepted``, ``rejected``, or ``unread``."""
+        return "rejected" if self.reason else "unread" if self.note else "accepted"
 
 
 def write_entries(entries: Sequence[Entry], path: Path) -> None:
@@ -68,7 +71,7 @@ def write_entries(entries: Sequence[Entry], path: Path) -> None:
         writer.writerow([*_COLUMNS, "passport", *heads])
         for entry in entries:
             line = "" if entry.line is None else entry.line
-            known = [entry.file, entry.record_id, entry.status, line, entry.reason]
+            known = [entry.file, entry.record_id, entry.status, line, entry.reason or entry.note]
             writer.writerow([*known, *_cells(entry.passport, len(heads))])
 
 

@@ -20,6 +20,9 @@ RECORDS: Final = "records"
 PULSES: Final = "pulses"
 RESPONSE: Final = "response"
 _STAGE_OF: Final = {RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond"}
+#: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
+#: is none.
+_UNREADABLE: Final = (OSError, ValueError, AttributeError)
 #: Samples in one compressed block.
 CHUNK: Final = 16384
 #: How each variable is stored: a bit that flips is found.
@@ -82,10 +85,39 @@ def named(path: Path) -> Iterator[Path]:
     InputError
         If the name does not end in ``.nc``, or the file cannot be written.
     """
-    if path.suffix != ".nc":
-        raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
+    require_ending(path)
     with whole_file(path) as partial:
         yield partial
+
+
+def require_ending(path: Path) -> None:
+    """Refuse the path of a netCDF file that does not end as one.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.nc``.
+
+    Examples
+    --------
+    >>> require_ending(Path("records.nc"))
+    """
+    if path.suffix != ".nc":
+        raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
+
+
+def is_netcdf(path: Path) -> bool:
+    """Whether a file begins as netCDF 4 does; not if there is none.
+
+    Examples
+    --------
+    >>> is_netcdf(Path("motion.csv"))
+    False
+    """
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(4) == b"\x89HDF"
 
 
 def put(
@@ -156,7 +188,7 @@ def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
     must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
     try:
         dataset = xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError) as error:
+    except _UNREADABLE as error:
         raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
     with dataset:
         found = dataset.attrs.get("rockframe_kind", "unknown")
@@ -178,7 +210,7 @@ def kind_of(path: Path) -> str:
     try:
         with xr.open_dataset(path, engine="netcdf4") as dataset:
             kind = str(dataset.attrs.get("rockframe_kind", "unknown"))
-    except (OSError, ValueError) as error:
+    except _UNREADABLE as error:
         raise InputError(path, f"cannot be read as netCDF ({error}).") from error
     if kind not in _STAGE_OF:
         raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(_STAGE_OF)}.")

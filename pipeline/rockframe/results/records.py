@@ -31,6 +31,8 @@ _TEXTS: Final = {
     "source_file": "name of the file that held the record",
     "source_format": "format of that file",
     "source_sha256": "SHA-256 of that file",
+    "instrument_file": "name of the StationXML file that turned counts into acceleration",
+    "instrument_sha256": "SHA-256 of that StationXML file",
 }
 
 #: Numbers of a record, by variable: unit, long name.
@@ -127,6 +129,8 @@ def write_records(
                 for name, value in _known(record, passport).items():
                     columns[name].append(value)
         held = dict(zip(columns["source_file"], columns["source_sha256"], strict=True))
+        held |= zip(columns["instrument_file"], columns["instrument_sha256"], strict=True)
+        held.pop("", None)
         inputs = {**held, **input_sha256}
         put(
             _dataset(columns),

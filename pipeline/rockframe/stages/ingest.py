@@ -10,10 +10,26 @@ from pathlib import Path
 import numpy as np
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import CATALOGUE, Limits, ReadOptions, Rejection, collect, read_catalogue
+from rockframe.ingest import (
+    CATALOGUE,
+    Limits,
+    ReadOptions,
+    Rejection,
+    Unread,
+    collect,
+    read_catalogue,
+    sources_of,
+)
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.record import Record
-from rockframe.results import Entry, refuse_strange_entries, write_entries, write_records
+from rockframe.results import (
+    Entry,
+    is_netcdf,
+    refuse_strange_entries,
+    require_ending,
+    write_entries,
+    write_records,
+)
 from rockframe.signals import BandPass, Passport, correct, passport
 from rockframe.study import PassportLimits
 
@@ -58,9 +74,11 @@ class Ingested:
     rejections : tuple of Rejection
         Those that did not, and the files that gave none.
     entries : tuple of Entry
-        Rows of the table, a record or a file each, with the passport where one was made.
+        Rows of the table, a record or a file each, with the passport where one was made: accepted
+        first, then rejected, then unread.
     inputs : mapping of str to str
-        Names and SHA-256 of the files that gave the records and of the catalogues.
+        Names and SHA-256 of the files that gave the records, of their StationXML, and of the
+        catalogues.
     """
 
     accepted: tuple[Accepted, ...]
@@ -82,11 +100,13 @@ def ingest_stage(
     workers: int | None = None,
     limits: Limits | None = None,
     strict: bool = False,
+    listed: Callable[[Sequence[Entry]], None] | None = None,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
 
     Each record gets a passport, and one with a verdict of rejection is rejected. Beside it goes a
-    CSV file of the same name: every input, accepted or rejected, with the reason and the checks.
+    CSV file of the same name: every input, accepted, rejected or unread, with the reason and the
+    checks; it is written even if no record of several files went through.
 
     Parameters
     ----------
@@ -113,6 +133,8 @@ def ingest_stage(
         Time and memory that reading a file may take.
     strict : bool
         Write nothing if a file is rejected.
+    listed : callable, optional
+        Called with the rows of the table once it is written, also if no record went through.
 
     Returns
     -------
@@ -122,16 +144,14 @@ def ingest_stage(
     Raises
     ------
     InputError
-        If a path does not exist, an output would replace an input or a list that is not ours, or
-        no record went through, or one was rejected and `strict`: then nothing is written.
+        If a path does not exist, or an output would replace an input or a list that is not ours;
+        if one was rejected and `strict`, with nothing written; or no record went through.
     """
     band, options = band or BandPass(), options or ReadOptions()
     checks = passport_limits or PassportLimits()
     beside = output.with_suffix(".csv")
-    catalogues = [catalogue] if catalogue else [path / CATALOGUE for path in paths]
-    refuse_overwriting((output, beside), (*_files(paths), *catalogues))
-    refuse_strange_entries(beside)
-    run = _Run(band, checks, all_uncorrected, strict)
+    catalogues = _catalogues(paths, catalogue, (output, beside))
+    run = _Run(band, checks, all_uncorrected, strict, beside, listed)
     with closing(
         collect(
             paths,
@@ -141,24 +161,42 @@ def ingest_stage(
             workers=workers,
             limits=limits,
             strict=strict,
+            outputs=(output, beside),
         )
     ) as outcomes:
         inputs = write_records(
             run.inspected(outcomes),
             output,
-            input_sha256={path.name: sha256_of(path) for path in catalogues if path.is_file()},
+            input_sha256={name: sha256_of(path) for name, path in catalogues.items()},
             parameters={
                 "all_uncorrected": all_uncorrected,
                 "band_pass_hz": [band.low, band.high],
                 "passport": checks.stated(),
-                "time_step_s": options.time_step,
-                "units": options.units,
+                **options.stated(),
             },
         )
-    entries = sorted(run.entries, key=lambda entry: bool(entry.reason))
-    write_entries(entries, beside)
-    rejections = [Rejection(e.file, e.reason, e.line) for e in entries if e.reason]
-    return Ingested(tuple(run.accepted), tuple(rejections), tuple(entries), inputs)
+    entries = run.publish()
+    rejections = tuple(Rejection(e.file, e.reason, e.line) for e in entries if e.reason)
+    return Ingested(tuple(run.accepted), rejections, entries, inputs)
+
+
+def _catalogues(
+    paths: Sequence[Path], given: Path | None, outputs: Sequence[Path]
+) -> dict[str, Path]:
+    """The catalogues that state facts, by name; outputs that would replace an input are refused."""
+    sources = sources_of(paths, {} if given else None, outputs)
+    if given:
+        found = {given.name: given}
+    else:
+        found = {s.name: s.path for s in sources if s.path.name == CATALOGUE and s.note}
+    # In a folder, what this command wrote before is no input; the list is looked at below.
+    kept = [
+        s.path for s in sources if s.is_read or (s.path.suffix == ".nc" and not is_netcdf(s.path))
+    ]
+    refuse_overwriting(outputs, [*found.values(), *kept])
+    refuse_strange_entries(outputs[1])
+    require_ending(outputs[0])
+    return found
 
 
 @dataclass(frozen=True)
@@ -169,17 +207,18 @@ class _Run:
     limits: PassportLimits
     all_uncorrected: bool
     strict: bool
+    beside: Path
+    listed: Callable[[Sequence[Entry]], None] | None
     accepted: list[Accepted] = field(default_factory=list)
     entries: list[Entry] = field(default_factory=list)
 
     def inspected(
-        self, outcomes: Iterable[Record | Rejection]
+        self, outcomes: Iterable[Record | Rejection | Unread]
     ) -> Iterator[tuple[Record, Passport | None]]:
         """Give what goes through, one after the other, and note what became of everything."""
         for outcome in outcomes:
-            if isinstance(outcome, Rejection):
-                entry = Entry(outcome.file, "", reason=outcome.reason, line=outcome.line)
-                self.entries.append(entry)
+            if not isinstance(outcome, Record):
+                self.entries.append(_entry(outcome))
                 continue
             uncorrected = outcome.uncorrected or self.all_uncorrected
             record, entry = _inspected(outcome, self.band, self.limits, uncorrected)
@@ -190,9 +229,27 @@ class _Run:
                 self.accepted.append(_accepted(record, uncorrected, entry.passport))
                 yield record, entry.passport
         if not self.accepted:
-            first, others = self.entries[0], len(self.entries) - 1
+            rejected = [entry for entry in self.publish() if entry.reason]
+            first, others = rejected[0], len(rejected) - 1
             more = f" ({others} more rejected.)" if others else ""
             raise InputError(first.file, first.reason + more, first.line)
+
+    def publish(self) -> tuple[Entry, ...]:
+        """Write the table: accepted, rejected, unread."""
+        order = ("accepted", "rejected", "unread")
+        rows = tuple(sorted(self.entries, key=lambda entry: order.index(entry.status)))
+        # Of one file that is refused, the error says all that a table could.
+        if self.accepted or len(rows) > 1:
+            write_entries(rows, self.beside)
+        if self.listed is not None:
+            self.listed(rows)
+        return rows
+
+
+def _entry(outcome: Rejection | Unread) -> Entry:
+    if isinstance(outcome, Unread):
+        return Entry(outcome.file, "", note=outcome.reason)
+    return Entry(outcome.file, "", reason=outcome.reason, line=outcome.line)
 
 
 def _accepted(record: Record, corrected_here: bool, checked: Passport) -> Accepted:
@@ -205,10 +262,6 @@ def _accepted(record: Record, corrected_here: bool, checked: Passport) -> Accept
         record.processing,
         checked,
     )
-
-
-def _files(paths: Sequence[Path]) -> list[Path]:
-    return [file for path in paths for file in (path.iterdir() if path.is_dir() else [path])]
 
 
 def _inspected(

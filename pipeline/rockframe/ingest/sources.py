@@ -1,0 +1,167 @@
+"""The files that a list of paths means: those of folders too, down to the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue
+from rockframe.ingest.containers import printable
+from rockframe.ingest.stationxml import is_station_xml
+
+Catalogue = Mapping[str, CatalogueEntry]
+
+#: What is said of files of a folder that tell of records and hold none.
+_BESIDE: Final = {
+    CATALOGUE: "catalogue: facts about the files beside it.",
+    "request.json": "what a fetch asked for: not needed to read the records.",
+    "event.quakeml": "what a data centre stated of the event: its facts stand in the catalogue.",
+    "channels.stationxml": "what a data centre stated of channels: not needed to read the records.",
+}
+_STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
+_HIDDEN: Final = "hidden, for its name begins with a point: not looked at."
+_OUTPUT: Final = "output of this command: about to be replaced."
+_LINK: Final = "a link to a folder, which is not followed. Must be asked for by its own path."
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that is asked for, or met in a folder that is.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        What tables call it, of printable characters alone: its path within the folder that was
+        asked for, behind that folder's own name if several paths were asked for.
+    facts : CatalogueEntry, optional
+        What a catalogue states of it.
+    note : str
+        Why it is not read for records of its own; empty if it is.
+    refusal : str
+        Why it cannot be read, where that shows before it is opened.
+    """
+
+    path: Path
+    name: str
+    facts: CatalogueEntry | None = None
+    note: str = ""
+    refusal: str = ""
+
+    @property
+    def is_read(self) -> bool:
+        """Whether it is to be opened as a file of records."""
+        return not (self.note or self.refusal)
+
+
+def sources_of(
+    paths: Iterable[str | Path],
+    catalogue: Catalogue | None = None,
+    outputs: Collection[Path] = (),
+) -> list[Source]:
+    r"""Return the files of paths, of folders all that is in them and in their folders.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Files and folders.
+    catalogue : mapping of str to CatalogueEntry, optional
+        Facts by name of file; by default each folder's own `catalogue.csv`, for the files in it.
+    outputs : collection of Path
+        Files that are about to be written: in a folder they are passed over.
+
+    Returns
+    -------
+    list of Source
+        In the order of the paths; of a folder in the order of names, its own files first. What is
+        hidden, is no record, or is named by a folder's catalogue and missing has a word to it.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist or cannot be listed, there is no file at all in a folder, or its
+        catalogue cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     Path(folder, "event").mkdir()
+    ...     for name in ("b.AT2", "event/a.AT2", ".hidden"):
+    ...         _ = Path(folder, name).write_text("...")
+    ...     [(source.name, source.is_read) for source in sources_of([folder])]
+    [('.hidden', False), ('b.AT2', True), ('event/a.AT2', True)]
+    """
+    asked = [Path(path) for path in paths]
+    replaced = {path.resolve() for path in outputs}
+    found: list[Source] = []
+    for path in asked:
+        if not _exists(path):
+            raise InputError(path, "no such file or folder. Must exist.")
+        if not path.is_dir():
+            facts = (catalogue or {}).get(path.name)
+            found.append(Source(path, printable(path.name), facts))
+            continue
+        within = list(_within(path, "", catalogue, replaced))
+        if not any(source.is_read or source.refusal for source in within):
+            raise InputError(path, "a folder without files of records. Must hold one.")
+        before = f"{printable(path.resolve().name)}/" if len(asked) > 1 else ""
+        found += [replace(source, name=before + source.name) for source in within]
+    return found
+
+
+def _within(
+    folder: Path, before: str, catalogue: Catalogue | None, replaced: Collection[Path]
+) -> Iterator[Source]:
+    """What is in a folder, its own files first."""
+    entries = _listed(folder)
+    own: Catalogue = {}
+    if catalogue is None and (folder / CATALOGUE).is_file():
+        own = read_catalogue(folder / CATALOGUE)
+    for path in entries:
+        name = before + printable(path.name)
+        if path.name.startswith("."):
+            yield Source(path, name, note=_HIDDEN)
+        elif path.is_dir() and path.is_symlink():
+            yield Source(path, name, refusal=_LINK)
+        elif not path.is_dir():
+            facts = (own if catalogue is None else catalogue).get(path.name)
+            note = _OUTPUT if path.resolve() in replaced else _note(path)
+            refusal = "" if path.is_file() else "not a regular file. Must be one."
+            yield Source(path, name, facts, note, "" if note else refusal)
+    # A misspelt name must not lose its facts unseen.
+    present = {path.name for path in entries}
+    for missing in own:
+        if missing not in present:
+            path = folder / missing
+            yield Source(path, before + printable(missing), refusal="no such file. Must exist.")
+    for path in entries:
+        if path.is_dir() and not path.is_symlink() and not path.name.startswith("."):
+            yield from _within(path, f"{before}{printable(path.name)}/", catalogue, replaced)
+
+
+def _note(path: Path) -> str:
+    return _BESIDE.get(path.name) or (_STATION_XML if is_station_xml(path) else "")
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError as error:
+        raise _closed(path, error) from error
+
+
+def _listed(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir(), key=lambda path: path.name)
+    except OSError as error:
+        raise _closed(folder, error) from error
+
+
+def _closed(path: Path, error: OSError) -> InputError:
+    reason = error.strerror or type(error).__name__
+    return InputError(path, f"cannot be opened ({reason}). Must be readable.")

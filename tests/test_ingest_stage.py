@@ -1,0 +1,70 @@
+"""What the ingest stage says of its inputs: every file that it opened, with its hash."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from rockframe.ingest import ReadOptions
+from rockframe.provenance import sha256_of
+from rockframe.stages import ingest_stage
+
+
+@pytest.fixture
+def deep(tmp_path: Path) -> Path:
+    """A folder with miniSEED and its StationXML in a folder of it, from the shared records."""
+    source = Path(__file__).resolve().parents[2] / "shared" / "records" / "formats" / "miniseed"
+    if not source.is_dir():
+        pytest.skip("no folder 'shared/records' beside the repository")
+    (tmp_path / "in").mkdir()
+    shutil.copytree(source, tmp_path / "in" / "CLC")
+    return tmp_path / "in"
+
+
+def attributes(path: Path) -> tuple[dict[str, str], dict[str, object]]:
+    with xr.open_dataset(path) as dataset:
+        return json.loads(dataset.attrs["input_sha256"]), json.loads(dataset.attrs["parameters"])
+
+
+def test_station_xml_and_water_level_are_inputs(deep: Path, tmp_path: Path) -> None:
+    output = tmp_path / "records.nc"
+    options = ReadOptions(water_level=60.0)
+    result = ingest_stage([deep], output, options=options, workers=0)
+    inputs, parameters = attributes(output)
+    files = {f"CLC/{path.name}": sha256_of(path) for path in (deep / "CLC").iterdir()}
+    assert inputs == files == result.inputs
+    assert len(files) == 4
+    assert parameters["water_level_db"] == 60.0
+    assert [(e.file, e.status) for e in result.entries if e.note] == [("CLC/CI.CLC.xml", "unread")]
+
+
+def test_a_given_station_xml_is_an_input(deep: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "instruments.xml"
+    (deep / "CLC" / "CI.CLC.xml").rename(elsewhere)
+    ingest_stage(
+        [deep / "CLC" / "CI.CLC..HNE.mseed"],
+        tmp_path / "records.nc",
+        options=ReadOptions(station_xml=elsewhere),
+        workers=0,
+    )
+    inputs, parameters = attributes(tmp_path / "records.nc")
+    assert inputs["instruments.xml"] == sha256_of(elsewhere)
+    assert parameters["station_xml"] == "instruments.xml"
+
+
+def test_catalogues_of_all_folders_are_inputs(tmp_path: Path) -> None:
+    heading = "file,event,station,network,magnitude,epicentral_distance_km,source\n"
+    for k, folder in enumerate(("in", "in/deeper")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"{k}.csv").write_text("time_s,acc_g\n0,0.1\n0.1,0.2\n0.2,-0.3\n")
+        (tmp_path / folder / "catalogue.csv").write_text(f"{heading}{k}.csv,Kobe,,,{k},,x\n")
+    result = ingest_stage([tmp_path / "in"], tmp_path / "records.nc", workers=0)
+    assert sorted(result.inputs) == [
+        "0.csv", "catalogue.csv", "deeper/1.csv", "deeper/catalogue.csv"
+    ]  # fmt: skip
+    with xr.open_dataset(tmp_path / "records.nc") as dataset:
+        assert dataset["magnitude"].values.tolist() == [0.0, 1.0]
