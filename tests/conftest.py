@@ -17,6 +17,8 @@ from rockframe.wavelets import Pulse
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / "shared"  # beside the repository; absent in a plain clone
+#: Programs of their own; some need an extra.
+collect_ignore = ["benchmarks", "fuzz"]
 EXPECTED = Path(__file__).resolve().parent / "expected"
 #: Chromium as root, on a machine without a screen, that asks nobody for anything.
 SWITCHES: Final = (

@@ -78,6 +78,30 @@ def compare(
     return Comparison(ours, theirs)
 
 
+def last_bit_effect(frame: RockingFrame, samples: Float, time_step: float) -> float:
+    """Largest relative change of theta when each sample [g] is off by its last bit.
+
+    No solver in double precision can be held to less.
+    """
+
+    def theta(ground: Float) -> Float:
+        outcome = integrate(
+            straight_lines(ground, time_step),
+            time_step,
+            alpha=frame.slenderness,
+            p_hat=frame.effective_frequency_parameter,
+            restitution=frame.restitution,
+        )
+        late = outcome.impacts > MOST_IMPACTS
+        end = int(outcome.impact_times[MOST_IMPACTS] / time_step) if late else None
+        return outcome.theta[:end]
+
+    exact = theta(samples)
+    ways = [np.random.default_rng(seed).choice([-1.0, 1.0], samples.size) for seed in range(8)]
+    others = [theta(np.nextafter(samples, samples + way)) for way in ways]
+    return float(max(np.nanmax(np.abs(other - exact)) for other in others) / np.nanmax(abs(exact)))
+
+
 def noise(seed: int, samples: int, strength: float) -> Float:
     """White noise in g."""
     return strength * np.random.default_rng(seed).uniform(-1.0, 1.0, samples)
@@ -116,7 +140,7 @@ def test_white_noise_in_small_steps(name: str, strength: float, step: float) -> 
     samples = noise(11, 400, strength * math.tan(frame.slenderness))
     time_step = step / frame.effective_frequency_parameter
     found = compare(frame, straight_lines(samples, time_step), time_step)
-    assert found.error <= 1e-8
+    assert found.error <= max(1e-8, 4.0 * last_bit_effect(frame, samples, time_step))
     assert found.impact_time_error <= 1e-8
 
 
