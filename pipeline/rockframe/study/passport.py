@@ -9,7 +9,7 @@ from typing import Annotated, Final, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rockframe.study.toml import Strict, parse, read_text
+from rockframe.study.toml import RULE, Strict, parse, read_text
 from rockframe.units import GRAVITY
 
 #: Not below zero, and a number; infinity switches a limit of what must be at most off, and 0 a
@@ -127,7 +127,7 @@ class PassportLimits(Strict):
             if (reject > warn) if at_least else (reject < warn):
                 bound = "at most" if at_least else "at least"
                 raise PydanticCustomError(
-                    "limits",
+                    RULE,
                     f"{check}_reject {reject:g}. Must be {bound} {check}_warn, {warn:g}",
                 )
         return self
@@ -160,5 +160,4 @@ def read_limits(path: Path) -> PassportLimits:
     ...     read_limits(path).end_velocity_share_reject
     0.5
     """
-    keys = tuple(PassportLimits.model_fields)
-    return parse(path, read_text(path), _LimitsFile, "[passport]", keys).passport
+    return parse(path, read_text(path), _LimitsFile).passport

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -112,8 +113,28 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     ['bridge-bent', 'apollo-column']
     """
     text = read_text(path)
+    return frames_of(path, text, parse(path, text, _StructuresFile).structure)
+
+
+def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
+    """Return the frames that the ``[[structure]]`` tables of a file describe.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    text : str
+        Its contents, for the line of the error.
+    entries : sequence of StructureEntry
+        The tables.
+
+    Raises
+    ------
+    InputError
+        If a name is stated twice, or a structure does not rock.
+    """
     frames: dict[str, RockingFrame] = {}
-    for i, entry in enumerate(_entries(path, text)):
+    for i, entry in enumerate(entries):
         line = line_of(text, ("structure", i, "name"))
         if entry.name in frames:
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
@@ -122,8 +143,3 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
         except ParameterError as error:
             raise InputError(path, str(error), line_of(text, ("structure", i))) from None
     return list(frames.values())
-
-
-def _entries(path: Path, text: str) -> tuple[StructureEntry, ...]:
-    keys = tuple(StructureEntry.model_fields)
-    return parse(path, text, _StructuresFile, "[[structure]]", keys).structure

@@ -4,34 +4,44 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rockframe.errors import InputError
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
 _Location = tuple[str | int, ...]
+#: An error that a model raises itself, a whole sentence but for its point.
+RULE: Final = "rule"
+#: The same of one key, whose name comes before it.
+VALUE: Final = "value"
 _MUST_BE: Final = {
+    "bool_type": "true or false",
     "float_type": "a number",
-    "literal_error": "rectangular or circular, in quotes",
+    "int_type": "a whole number",
     "string_type": "text in quotes",
     "string_pattern_mismatch": "1 to 64 letters, digits, points, hyphens or underscores",
-    "greater_than_equal": "zero or positive, and a number",
-    "greater_than": "above 1",
+    "tuple_type": "a list",
 }
 
 
 class Strict(BaseModel):
     """A model that takes no unknown key and no value of another type."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True
+    )
 
 
 File = TypeVar("File", bound=Strict)
 
 
-def parse(path: Path, text: str, model: type[File], table: str, keys: tuple[str, ...]) -> File:
+def parse(path: Path, text: str, model: type[File]) -> File:
     """Return the model of a TOML text.
 
     Parameters
@@ -42,10 +52,6 @@ def parse(path: Path, text: str, model: type[File], table: str, keys: tuple[str,
         Its contents.
     model : type
         Model of the whole file.
-    table : str
-        How the file writes its one kind of table, ``[[structure]]`` or ``[passport]``.
-    keys : tuple of str
-        The keys of that table.
 
     Raises
     ------
@@ -61,43 +67,115 @@ def parse(path: Path, text: str, model: type[File], table: str, keys: tuple[str,
     except ValidationError as invalid:
         # an unknown key explains the missing one beside it
         errors = sorted(invalid.errors(), key=lambda error: error["type"] != "extra_forbidden")
-        kind, where = errors[0]["type"], errors[0]["loc"]
-        if kind == "limits":
-            message = f"{errors[0]['msg']}."
-        else:
-            message, where = _explain(kind, where, errors[0]["input"], table, keys)
+        message, where = _explain(errors[0], model)
         raise InputError(path, message, line_of(text, where)) from None
 
 
-def _explain(
-    kind: str, where: _Location, value: object, table: str, keys: tuple[str, ...]
-) -> tuple[str, _Location]:
+def _explain(error: ErrorDetails, model: type[Strict]) -> tuple[str, _Location]:
     """What is wrong and what it must be, and where; the model's own words are for programmers."""
-    key = where[-1]
-    inside = len(where) > (2 if table.startswith("[[") else 1)
+    kind, where = error["type"], error["loc"]
+    if kind == RULE:
+        return f"{error['msg']}.", where
+    names = tuple(part for part in where if isinstance(part, str))
+    table, owner = _owner(model, names[:-1])
+    if kind == VALUE:
+        return f"{_dotted(model, names)} {error['msg']}.", where
     if kind == "extra_forbidden":
-        known = ", ".join(keys) if inside else table
-        return f"unknown key {key!r}. Must be one of: {known}.", where
-    if kind == "missing" and inside:
-        return f"key {key!r} missing. Must be stated in each {table}.", where[:-1]
-    if not inside:
-        return f"no {table} table. Must hold one or more.", where[:1]
-    return f"{key} {value!r}. Must be {_MUST_BE.get(kind, 'valid')}.", where
+        known = ", ".join(_written(owner, key, table) for key in owner.model_fields)
+        return f"unknown key {_dotted(model, names)!r}. Must be one of: {known}.", where
+    if kind == "missing" and isinstance(where[-1], int):
+        dotted = _dotted(model, names)
+        return f"{dotted} {error['input']!r}. Must be a list of two numbers.", where
+    whole = _written(owner, names[-1], table)
+    if whole.startswith("[["):
+        if kind in {"missing", "too_short", "tuple_type"}:
+            return f"no {whole} table. Must hold one or more.", where[:1]
+    elif kind == "missing":
+        each = f" in {'each ' if table.startswith('[[') else ''}{table}" if table else ""
+        return f"key {names[-1]!r} missing. Must be stated{each}.", where[:-1]
+    if kind == "model_type":
+        return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
+    return f"{_dotted(model, names)} {error['input']!r}. Must be {_must_be(error)}.", where
+
+
+def _must_be(error: ErrorDetails) -> str:
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "literal_error":
+        return str(context["expected"]).replace("'", "") + ", in quotes"
+    if kind == "greater_than":
+        return f"above {context['gt']:g}"
+    if kind == "greater_than_equal":
+        least = context["ge"]
+        return f"at least {least:g}" if least else "zero or positive, and a number"
+    if kind == "less_than_equal":
+        return f"at most {context['le']:g}"
+    return _MUST_BE.get(kind, "valid")
+
+
+def _owner(model: type[Strict], names: tuple[str, ...]) -> tuple[str, type[Strict]]:
+    """The table that these names lead to, as the file writes it, and its model."""
+    written = ""
+    for name in names:
+        inner = tables_of(model.model_fields[name].annotation)
+        if inner is None:
+            break
+        written = _written(model, name, written)
+        model = inner
+    return written, model
+
+
+def _written(model: type[Strict], key: str, table: str) -> str:
+    """How a file writes a key: a table in brackets."""
+    if key not in model.model_fields:
+        return key
+    annotation = model.model_fields[key].annotation
+    if table or tables_of(annotation) is None:
+        return key
+    return f"[[{key}]]" if get_origin(annotation) is tuple else f"[{key}]"
+
+
+def _dotted(model: type[Strict], names: tuple[str, ...]) -> str:
+    """The name of a key, with that of its table where the file has tables of several kinds."""
+    alone = len(model.model_fields) == 1 or any(
+        get_origin(model.model_fields[name].annotation) is tuple
+        for name in names[:-1]
+        if name in model.model_fields
+    )
+    return names[-1] if alone else ".".join(names)
+
+
+def tables_of(annotation: Any) -> type[Strict] | None:
+    """Return the model of a table that an annotation names, optional or one of many, if it does."""
+    if isinstance(annotation, type) and issubclass(annotation, Strict):
+        return annotation
+    found = (tables_of(inner) for inner in get_args(annotation))
+    return next((model for model in found if model is not None), None)
 
 
 def line_of(text: str, where: _Location) -> int | None:
     """Line of a key, counted from 1; of its table if the key is not found; else None."""
-    wanted = where[1] if len(where) > 1 and isinstance(where[1], int) else None
-    table, count, key = None, -1, str(where[-1]) if where else ""
+    tables: Counter[str] = Counter()
+    table: _Location = ()
+    found, deepest = None, 0
     for number, line in enumerate(text.splitlines(), 1):
-        if re.match(r"\s*\[\[", line):
-            count += 1
-            table = number if count == wanted else table
-        if re.match(rf"\s*\[*\s*\"?{re.escape(key)}\"?\s*[=\]]", line) and (
-            wanted is None or (count == wanted and len(where) > 2)
-        ):
-            return number
-    return table
+        heading = re.match(r"\s*(\[{1,2})\s*([\w.\"-]+)\s*\]", line)
+        key = re.match(r"\s*([\w\"-]+)\s*=", line)
+        if heading:
+            name = heading[2].replace('"', "")
+            table = tuple(name.split("."))
+            if heading[1] == "[[":
+                table = (*table, tables[name])
+                tables[name] += 1
+            here = table
+        elif key:
+            here = (*table, key[1].strip('"'))
+        else:
+            continue
+        if len(here) > deepest and here == where[: len(here)]:
+            found, deepest = number, len(here)
+        elif heading and not deepest and len(where) == 1 and here[:1] == where:
+            found = number
+    return found
 
 
 def read_text(path: Path) -> str:

@@ -1,0 +1,147 @@
+"""Study files: strict, each mistake named with its place; schema and template follow the model."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+from tests.conftest import REPOSITORY
+
+from rockframe.cli.main import main
+from rockframe.errors import InputError
+from rockframe.study import (
+    SCHEMA,
+    StudyTables,
+    commented_study,
+    read_structures,
+    read_study,
+    schema,
+    structures_text,
+)
+
+STUDIES = REPOSITORY / "workflows" / "studies"
+GOOD = """\
+name = "mine"
+[records]
+paths = ["motions"]
+units = "g"
+[respond]
+vertical = true
+[[structure]]
+name = "bent"
+height_m = 9.6
+width_m = 1.6
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    (folder / "motions").mkdir(exist_ok=True)
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_studies_are_read(path: Path) -> None:
+    assert read_study(path).name == path.stem
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("vertical", "verticl", r":6: unknown key 'respond.verticl'. Must be one of: vertical, hi"),
+        ("[respond]", "[response]", r":5: unknown key 'response'. Must be one of: name, .*\[resp"),
+        ('name = "mine"', "", r"key 'name' missing. Must be stated"),
+        ('name = "mine"', 'name = "a b"', r":1: name 'a b'. Must be 1 to 64 letters"),
+        ('"g"', '"feet"', r":4: records.units 'feet'. Must be one of: g, gal, cm/s2, mm/s2, m/s2"),
+        ("true", "1", r":6: respond.vertical 1. Must be true or false"),
+        ("[respond]", "[respond]\nhistories = 'some'", r"Must be none, selected or all, in quotes"),
+        ('["motions"]', '"motions"', r":3: records.paths 'motions'. Must be a list"),
+        ('["motions"]', '["motions", "motions"]', r":3: records.paths 'motions'. Must not be stat"),
+        ('["motions"]', '["none"]', r":3: records.paths 'none': no such file or folder"),
+        ('["motions"]', "[]", r":3: records.paths \[\]. Must be"),
+        (
+            "[respond]",
+            "[pulse]\nperiods_s=[4.0, 0.2]\n[respond]",
+            r":6: pulse.periods_s \[4, 0.2\]",
+        ),
+        (
+            "[respond]",
+            "[pulse]\nperiods_s=[1.0]\n[respond]",
+            r":6: pulse.periods_s \[1.0\]. Must be a list of two",
+        ),
+        ("[respond]", "[filters]\nmagnitude=[7, 6]\n[respond]", r":6: filters.magnitude \[7, 6\]."),
+        ("[respond]", "[batches]\nrecords=0\n[respond]", r":6: batches.records 0. Must be at leas"),
+        ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, height_m"),
+        ("9.6", "-9.6", r":7: Invalid height -9.6 of frame 'bent'"),
+        ("[[structure]]", "structures = 'x.toml'\n[[structure]]", r"unknown key 'respond.structur"),
+        ('name = "mine"', 'name = "mine"\nstructures = "x.toml"', r":2: structures stated beside"),
+        ('name = "mine"', 'name = "mine"\nname = "other"', r"is not TOML: Cannot overwrite"),
+        ("[records]", "[records]\n[records]", r"is not TOML: Cannot declare"),
+        ("[respond]\nvertical = true", "respond = 3", r"unknown key 'records.respond'"),
+    ],
+)
+def test_each_mistake_is_named_with_its_place(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    path = written(tmp_path, GOOD.replace(old, new, 1))
+    with pytest.raises(InputError, match=words) as caught:
+        read_study(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_structures_of_a_study_are_those_of_its_file(tmp_path: Path) -> None:
+    """What the stages read is what the study states, whichever way it states it."""
+    study = read_study(written(tmp_path, GOOD + "inertia_ratio = 1.4\n"))
+    (tmp_path / "structures.toml").write_text(structures_text(study))
+    (frame,) = read_structures(tmp_path / "structures.toml")
+    assert (frame.name, frame.height, frame.width, frame.inertia_ratio) == ("bent", 9.6, 1.6, 1.4)
+
+
+def test_paths_are_beside_the_study_wherever_it_is_read_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path, GOOD)
+    monkeypatch.chdir(tmp_path)
+    assert read_study(Path("mine.toml")).records == (tmp_path / "motions",)
+
+
+def test_init_writes_what_run_reads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "mine"]) == 0
+    assert "rockframe run mine.toml --output mine" in capsys.readouterr().out
+    assert read_study(tmp_path / "mine.toml").name == "mine"
+    assert main(["init", "mine"]) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert main(["init", "../mine"]) == 2
+
+
+def test_template_states_the_defaults_and_every_key(tmp_path: Path) -> None:
+    """Uncommented, all of it is a study too: no key of the template is a wrong one."""
+    text = commented_study("mine")
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    stated = read_study(path).tables
+    bare = StudyTables.model_validate({"name": "mine", "records": {}})
+    assert stated.model_dump(exclude={"screen", "spectrum"}) == bare.model_dump(
+        exclude={"screen", "spectrum"}
+    )
+    keys = [line.lstrip("# ").split(" = ")[0] for line in text.splitlines() if " = " in line]
+    for model in StudyTables.model_json_schema()["$defs"].values():
+        assert set(model["properties"]) <= {*keys, "section", "inertia_ratio", "restitution_factor"}
+
+
+def test_schema_of_the_shipped_studies_is_the_present_one() -> None:
+    assert (STUDIES / SCHEMA).read_text(encoding="utf-8") == schema()
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_studies_have_no_key_that_the_schema_lacks(path: Path) -> None:
+    described = json.loads(schema())
+    stated = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert set(stated) <= set(described["properties"])
+    assert path.read_text(encoding="utf-8").startswith(f"#:schema ./{SCHEMA}\n")
