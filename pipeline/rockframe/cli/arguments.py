@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rockframe.ingest import ReadOptions
     from rockframe.signals import BandPass
     from rockframe.stages import Batch
-    from rockframe.study import PassportLimits
+    from rockframe.study import Filters, PassportLimits
 
 
 def path(text: str) -> Path:
@@ -88,6 +88,43 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="TOML file with a [passport] table: limits of the checks of each record",
     )
+
+
+#: Options of filters: field of Filters, and what it is.
+_FILTERS = {
+    "--magnitude": ("magnitude", "magnitude of the earthquake"),
+    "--distance-km": ("epicentral_distance_km", "epicentral distance [km]"),
+    "--vs30": ("vs30_m_s", "shear-wave velocity of the upper 30 m [m/s]"),
+    "--pga-g": ("pga_g", "peak ground acceleration [g]"),
+    "--pgv": ("pgv_m_s", "peak ground velocity [m/s]"),
+}
+
+
+def add_filters(parser: argparse.ArgumentParser) -> None:
+    """Options of which records go on."""
+    group = parser.add_argument_group("filters", "others stand in the list as filtered out")
+    for option, (field, what) in _FILTERS.items():
+        group.add_argument(
+            option, dest=field, type=float, nargs=2, metavar=("FROM", "TO"), help=f"only {what}"
+        )
+
+
+def filters(options: argparse.Namespace) -> Filters:
+    """Return which records go on."""
+    from rockframe.errors import ParameterError
+    from rockframe.study import Filters
+
+    stated = {}
+    for option, (field, _) in _FILTERS.items():
+        bounds = getattr(options, field)
+        if bounds is None:
+            continue
+        if not bounds[0] <= bounds[1]:
+            raise ParameterError(
+                f"Invalid {option} {bounds[0]:g} {bounds[1]:g}. Must be the lower bound first."
+            )
+        stated[field] = tuple(bounds)
+    return Filters(**stated)
 
 
 def read_options(options: argparse.Namespace) -> ReadOptions:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import add_reading, path
+from rockframe.cli.arguments import add_filters, add_reading, path
 
 if TYPE_CHECKING:
     from rockframe.results import Entry
@@ -20,18 +20,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_reading(parser)
+    add_filters(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print what went through."""
-    from rockframe.cli.arguments import band_pass, passport_limits, read_options
+    from rockframe.cli.arguments import band_pass, filters, passport_limits, read_options
     from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages import ingest_stage
 
     def listed(entries: Sequence[Entry]) -> None:
         """What became of each file, also where there is nothing but rejections."""
         rejected = [entry for entry in entries if entry.reason]
-        none = len(rejected) == sum(entry.status != "unread" for entry in entries)
+        none = all(entry.status != "accepted" for entry in entries)
         if none and options.json:
             show_json({"accepted": [], **_others(entries), "output": None})
         if none and len(rejected) > 1:
@@ -50,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
             workers=options.workers,
             strict=options.strict,
             listed=listed,
+            filters=filters(options),
         )
     accepted = _accepted(result)
     if options.json:
@@ -57,6 +59,9 @@ def run(options: argparse.Namespace) -> int:
         show_json({"accepted": accepted, **others, "output": str(options.output)})
     else:
         _show(accepted, options.output)
+        filtered = sum(entry.filtered for entry in result.entries)
+        if filtered:
+            print(f"{filtered} filtered out: {options.output.with_suffix('.csv')} says why")
     show_rejections(result.rejections)
     return 1 if result.rejections else 0
 
@@ -93,7 +98,14 @@ def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
             for entry in entries
             if entry.reason
         ],
-        "unread": [{"file": entry.file, "reason": entry.note} for entry in entries if entry.note],
+        **{
+            status: [
+                {"file": entry.file, "record_id": entry.record_id, "reason": entry.note}
+                for entry in entries
+                if entry.status == status
+            ]
+            for status in ("filtered", "unread")
+        },
     }
 
 

@@ -34,7 +34,10 @@ class Entry:
     line : int, optional
         Line number in the file, counted from 1.
     note : str
-        Why a file that gave no record is none: used beside others, or passed over; else empty.
+        Why a file that gave no record is none: used beside others, or passed over; why a record is
+        filtered out; else empty.
+    filtered : bool
+        Sound, but not among the records that were asked for.
 
     Examples
     --------
@@ -48,10 +51,13 @@ class Entry:
     reason: str = ""
     line: int | None = None
     note: str = ""
+    filtered: bool = False
 
     @property
     def status(self) -> str:
-        """``accepted``, ``rejected``, or ``unread``."""
+        """``accepted``, ``rejected``, ``filtered`` or ``unread``."""
+        if self.filtered:
+            return "filtered"
         return "rejected" if self.reason else "unread" if self.note else "accepted"
 
 

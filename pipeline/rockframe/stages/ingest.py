@@ -31,7 +31,8 @@ from rockframe.results import (
     write_records,
 )
 from rockframe.signals import BandPass, Passport, correct, passport
-from rockframe.study import PassportLimits
+from rockframe.study import Filters, PassportLimits
+from rockframe.units import GRAVITY
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,7 @@ def ingest_stage(
     limits: Limits | None = None,
     strict: bool = False,
     listed: Callable[[Sequence[Entry]], None] | None = None,
+    filters: Filters | None = None,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
 
@@ -135,6 +137,8 @@ def ingest_stage(
         Write nothing if a file is rejected.
     listed : callable, optional
         Called with the rows of the table once it is written, also if no record went through.
+    filters : Filters, optional
+        Which of the accepted records go on; the others stand in the table as filtered out.
 
     Returns
     -------
@@ -151,7 +155,8 @@ def ingest_stage(
     checks = passport_limits or PassportLimits()
     beside = output.with_suffix(".csv")
     catalogues = _catalogues(paths, catalogue, (output, beside))
-    run = _Run(band, checks, all_uncorrected, strict, beside, listed)
+    chosen = filters or Filters()
+    run = _Run(band, checks, all_uncorrected, strict, beside, listed, chosen)
     with closing(
         collect(
             paths,
@@ -171,6 +176,7 @@ def ingest_stage(
             parameters={
                 "all_uncorrected": all_uncorrected,
                 "band_pass_hz": [band.low, band.high],
+                "filters": run.filters.stated(),
                 "passport": checks.stated(),
                 **options.stated(),
             },
@@ -209,6 +215,7 @@ class _Run:
     strict: bool
     beside: Path
     listed: Callable[[Sequence[Entry]], None] | None
+    filters: Filters
     accepted: list[Accepted] = field(default_factory=list)
     entries: list[Entry] = field(default_factory=list)
 
@@ -224,19 +231,20 @@ class _Run:
             record, entry = _inspected(outcome, self.band, self.limits, uncorrected)
             if self.strict and entry.reason:
                 raise InputError(entry.file, entry.reason)
+            entry = _filtered(record, entry, self.filters)
             self.entries.append(entry)
-            if entry.passport and not entry.reason:
+            if entry.passport and not (entry.reason or entry.filtered):
                 self.accepted.append(_accepted(record, uncorrected, entry.passport))
                 yield record, entry.passport
         if not self.accepted:
-            rejected = [entry for entry in self.publish() if entry.reason]
-            first, others = rejected[0], len(rejected) - 1
+            refused = [entry for entry in self.publish() if entry.reason or entry.filtered]
+            first, others = refused[0], len(refused) - 1
             more = f" ({others} more rejected.)" if others else ""
-            raise InputError(first.file, first.reason + more, first.line)
+            raise InputError(first.file, (first.reason or first.note) + more, first.line)
 
     def publish(self) -> tuple[Entry, ...]:
-        """Write the table: accepted, rejected, unread."""
-        order = ("accepted", "rejected", "unread")
+        """Write the table: accepted, rejected, filtered, unread."""
+        order = ("accepted", "rejected", "filtered", "unread")
         rows = tuple(sorted(self.entries, key=lambda entry: order.index(entry.status)))
         # Of one file that is refused, the error says all that a table could.
         if self.accepted or len(rows) > 1:
@@ -277,6 +285,21 @@ def _inspected(
         return record, Entry(file, name, reason=str(error))
     reason = " ".join(str(check) for check in checked.rejections)
     return processed, Entry(file, name, checked, f"record {name!r}: {reason}" if reason else "")
+
+
+def _filtered(record: Record, entry: Entry, filters: Filters) -> Entry:
+    """Return the row with the reason why the record is filtered out, if it is."""
+    if entry.reason or entry.passport is None:
+        return entry
+    measures = entry.passport.measures
+    refusal = filters.refusal(
+        magnitude=record.magnitude,
+        epicentral_distance_km=record.epicentral_distance,
+        vs30_m_s=record.vs30,
+        pga_g=measures.peak_acceleration / GRAVITY,
+        pgv_m_s=measures.peak_velocity,
+    )
+    return replace(entry, note=f"{refusal}.", filtered=True) if refusal else entry
 
 
 def _moving(record: Record) -> Record:
