@@ -15,7 +15,7 @@ FLOORS = (
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking", "risk"},
     {"results"},
-    {"stages", "figures", "report", "explorer", "paper"},
+    {"stages", "figures", "report", "explorer", "paper", "runs"},
     {"cli"},
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

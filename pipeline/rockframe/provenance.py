@@ -186,7 +186,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
 
 def _move_in(partial: Path, folder: Path) -> None:
     manifest = folder / MANIFEST
-    old = _listed(manifest)
+    old = listed_outputs(manifest)
     manifest.unlink(missing_ok=True)
     new = sorted(path.relative_to(partial) for path in partial.rglob("*") if path.is_file())
     for name in sorted(old - set(new)):
@@ -196,8 +196,8 @@ def _move_in(partial: Path, folder: Path) -> None:
         (partial / name).replace(folder / name)
 
 
-def _listed(manifest: Path) -> set[Path]:
-    """The outputs of an older run, those that are inside its folder."""
+def listed_outputs(manifest: Path) -> set[Path]:
+    """Return the outputs that a manifest names, those that are inside its folder."""
     try:
         names = json.loads(manifest.read_text(encoding="utf-8"))["outputs"]
     except (OSError, ValueError, KeyError, TypeError):
@@ -206,12 +206,51 @@ def _listed(manifest: Path) -> set[Path]:
     return {path for path in paths if not path.is_absolute() and ".." not in path.parts}
 
 
+@contextmanager
+def replaced_folder(folder: Path, mark: str) -> Iterator[Path]:
+    """Give a temporary folder beside `folder`, and put it in its place if the block succeeds.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it is to be; an older one there is removed if it holds `mark` or nothing.
+    mark : str
+        Name of a file by which such a folder is known.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or cannot be written.
+    """
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
+        raise InputError(folder, f"holds other files, and no {mark}. Must be another folder.")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(
+            tempfile.mkdtemp(prefix=f".{folder.name}-", suffix=".partial", dir=folder.parent)
+        )
+    except OSError as error:
+        raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
+    try:
+        new = partial / "new"
+        new.mkdir()
+        yield new
+        if folder.exists():
+            folder.replace(partial / "old")
+        new.replace(folder)
+    except OSError as error:
+        raise InputError(folder, f"cannot be written: {error.strerror or error}.") from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
 def write_manifest(
     folder: Path,
     *,
     inputs: Mapping[str, str],
     parameters: Mapping[str, Any],
     outputs: Sequence[Path],
+    steps: Mapping[str, str] | None = None,
 ) -> None:
     """Write ``manifest.json``, the last file of a run: what it took, and what it gave.
 
@@ -225,19 +264,23 @@ def write_manifest(
         Options of the run; JSON values.
     outputs : sequence of Path
         The files of the run, inside the folder.
+    steps : mapping of str to str, optional
+        Of the run of a study, what each step depended on.
 
     Raises
     ------
     InputError
         If an output is missing or the manifest cannot be written.
     """
-    content = {
+    content: dict[str, Any] = {
         "inputs": dict(inputs),
         "outputs": {path.relative_to(folder).as_posix(): sha256_of(path) for path in outputs},
         "parameters": dict(parameters),
         "source_code_hash": source_code_hash(),
         "versions": versions(),
     }
+    if steps is not None:
+        content["steps"] = dict(steps)
     text = json.dumps(content, indent=2, sort_keys=True) + "\n"
     with whole_file(folder / MANIFEST) as partial:
         partial.write_text(text, encoding="utf-8")

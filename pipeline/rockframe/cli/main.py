@@ -14,34 +14,33 @@ from types import FrameType
 from typing import NoReturn
 
 from rockframe.cli import (
+    draw,
     explore,
     fetch,
     figure,
     formats,
     ingest,
+    init,
+    manifest,
     merge,
     paper,
+    plan,
     pulse,
     report,
     respond,
+    run,
+    show,
+    status,
+    table,
     table1,
     verify,
 )
 from rockframe.errors import RockframeError
 
 _VERBS = (
-    table1,
-    fetch,
-    ingest,
-    pulse,
-    respond,
-    merge,
-    figure,
-    paper,
-    report,
-    explore,
-    verify,
-    formats,
+    *(table1, init, run, status, show, verify),
+    *(fetch, ingest, pulse, respond, merge, table, draw),
+    *(figure, report, explore, paper, formats, plan, manifest),
 )
 
 
@@ -80,6 +79,29 @@ def _terminated(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def call(arguments: Sequence[str] | None = None) -> int:
+    """Run one command, and let its errors through.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words after the command's name; those of the process by default.
+
+    Returns
+    -------
+    int
+        0 done, 1 done with rejected records.
+
+    Raises
+    ------
+    RockframeError
+        If there is something for the user to mend.
+    """
+    options = _parser().parse_args(arguments)
+    status: int = options.run(options)
+    return status
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -93,21 +115,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 130 interrupted.
     """
-    options = _parser().parse_args(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that has no theta shows "?"
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _terminated)
     try:
-        status: int = options.run(options)
+        status = call(arguments)
         sys.stdout.flush()
     except RockframeError as error:
         print(f"rockframe: error: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print("rockframe: interrupted; nothing was written.", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        what = str(interrupt) or "nothing was written"
+        print(f"rockframe: interrupted; {what}.", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader of our output has gone: `rockframe ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -66,10 +66,16 @@ def run(options: argparse.Namespace) -> int:
 
 def strange_report(folder: Path) -> list[str]:
     """Return why the page in the folder of a run is not that of the run; nothing if it is."""
+    import json
+
     from rockframe.provenance import MANIFEST, sha256_of
 
     page = folder / _PAGE
-    if not page.is_file() or sha256_of(folder / MANIFEST).encode() in page.read_bytes():
+    if not page.is_file():
+        steps = json.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("steps", {})
+        missing = f"{page}: missing. Must be made by `rockframe report {folder}`."
+        return [missing] if "report" in steps else []
+    if sha256_of(folder / MANIFEST).encode() in page.read_bytes():
         return []
     return [f"{page}: shows another run. Must be made again, by `rockframe report {folder}`."]
 

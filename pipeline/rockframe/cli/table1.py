@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING
 from rockframe.cli.arguments import add_periods, add_reading, add_structures, add_vertical, path
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rockframe.ingest import Rejection
-    from rockframe.paper import Comparison
-    from rockframe.results import TableRow
     from rockframe.stages import Ingested
 
 
@@ -38,6 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write files, table, figures, manifest; print."""
     from rockframe.cli.console import show_json, show_rejections
+    from rockframe.cli.draw import draw
+    from rockframe.cli.table import rows_of, write_table
     from rockframe.cli.table1_tables import show
     from rockframe.paper import compare, statements
     from rockframe.provenance import whole_folder
@@ -46,12 +44,13 @@ def run(options: argparse.Namespace) -> int:
     _require_sound(options)
     with whole_folder(folder) as partial:
         ingested, rejections = _stages(options, partial)
-        rows = _rows(partial)
+        files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
+        rows = rows_of(*files)
         comparisons, said = compare(rows), statements(rows)
-        _write_table(rows, partial / "table.csv")
+        write_table(rows, partial / "table.csv")
         if comparisons:
-            _write_table(comparisons, partial / "paper.csv")
-        _draw(rows, partial)
+            write_table(comparisons, partial / "paper.csv")
+        draw(rows, files, partial / "figures", list(dict.fromkeys(row.record_id for row in rows)))
         count = _finish(options, ingested, partial)
     if options.json:
         show_json(
@@ -126,54 +125,6 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             progress=progress,
         )
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
-
-
-def _rows(folder: Path) -> list[TableRow]:
-    from rockframe.paper import with_paper_facts
-    from rockframe.results import table_rows
-
-    files = (folder / name for name in ("records.nc", "pulses.nc", "response.nc"))
-    return [with_paper_facts(row) for row in table_rows(*files)]
-
-
-def _draw(rows: Sequence[TableRow], folder: Path) -> None:
-    """One figure for each record that was answered."""
-    from rockframe.cli.console import progress_bar
-    from rockframe.figures import draw_response_history, save
-    from rockframe.results import best_pulses, open_records, open_response
-
-    titles = {row.record_id: f"{row.event}, {row.record}".removeprefix(", ") for row in rows}
-    pulses = best_pulses(folder / "pulses.nc")
-    with (
-        open_records(folder / "records.nc") as records,
-        open_response(folder / "response.nc") as response,
-        progress_bar("drawing") as progress,
-    ):
-        for i, name in enumerate(response.records):
-            figure = draw_response_history(
-                records.read(name).acceleration,
-                pulses.get(name),
-                [response.sel(record=name, structure=s) for s in response.structures],
-                titles[name],
-            )
-            save(figure, folder / "figures" / f"{name}.png")
-            progress(i + 1, len(response.records))
-
-
-def _write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) -> None:
-    import csv
-    import math
-
-    from rockframe.provenance import whole_file
-
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(vars(rows[0]))
-        for row in rows:
-            writer.writerow(
-                "" if isinstance(value, float) and math.isnan(value) else value
-                for value in vars(row).values()
-            )
 
 
 def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> int:

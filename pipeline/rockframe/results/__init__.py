@@ -30,6 +30,9 @@ from rockframe.results.records import RecordsFile as RecordsFile
 from rockframe.results.records import open_records as open_records
 from rockframe.results.records import read_records as read_records
 from rockframe.results.records import write_records as write_records
+from rockframe.results.rejections import left_out_of as left_out_of
+from rockframe.results.rejections import rejections_of as rejections_of
+from rockframe.results.rejections import rows_of as rows_of
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
 from rockframe.results.response import write_responses as write_responses

@@ -264,10 +264,13 @@ class Described:
         Identifiers of its records.
     inputs : mapping of str to str
         Name and SHA-256 of what it was made from.
+    structures : int
+        Number of its structures.
     """
 
     records: tuple[str, ...]
     inputs: Mapping[str, str]
+    structures: int = 0
 
 
 def describe(path: Path, kind: str) -> Described:
@@ -281,7 +284,9 @@ def describe(path: Path, kind: str) -> Described:
     with opened(path, kind) as dataset:
         for name in dataset.variables:  # one after the other: the samples need not fit in memory
             dataset[name].copy(deep=False).to_numpy()  # a dataset keeps what was read of it
+        names = dataset["record_id"].values if "record_id" in dataset else ()
         return Described(
-            tuple(str(name) for name in dataset["record_id"].values),
+            tuple(str(name) for name in names),
             json.loads(dataset.attrs["input_sha256"]),
+            dataset.sizes.get("structure", 0),
         )

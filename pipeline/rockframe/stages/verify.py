@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of, source_code_hash
-from rockframe.results import PULSES, RECORDS, RESPONSE, Described, describe
+from rockframe.results import PULSES, RECORDS, RESPONSE, Described, describe, rows_of
 
 #: The files of a run that hold datasets, in the order of the stages.
 _DATASETS: Final = {"records.nc": RECORDS, "pulses.nc": PULSES, "response.nc": RESPONSE}
@@ -71,6 +71,7 @@ def verify_run(folder: Path) -> Verification:
         except InputError as error:
             faults.append(str(error))
     faults += _unrelated(folder, outputs, datasets)
+    faults += _miscounted(folder, datasets, set(outputs) - set(changed))
     faults += [
         f"{path}: left by a run that was interrupted. Must be removed."
         for path in sorted(folder.rglob(".*partial*"))
@@ -112,6 +113,27 @@ def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, st
         elif (found := sha256_of(path)) != stated:
             hashes = f"SHA-256 {found[:12]}…, the manifest says {str(stated)[:12]}…"
             yield name, f"{path}: {hashes}. Must be equal."
+
+
+def _miscounted(
+    folder: Path, datasets: Mapping[str, Described], sound: Collection[str]
+) -> Iterator[str]:
+    """Lists whose rows are not as many as the datasets say."""
+    records = datasets.get("records.nc")
+    if records is not None and "records.csv" in sound:
+        entries = rows_of(folder / "records.csv")
+        listed = [row["record_id"] for row in entries if row["status"] == "accepted"]
+        if sorted(listed) != sorted(records.records):
+            yield (
+                f"{folder / 'records.csv'}: {len(listed)} accepted, {len(records.records)} in "
+                "records.nc. Must be the same records."
+            )
+    response = datasets.get("response.nc")
+    if response is not None and "table.csv" in sound:
+        rows = len(response.records) * response.structures
+        found = len(rows_of(folder / "table.csv"))
+        if found != rows:
+            yield f"{folder / 'table.csv'}: {found} rows, {rows} responses. Must be equal."
 
 
 def _unrelated(

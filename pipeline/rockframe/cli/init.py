@@ -1,0 +1,39 @@
+"""rockframe init: write a commented study file, and its schema for editors."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A name in, a study file out."""
+    parser.add_argument("name", help="name of the study: NAME.toml is written here")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write both files; an older study stays."""
+    import re
+
+    from rockframe.cli.console import show_json
+    from rockframe.errors import InputError, ParameterError
+    from rockframe.provenance import whole_file
+    from rockframe.study import SCHEMA, commented_study, schema
+
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", options.name):
+        raise ParameterError(
+            f"Invalid name {options.name!r}. Must be 1 to 64 letters, digits, points, hyphens or "
+            "underscores."
+        )
+    study, beside = Path(f"{options.name}.toml"), Path(SCHEMA)
+    if study.exists():
+        raise InputError(study, "is there already. Must be another name.")
+    for path, text in ((study, commented_study(options.name)), (beside, schema())):
+        with whole_file(path) as partial:
+            partial.write_text(text, encoding="utf-8")
+    if options.json:
+        show_json({"study": str(study), "schema": str(beside)})
+    else:
+        print(f"{study}, {beside}")
+        print(f"rockframe run {study} --output {options.name}")
+    return 0

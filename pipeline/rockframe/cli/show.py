@@ -1,0 +1,182 @@
+"""rockframe show: tell what happened to one record, from its file to its verdicts."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rockframe.cli.arguments import path
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rockframe.results import Run
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The folder of a run, and one of its records."""
+    parser.add_argument("folder", type=path, help="folder of a run")
+    parser.add_argument("record", help="identifier of a record, or name of its file")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Find the record, and tell."""
+    from rockframe.cli.console import show_json
+    from rockframe.results import read_run
+
+    content = read_run(options.folder)
+    entry = _entry(content, options.record)
+    told = _told(content, entry)
+    if options.json:
+        show_json(told)
+    else:
+        _show(told)
+    return 0
+
+
+def _entry(run: Run, asked: str) -> Mapping[str, str]:
+    """The row of the list of inputs that is meant: one, or the user is asked which."""
+    from rockframe.errors import ParameterError
+
+    found = [row for row in run.entries if row["record_id"] == asked]
+    found = found or [row for row in run.entries if row["file"] == asked]
+    if len(found) > 1:
+        names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in found)
+        raise ParameterError(
+            f"Invalid record {asked!r}: a file of {len(found)}. Must be one of: {names}."
+        )
+    if not found:
+        known = ", ".join(row["record_id"] for row in run.entries if row["record_id"])
+        raise ParameterError(
+            f"Invalid record {asked!r}. Must be the name of a file of the run, or one of: {known}."
+        )
+    return found[0]
+
+
+def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
+    """All that the run holds of the record, in the order in which it happened."""
+    name = entry["record_id"]
+    facts = {fact.name: fact.value for fact in run.records.get(name, ())}
+    checks = [
+        {
+            "check": key.removesuffix("_verdict"),
+            "verdict": verdict,
+            "value": entry[key.removesuffix("_verdict")],
+            "limit": entry[f"{key.removesuffix('_verdict')}_limit"],
+        }
+        for key, verdict in entry.items()
+        if key.endswith("_verdict")
+    ]
+    study = run.manifest["parameters"].get("study", {})
+    return {
+        "record_id": name,
+        "file": entry["file"],
+        "status": entry["status"],
+        "reason": entry["reason"],
+        "passport": {"verdict": entry["passport"], "checks": checks},
+        "filters": study.get("filters", {}),
+        "facts": facts,
+        "responses": {
+            structure: {fact.name: fact.value for fact in run.pairs[record, structure]}
+            for record, structure in run.pairs
+            if record == name
+        },
+        "left_out": _left_out(run.folder, name),
+        "figure": _figure(run.folder, name),
+    }
+
+
+def _left_out(folder: Path, name: str) -> dict[str, str]:
+    """By stage, why it did not take the record further."""
+    from rockframe.results import left_out_of
+
+    return {
+        stage: reasons[name] for stage, reasons in left_out_of(folder).items() if name in reasons
+    }
+
+
+def _figure(folder: Path, name: str) -> str:
+    figure = Path("figures") / f"{name}.png"
+    return figure.as_posix() if name and (folder / figure).is_file() else ""
+
+
+def _show(told: Mapping[str, Any]) -> None:
+    facts = told["facts"]
+    print(told["record_id"] or told["file"])
+    for label, text in (
+        ("file", _of_file(told)),
+        ("processing", facts.get("processing", "")),
+        ("passport", _of_passport(told["passport"])),
+        ("filters", _of_filters(told)),
+        (told["status"], told["reason"]),
+        ("motion", _of_motion(facts)),
+        ("pulse", _of_pulse(facts)),
+        *((f"not in {stage}", reason) for stage, reason in told["left_out"].items()),
+        ("figure", told["figure"]),
+    ):
+        if text or label == "accepted":
+            print(f"  {label:<11}{text}".rstrip())
+    if told["responses"]:
+        _show_responses(told["responses"])
+
+
+def _show_responses(responses: Mapping[str, Mapping[str, Any]]) -> None:
+    from rockframe.cli.console import number, show_table
+
+    rows = []
+    for structure, facts in responses.items():
+        fell = facts["verdict"] == "overturned"
+        verdict = f"overturned {facts['overturning_time']:.1f} s" if fell else facts["verdict"]
+        values = (
+            number(facts["peak_rotation_ratio"], 3),
+            number(100.0 * facts["peak_u"], 1),
+            number(100.0 * facts["peak_v"], 2),
+        )
+        rows.append([structure, *(("–",) * 3 if fell else values), verdict])
+    show_table("", ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"], rows)
+
+
+def _of_file(told: Mapping[str, Any]) -> str:
+    facts = told["facts"]
+    if not facts:
+        return str(told["file"])
+    return f"{told['file']} ({facts['source_format']}), SHA-256 {facts['source_sha256']}"
+
+
+def _of_passport(passport: Mapping[str, Any]) -> str:
+    if not passport["verdict"]:
+        return ""
+    told = [
+        f"{check['check']} {float(check['value'] or 'nan'):.3g} ({check['verdict']})"
+        for check in passport["checks"]
+        if check["verdict"] in {"warn", "reject"}
+    ]
+    return str(passport["verdict"]) + (": " if told else "") + ", ".join(told)
+
+
+def _of_filters(told: Mapping[str, Any]) -> str:
+    stated = {name: bounds for name, bounds in told["filters"].items() if bounds is not None}
+    return "; ".join(f"{name} from {low:g} to {high:g}" for name, (low, high) in stated.items())
+
+
+def _of_motion(facts: Mapping[str, Any]) -> str:
+    from rockframe.units import GRAVITY
+
+    if not facts:
+        return ""
+    return (
+        f"PGA {facts['pga'] / GRAVITY:.3f} g, PGV {facts['pgv']:.3f} m/s, "
+        f"time step {facts['time_step']:g} s"
+    )
+
+
+def _of_pulse(facts: Mapping[str, Any]) -> str:
+    from rockframe.units import GRAVITY
+
+    if "a_p_best" not in facts:
+        return ""
+    return (
+        f"a_p {facts['a_p_best'] / GRAVITY:.3f} g, T_p {facts['T_p_best']:.3f} s, "
+        f"{facts['best_wavelet']}"
+    )

@@ -1,0 +1,47 @@
+"""rockframe status: say how far the run in a folder is."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+
+from rockframe.cli.arguments import path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The folder of a run."""
+    parser.add_argument("folder", type=path, help="folder of the run of a study")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Hash what is there, and say where each step stands."""
+    from rockframe.cli.console import show_json, show_table
+    from rockframe.runs import is_locked, read_plan, status_of
+
+    plan = read_plan(options.folder)
+    states = status_of(options.folder)
+    running = is_locked(options.folder)
+    complete = all(state.is_done for state in states)
+    if options.json:
+        steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
+        counts = dict(Counter(s.state for s in states))
+        show_json(
+            {
+                "study": plan.study,
+                "complete": complete,
+                "running": running,
+                "counts": counts,
+                "steps": steps,
+            }
+        )
+        return 0
+    rows: dict[str, Counter[str]] = {}
+    for state in states:
+        rows.setdefault(state.step.rule, Counter())[state.state] += 1
+    told = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
+    show_table(f"{plan.study} in {options.folder}", ["stage", "steps"], told)
+    for state in states:
+        if state.fault:
+            print(f"{state.fault}.")
+    print("complete" if complete else "a run is at work" if running else "not complete")
+    return 0

@@ -1,0 +1,70 @@
+"""Why records did not come through, of whatever stage."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.results.files import PULSES, RESPONSE, opened
+
+#: Files of stages that may leave records out.
+_STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE}
+
+
+def rejections_of(folder: Path) -> dict[str, str]:
+    """Return the reasons why records and files of a run were rejected, by their names.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run.
+
+    Raises
+    ------
+    InputError
+        If one of its files cannot be read.
+    """
+    found = {
+        row["file"]: row["reason"]
+        for row in rows_of(folder / "records.csv")
+        if row["status"] == "rejected"
+    }
+    for reasons in left_out_of(folder).values():
+        found |= reasons
+    return found
+
+
+def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
+    """Return why stages left records out: by the name of their file, then by the record's.
+
+    Raises
+    ------
+    InputError
+        If one of the files cannot be read.
+    """
+    found = {}
+    for name, kind in _STAGES.items():
+        if (folder / name).is_file():
+            with opened(folder / name, kind) as dataset:
+                found[name] = dict(json.loads(dataset.attrs["left_out"]))
+    return found
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    """Return the rows of one of the lists of a run; none if it is not there.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    if not path.is_file():
+        return []
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            return list(csv.DictReader(stream))
+    except (OSError, ValueError) as error:
+        raise InputError(path, f"cannot be read: {error}.") from None

@@ -1,0 +1,148 @@
+"""The steps of a study: the one list that `run`, `status`, `verify` and the workflow follow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from rockframe.provenance import MANIFEST
+from rockframe.runs.step import Step
+from rockframe.study import Study
+
+#: The list of the record files and their hashes; written first, it makes the graph static.
+INPUTS: Final = "inputs.csv"
+#: The structures of the study, as the stages read them.
+STRUCTURES: Final = "structures.toml"
+#: The page of the run.
+PAGE: Final = "report.html"
+#: More batches would only cost starts; three stages of so many stay below 500 jobs.
+_MOST_BATCHES: Final = 150
+
+
+def steps_of(study: Study, files: int) -> list[Step]:
+    """Return the steps of a study, each behind those that it needs.
+
+    Parameters
+    ----------
+    study : Study
+        What is to be done.
+    files : int
+        Number of its record files.
+    """
+    steps: list[Step] = []
+    if study.records:
+        batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
+        steps += [
+            _ingest(study),
+            *_in_batches("pulse", "pulses.nc", ("records.nc",), _pulse(study), batches),
+            *_in_batches(
+                "respond", "response.nc", ("records.nc", STRUCTURES), _respond(study), batches
+            ),
+            *_tables(study),
+        ]
+    return [*steps, *_last(study, steps)]
+
+
+def _ingest(study: Study) -> Step:
+    table = study.tables.records
+    assert table is not None  # noqa: S101 - a study with records has their table
+    command = ["ingest", *map(str, study.records), "--output", "records.nc"]
+    command += _options(
+        {
+            "--units": table.units,
+            "--time-step": table.time_step_s,
+            "--water-level": table.water_level_db,
+            "--band-pass": table.band_pass_hz,
+            "--uncorrected": table.uncorrected,
+            "--strict": table.strict,
+        }
+    )
+    for option in ("station_xml", "catalogue", "limits"):
+        stated = getattr(table, option)
+        if stated is not None:
+            command += [f"--{option.replace('_', '-')}", str(study.beside(stated))]
+    command += _options(
+        {
+            "--magnitude": study.tables.filters.magnitude,
+            "--distance-km": study.tables.filters.epicentral_distance_km,
+            "--vs30": study.tables.filters.vs30_m_s,
+            "--pga-g": study.tables.filters.pga_g,
+            "--pgv": study.tables.filters.pgv_m_s,
+        }
+    )
+    outputs = ("records.nc", "records.csv")
+    return Step("ingest", "ingest", tuple(command), (INPUTS,), outputs, threads=4, memory=4000)
+
+
+def _pulse(study: Study) -> list[str]:
+    return ["pulse", "records.nc", *_options({"--periods": study.tables.pulse.periods_s})]
+
+
+def _respond(study: Study) -> list[str]:
+    table = study.tables.respond
+    options = {"--vertical": table.vertical, "--histories": table.histories}
+    return ["respond", "records.nc", "--structures", STRUCTURES, *_options(options)]
+
+
+def _in_batches(
+    rule: str, output: str, inputs: tuple[str, ...], command: list[str], batches: int
+) -> list[Step]:
+    """A stage on all records at once, or on batches of them, which are then put together."""
+    if batches <= 1:
+        return [Step(rule, rule, (*command, "--output", output), inputs, (output,), memory=2000)]
+    parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
+    alone = ("--workers", "1") if rule == "respond" else ()  # the batches are the parallel part
+    steps = [
+        Step(
+            f"{rule}-{k:03d}",
+            rule,
+            (*command, "--batch", f"{k}/{batches}", *alone, "--output", part),
+            inputs,
+            (part,),
+            temporary=True,
+            memory=2000,
+        )
+        for k, part in enumerate(parts, 1)
+    ]
+    words = ("merge", *parts, "--output", output)
+    merged = Step(f"merge-{rule}", f"merge_{rule}", words, tuple(parts), (output,), memory=4000)
+    return [*steps, merged]
+
+
+def _tables(study: Study) -> list[Step]:
+    files = ("records.nc", "pulses.nc", "response.nc")
+    steps = [
+        Step("table", "table", ("table", *files, "--output", "table.csv"), files, ("table.csv",))
+    ]
+    most = study.tables.figures.most
+    if most and study.tables.respond.histories != "none":
+        words = ("draw", *files, "--most", str(most), "--output", "figures/")
+        steps.append(Step("draw", "draw", words, files, ("figures/",)))
+    return steps
+
+
+def _last(study: Study, steps: list[Step]) -> list[Step]:
+    """The manifest of all that stays, the page that shows it, and whether all is whole."""
+    kept = [name for step in steps if not step.temporary for name in step.outputs]
+    manifest = Step("manifest", "manifest", ("manifest", "."), tuple(kept), (MANIFEST,))
+    verify = ("verify", ".")
+    if not study.records:
+        return [manifest, Step("verify", "verify", verify, (MANIFEST,), (), may_reject=False)]
+    words = ("report", ".", "--histories", str(study.tables.report.histories))
+    page = Step("report", "report", words, (MANIFEST,), (PAGE,))
+    whole = Step("verify", "verify", verify, (MANIFEST, PAGE), (), may_reject=False)
+    return [manifest, page, whole]
+
+
+def _options(stated: Mapping[str, object]) -> list[str]:
+    """Words of options: nothing for what is not stated or false, no value for what is true."""
+    words: list[str] = []
+    for option, value in stated.items():
+        if value is None or value is False:
+            continue
+        words.append(option)
+        if isinstance(value, tuple):
+            words += [repr(number) for number in value]
+        elif value is not True:
+            words.append(str(value))
+    return words

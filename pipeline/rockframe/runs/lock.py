@@ -1,0 +1,67 @@
+"""One run at a time in a folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rockframe.errors import InputError
+from rockframe.runs.plan import KEPT
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a run's folder during the block; the system lets go if the process dies.
+
+    Raises
+    ------
+    InputError
+        If another run holds it, or the folder cannot be written to.
+    """
+    descriptor = _opened(folder)
+    try:
+        if not _taken(descriptor):
+            raise InputError(folder, "another run is at work here. Must end first.")
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def is_locked(folder: Path) -> bool:
+    """Whether a run is at work in a folder.
+
+    Examples
+    --------
+    >>> is_locked(Path("no-such-folder"))
+    False
+    """
+    if not (folder / KEPT / "lock").is_file():
+        return False
+    descriptor = _opened(folder)
+    try:
+        return not _taken(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _opened(folder: Path) -> int:
+    path = folder / KEPT / "lock"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)  # no child inherits it
+    except OSError as error:
+        raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
+
+
+def _taken(descriptor: int) -> bool:
+    try:
+        import fcntl
+    except ImportError:  # no such locks on this system: two runs at once are the user's to avoid
+        return True
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,62 @@
+"""The manifest of a run: written only if all that went in is still what was planned and read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rockframe.errors import InputError
+from rockframe.provenance import sha256_of, write_manifest
+from rockframe.results import RECORDS, describe
+from rockframe.runs.plan import Plan, read_plan
+from rockframe.runs.state import files_of
+
+
+def finish(folder: Path) -> int:
+    """Hash what went into the run of a folder and what came out, and write ``manifest.json``.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run, with its plan.
+
+    Returns
+    -------
+    int
+        Number of files of the run, the manifest included.
+
+    Raises
+    ------
+    InputError
+        If an input changed or vanished since the run was planned, or an output is missing.
+    """
+    plan = read_plan(folder)
+    for name, reason in _changed(plan, folder):
+        raise InputError(
+            name, f"{reason} since the run began. Must stay as it is until the end; run again."
+        )
+    last = next(k for k, step in enumerate(plan.steps) if step.rule == "manifest")
+    kept = [name for step in plan.steps[:last] if not step.temporary for name in step.outputs]
+    outputs = sorted([*plan.files, *files_of(kept, folder)])
+    write_manifest(
+        folder,
+        inputs={file.name: file.sha256 for file in plan.inputs},
+        parameters={"study": plan.parameters},
+        outputs=[folder / name for name in outputs],
+        steps={step.name: plan.keys[step.name] for step in plan.steps if not step.temporary},
+    )
+    return len(outputs) + 1
+
+
+def _changed(plan: Plan, folder: Path) -> list[tuple[str, str]]:
+    changed = []
+    for file in plan.inputs:
+        if not file.path.is_file():
+            changed.append((str(file.path), "vanished"))
+        elif sha256_of(file.path) != file.sha256:
+            changed.append((str(file.path), "changed"))
+    records = folder / "records.nc"
+    if not changed and records.is_file():
+        planned = {file.sha256 for file in plan.inputs}
+        read = describe(records, RECORDS).inputs
+        changed += [(name, "changed") for name, sha in read.items() if sha not in planned]
+    return changed

@@ -1,0 +1,213 @@
+"""The plan of a run: its inputs with their hashes, and its steps; written before anything runs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.ingest import CATALOGUE
+from rockframe.provenance import sha256_of, source_code_hash, whole_file
+from rockframe.runs.graph import INPUTS, STRUCTURES, steps_of
+from rockframe.runs.step import Step
+from rockframe.study import Study, structures_text
+
+#: Where a run keeps what is no result: plan, stamps, lock. Hidden, beside the results.
+KEPT: Final = ".rockframe"
+_PLAN: Final = "plan.json"
+#: Suffixes of files that tell of records and hold none.
+_BESIDE: Final = frozenset([".xml", ".json", ".quakeml", ".stationxml"])
+
+
+@dataclass(frozen=True)
+class Input:
+    """A file that a study reads.
+
+    Parameters
+    ----------
+    name : str
+        What lists call it: behind the name of the folder that was stated, its path in it.
+    path : Path
+        Where it is.
+    sha256 : str
+        Its hash when the run was planned.
+    """
+
+    name: str
+    path: Path
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that a run is to do.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    parameters : mapping
+        What its file says.
+    inputs : tuple of Input
+        Every file that the study reads.
+    steps : tuple of Step
+        In an order in which each can follow those before it.
+    keys : mapping of str to str
+        What stands for all that a step depends on, by its name.
+    files : mapping of str to str
+        Texts that the plan itself puts into the run's folder, by name.
+    """
+
+    study: str
+    parameters: Mapping[str, Any]
+    inputs: tuple[Input, ...]
+    steps: tuple[Step, ...]
+    keys: Mapping[str, str]
+    files: Mapping[str, str]
+
+    @property
+    def outputs(self) -> list[str]:
+        """Files and folders that stay when the run is done."""
+        kept = (name for step in self.steps if not step.temporary for name in step.outputs)
+        return [*self.files, *kept]
+
+
+def make_plan(study: Study, folder: Path) -> Plan:
+    """Return the plan of a study: nothing is written.
+
+    Parameters
+    ----------
+    study : Study
+        What is to be done.
+    folder : Path
+        The folder of the run.
+
+    Raises
+    ------
+    InputError
+        If the folder lies among the records, or a file cannot be read.
+    """
+    inputs = tuple(_inputs(study, folder))
+    steps = tuple(steps_of(study, _count(inputs)))
+    files = {INPUTS: _listed(inputs)}
+    if study.records:
+        files[STRUCTURES] = structures_text(study)
+    known = {name: _digest(text) for name, text in files.items()}
+    keys: dict[str, str] = {}
+    for step in steps:
+        further = [file.sha256 for file in inputs] if step.rule == "ingest" else []
+        if step.rule == "manifest":
+            further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
+        keys[step.name] = step.key(known, source_code_hash(), *further)
+        known |= dict.fromkeys(step.outputs, keys[step.name])
+    return Plan(study.name, study.parameters(), inputs, steps, keys, files)
+
+
+def write_plan(plan: Plan, folder: Path) -> None:
+    """Write the plan and the files it brings; what is there and the same is left untouched.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    content = {
+        "study": plan.study,
+        "parameters": plan.parameters,
+        "inputs": [{**asdict(i), "path": str(i.path)} for i in plan.inputs],
+        "steps": [asdict(step) for step in plan.steps],
+        "keys": plan.keys,
+        "files": plan.files,
+        "source_code_hash": source_code_hash(),
+    }
+    texts = {**plan.files, f"{KEPT}/{_PLAN}": json.dumps(content, indent=1, sort_keys=True) + "\n"}
+    for name, text in texts.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != text.encode():
+            with whole_file(path) as partial:
+                partial.write_bytes(text.encode())
+
+
+def read_plan(folder: Path) -> Plan:
+    """Read the plan of the run in a folder.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be read.
+    """
+    path = folder / KEPT / _PLAN
+    if not path.is_file():
+        raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return Plan(
+            content["study"],
+            content["parameters"],
+            tuple(Input(i["name"], Path(i["path"]), i["sha256"]) for i in content["inputs"]),
+            tuple(_step(step) for step in content["steps"]),
+            content["keys"],
+            content["files"],
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(path, f"cannot be read ({error}). Must be as it was written.") from None
+
+
+def _step(content: Mapping[str, Any]) -> Step:
+    lists = {"command", "inputs", "outputs"}
+    values: dict[str, Any] = {key: tuple(v) if key in lists else v for key, v in content.items()}
+    return Step(**values)
+
+
+def _inputs(study: Study, folder: Path) -> Iterator[Input]:
+    """Every file below the paths that are stated, but for hidden ones; sorted in each folder."""
+    for stated in study.records:
+        if stated.is_dir():
+            if folder.resolve().is_relative_to(stated.resolve()):
+                raise InputError(folder, "lies among the records. Must be another folder.")
+            for path in sorted(stated.rglob("*")):
+                name = path.relative_to(stated.parent)
+                if path.is_file() and not any(part.startswith(".") for part in name.parts[1:]):
+                    yield Input(name.as_posix(), path, sha256_of(path))
+        else:
+            yield Input(stated.name, stated, sha256_of(stated))
+            for path in sorted(stated.parent.glob("*.xml")):  # of a miniSEED file
+                yield Input(path.name, path, sha256_of(path))
+    table = study.tables.records
+    for option in ("station_xml", "catalogue", "limits") if table is not None else ():
+        beside = getattr(table, option)
+        if beside is not None:
+            path = study.beside(beside)
+            yield Input(path.name, path, sha256_of(path))
+
+
+def _count(inputs: tuple[Input, ...]) -> int:
+    """About how many records there are: so many batches are worth it."""
+    count = 0
+    for file in inputs:
+        if zipfile.is_zipfile(file.path):
+            with zipfile.ZipFile(file.path) as archive:
+                count += len(archive.infolist())
+        elif file.path.suffix.lower() not in _BESIDE and file.path.name != CATALOGUE:
+            count += 1
+    return max(count, 1)
+
+
+def _listed(inputs: tuple[Input, ...]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["file", "bytes", "sha256"])
+    writer.writerows([i.name, i.path.stat().st_size, i.sha256] for i in inputs)
+    return stream.getvalue()
+
+
+def _digest(text: str) -> str:
+    import hashlib
+
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,225 @@
+"""Running a plan: what is done is left alone, what is not is done, and a kill costs a step."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from rockframe.engines import Engine, map_batches
+from rockframe.errors import InputError
+from rockframe.provenance import MANIFEST, listed_outputs
+from rockframe.runs.graph import PAGE
+from rockframe.runs.lock import locked
+from rockframe.runs.plan import KEPT, Plan, read_plan, write_plan
+from rockframe.runs.state import (
+    StepState,
+    remove_former,
+    remove_spent,
+    states_of,
+    take_back_manifest,
+)
+from rockframe.runs.step import Step, waves
+from rockframe.runs.sweep import sweep
+
+#: Steps that follow the manifest and are not told of in it.
+_AFTER: Final = frozenset(["report", "verify"])
+
+
+@dataclass(frozen=True)
+class Task:
+    """A step on its way to a worker.
+
+    Parameters
+    ----------
+    step : Step
+        What to do.
+    key : str
+        What it depends on.
+    folder : Path
+        Of the run, absolute.
+    """
+
+    step: Step
+    key: str
+    folder: Path
+
+
+#: Performs a task and gives the status of its command, 0 or 1.
+Perform = Callable[[Task], int]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run.
+
+    Parameters
+    ----------
+    done : tuple of str
+        Names of the steps that were performed; none if nothing was to do.
+    faults : tuple of str
+        What was found damaged, and made again.
+    rejecting : tuple of str
+        Names of the steps that rejected records.
+    """
+
+    done: tuple[str, ...]
+    faults: tuple[str, ...]
+    rejecting: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is told of while a run is at work."""
+
+    fault: Callable[[str], None] = field(default=lambda _text: None)
+    step: Callable[[str, int, int], None] = field(default=lambda _name, _done, _total: None)
+
+
+def run_plan(
+    plan: Plan,
+    folder: Path,
+    perform: Perform,
+    *,
+    engine: Engine | None = None,
+    replace: bool = False,
+    watch: Watch | None = None,
+) -> Outcome:
+    """Do what is left to do of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is to be there at the end.
+    folder : Path
+        Of the run; made if it is missing.
+    perform : callable
+        Of the top level of a module; it leaves a stamp.
+    engine : Engine, optional
+        Where steps that do not need each other are performed at once; by default a process pool.
+    replace : bool
+        Let the run of another study in the folder be removed.
+    watch : Watch, optional
+        Told of damage and of each step.
+
+    Raises
+    ------
+    InputError
+        If another run is at work in the folder, the folder holds something else, or a step finds
+        something for the user to mend.
+    """
+    watch, folder = watch or Watch(), folder.resolve()
+    with locked(folder):
+        states = prepare(plan, folder, replace=replace, watch=watch)
+        todo = [state.step for state in states if not state.is_done]
+        try:
+            rejecting = _perform(plan, todo, folder, perform, engine, watch)
+        except BaseException:
+            sweep(plan, folder)  # of workers that were ended with this run
+            raise
+        remove_spent(plan, folder, states_of(plan, folder) if todo else states)
+    faults = tuple(state.fault for state in states if state.fault)
+    return Outcome(tuple(step.name for step in todo), faults, rejecting)
+
+
+def prepare(plan: Plan, folder: Path, *, replace: bool, watch: Watch) -> list[StepState]:
+    """Make a folder ready for what is left to do of a plan; the lock must be held.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is to be there at the end.
+    folder : Path
+        Of the run.
+    replace : bool
+        Let the run of another study in the folder be removed.
+    watch : Watch
+        Told of damage.
+
+    Returns
+    -------
+    list of StepState
+        Where each step stands; what was damaged is gone.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else.
+    """
+    _make_room(plan, folder, replace)
+    sweep(plan, folder)
+    states = states_of(plan, folder)
+    for state in states:
+        if state.fault:
+            watch.fault(f"{state.fault}; made again.")
+            for name in state.step.outputs:
+                if not name.endswith("/"):
+                    (folder / name).unlink(missing_ok=True)
+    if any(not state.is_done and state.step.name not in _AFTER for state in states):
+        take_back_manifest(plan, folder)
+    write_plan(plan, folder)
+    return states
+
+
+def _perform(
+    plan: Plan,
+    todo: Sequence[Step],
+    folder: Path,
+    perform: Perform,
+    engine: Engine | None,
+    watch: Watch,
+) -> tuple[str, ...]:
+    rejecting, done = [], 0
+    for wave in waves(plan.steps):
+        tasks = [Task(step, plan.keys[step.name], folder) for step in wave if step in todo]
+        for task, status in zip(tasks, map_batches(perform, tasks, engine=engine), strict=True):
+            done += 1
+            watch.step(task.step.name, done, len(todo))
+            if status:
+                rejecting.append(task.step.name)
+    return tuple(rejecting)
+
+
+def _make_room(plan: Plan, folder: Path, replace: bool) -> None:
+    """Refuse a folder that holds something else, and remove what the same study no longer makes."""
+    former = _former(folder)
+    if former is not None and former.study == plan.study:
+        sweep(former, folder)
+        remove_former(plan, former, folder)
+        return
+    found = f"the run of the study {former.study!r}" if former else _strange(plan, folder)
+    if not found:
+        return
+    if not replace:
+        raise InputError(folder, f"holds {found}. Must be another folder, or --replace be stated.")
+    if former is not None:
+        sweep(former, folder)
+        remove_former(plan, former, folder)
+        shutil.rmtree(folder / KEPT / "steps", ignore_errors=True)
+    for name in (*listed_outputs(folder / MANIFEST), Path(MANIFEST)):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _former(folder: Path) -> Plan | None:
+    if not (folder / KEPT / "plan.json").is_file():
+        return None
+    return read_plan(folder)
+
+
+def _strange(plan: Plan, folder: Path) -> str:
+    """Something in the folder that has the name of an output and was not made by this study."""
+    names = [*plan.outputs, MANIFEST, PAGE]
+    return next((name for name in names if (folder / name).exists()), "")
+
+
+def status_of(folder: Path) -> list[StepState]:
+    """Return where each step of the run in a folder stands.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no run of a study.
+    """
+    return states_of(read_plan(folder), folder)

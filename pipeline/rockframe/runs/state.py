@@ -1,0 +1,214 @@
+"""What of a run is done: each step that has ended leaves a stamp with the hashes of its outputs."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.provenance import MANIFEST, sha256_of, whole_file
+from rockframe.runs.plan import KEPT, Plan
+from rockframe.runs.step import Step
+
+_STAMPS: Final = f"{KEPT}/steps"
+_OF_ALL: Final = frozenset(["manifest", "verify"])
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """What was left by a step that has ended.
+
+    Parameters
+    ----------
+    key : str
+        What it depended on.
+    outputs : mapping of str to str
+        SHA-256 of each file that it wrote.
+    """
+
+    key: str
+    outputs: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class StepState:
+    """Where a step stands.
+
+    Parameters
+    ----------
+    step : Step
+        Which.
+    state : str
+        ``done``; ``to do``; ``outdated``, after a change of its inputs, options or of the source
+        code; ``damaged``, if an output is not as it was written; ``removed``, if its outputs were
+        temporary and are no longer needed.
+    fault : str
+        Of a damaged one, what is wrong.
+    """
+
+    step: Step
+    state: str
+    fault: str = ""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether nothing is left to do for it."""
+        return self.state in {"done", "removed"}
+
+
+def states_of(plan: Plan, folder: Path) -> list[StepState]:
+    """Return where each step stands; every output is hashed.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of the run.
+    folder : Path
+        Of the run.
+    """
+    listed = _of_manifest(plan, folder)
+    states: dict[str, StepState] = {}
+    needed: set[str] = set()
+    for step in reversed(plan.steps):
+        stamps = [s for s in (_read(folder, step.name), listed.get(step.name)) if s]
+        stamps.sort(key=lambda stamp: stamp.key != plan.keys[step.name])
+        state = _state(step, stamps[0] if stamps else None, plan.keys[step.name], folder)
+        if step.temporary and not needed.intersection(step.outputs):
+            state = StepState(step, "removed")
+        if not state.is_done:
+            needed.update(step.inputs)
+        states[step.name] = state
+    whole, told = True, []
+    for step in plan.steps:
+        state = states[step.name]
+        if step.rule in _OF_ALL and state.is_done and not whole:
+            state = StepState(step, "to do")  # it is of all that comes before it
+        whole = whole and state.is_done
+        told.append(state)
+    return told
+
+
+def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState:
+    if stamp is None:
+        return StepState(step, "to do")
+    if stamp.key != key:
+        return StepState(step, "outdated")
+    for name, stated in stamp.outputs.items():
+        path = folder / name
+        if not path.is_file():
+            return StepState(step, "damaged" if not step.temporary else "to do", f"{path}: missing")
+        if sha256_of(path) != stated:
+            return StepState(step, "damaged", f"{path}: is damaged: not as it was written")
+    return StepState(step, "done")
+
+
+def stamp(step: Step, key: str, folder: Path) -> None:
+    """Note that a step has ended, with the hashes of what it wrote.
+
+    Raises
+    ------
+    InputError
+        If an output is missing, or the stamp cannot be written.
+    """
+    outputs = {name: sha256_of(folder / name) for name in files_of(step.outputs, folder)}
+    content = json.dumps({"key": key, "outputs": outputs}, indent=1, sort_keys=True)
+    with whole_file(folder / _STAMPS / f"{step.name}.json") as partial:
+        partial.write_text(content + "\n", encoding="utf-8")
+
+
+def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
+    """Return the files that outputs are, those of folders one by one; without hidden ones."""
+    files: list[str] = []
+    for name in outputs:
+        if name.endswith("/"):
+            found = sorted(path for path in (folder / name).rglob("*") if _is_ours(path))
+            files += [path.relative_to(folder).as_posix() for path in found]
+        else:
+            files.append(name)
+    return files
+
+
+def _is_ours(path: Path) -> bool:
+    return path.is_file() and not path.name.startswith(".")  # a workflow may mark its folders
+
+
+def take_back_manifest(plan: Plan, folder: Path) -> None:
+    """Let the folder be that of a run under way: the manifest goes, what it says of steps stays."""
+    for step in plan.steps:
+        known = _of_manifest(plan, folder).get(step.name)
+        if known is not None and _read(folder, step.name) is None:
+            content = json.dumps({"key": known.key, "outputs": dict(known.outputs)})
+            with whole_file(folder / _STAMPS / f"{step.name}.json") as partial:
+                partial.write_text(content, encoding="utf-8")
+    (folder / MANIFEST).unlink(missing_ok=True)
+
+
+def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
+    """Remove the temporary outputs that nothing needs any more, by whatever run they were left."""
+    for state in states:
+        if state.state == "removed":
+            for name in state.step.outputs:
+                (folder / name).unlink(missing_ok=True)
+                (folder / _STAMPS / f"{state.step.name}.json").unlink(missing_ok=True)
+    kept = {Path(name).parent for s in states if s.state != "removed" for name in s.step.outputs}
+    for step in plan.steps:
+        for parent in {Path(name).parent for name in step.outputs if step.temporary}:
+            if parent not in kept and (folder / parent).is_dir():
+                _remove_if_empty(folder / parent)
+
+
+def remove_former(plan: Plan, former: Plan, folder: Path) -> None:
+    """Remove what a former plan of the same folder wrote and this one does not."""
+    names = {step.name for step in plan.steps}
+    now = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
+    for step in former.steps:
+        if step.name not in names:
+            (folder / _STAMPS / f"{step.name}.json").unlink(missing_ok=True)
+    for name in {*former.outputs, *(n for step in former.steps for n in step.outputs)} - now:
+        if name.endswith("/"):
+            shutil.rmtree(folder / name, ignore_errors=True)
+        else:
+            (folder / name).unlink(missing_ok=True)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    if not any(folder.iterdir()):
+        folder.rmdir()
+
+
+def _read(folder: Path, name: str) -> Stamp | None:
+    try:
+        content = json.loads((folder / _STAMPS / f"{name}.json").read_text(encoding="utf-8"))
+        return Stamp(content["key"], content["outputs"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
+    """What the manifest of an ended run says of its steps, by whichever way it was made."""
+    path = folder / MANIFEST
+    try:
+        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        keys, hashes = content["steps"], content["outputs"]
+        return dict(_stamps(plan, keys, {**hashes, MANIFEST: sha256_of(path)}))
+    except (OSError, ValueError, KeyError, TypeError, InputError):
+        return {}
+
+
+def _stamps(
+    plan: Plan, keys: Mapping[str, str], hashes: Mapping[str, str]
+) -> Iterator[tuple[str, Stamp]]:
+    for step in plan.steps:
+        if step.name not in keys:
+            continue
+        names = [
+            name
+            for name in hashes
+            if any(name == o or (o.endswith("/") and name.startswith(o)) for o in step.outputs)
+        ]
+        if names:
+            yield step.name, Stamp(keys[step.name], {name: hashes[name] for name in names})

@@ -1,0 +1,62 @@
+"""A small study of pulses in text files, for the tests of runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from rockframe.cli.main import main
+from rockframe.wavelets import Pulse
+
+STUDY = """
+name = "small"
+
+[records]
+paths = ["motions"]
+units = "g"
+time_step_s = 0.01
+
+[figures]
+most = 1
+
+[batches]
+records = 2
+
+[[structure]]
+name = "bridge-bent"
+height_m = 9.6
+width_m = 1.6
+mass_ratio = 4.0
+
+[[structure]]
+name = "slender-column"
+height_m = 2.0
+width_m = 0.2
+"""
+
+
+def make_study(home: Path, records: int = 5, text: str = STUDY) -> Path:
+    """Write records and a study of them; three batches of five."""
+    (home / "motions").mkdir(parents=True)
+    for k in range(records):
+        pulse = Pulse(wavelet="symmetric_ricker", a_p=0.3 + 0.05 * k, T_p=0.8 + 0.1 * k, time=2.0)
+        samples = pulse.acceleration(0.01 * np.arange(401))
+        np.savetxt(home / "motions" / f"motion-{k}.csv", samples, fmt="%.8f")
+    study = home / "small.toml"
+    study.write_text(text, encoding="utf-8")
+    return study
+
+
+def run(study: Path, folder: Path, *words: str) -> int:
+    """In this process, as a person types it."""
+    return main(["run", str(study), "--output", str(folder), "--workers", "1", *words])
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file that a run gives, but for its logs and what it keeps for itself."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.relative_to(folder).parts[0] not in {".rockframe", "logs"}
+    }

@@ -1,0 +1,251 @@
+"""A run can be stopped, gone on with, repeated and proven equal."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from tests.runs.small import STUDY, contents, make_study, run
+
+from rockframe.cli.main import main
+from rockframe.runs import locked, make_plan, read_plan, status_of, write_plan
+from rockframe.study import read_study
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A home with a study, and its run in `run`."""
+    home = tmp_path_factory.mktemp("made")
+    assert run(make_study(home), home / "run") == 0
+    return home
+
+
+@pytest.fixture
+def home(made: Path, tmp_path: Path) -> Path:
+    """A copy of it, to change."""
+    return Path(shutil.copytree(made, tmp_path / "home"))
+
+
+def states(folder: Path) -> dict[str, str]:
+    return {state.step.name: state.state for state in status_of(folder)}
+
+
+def steps_done(home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> set[str]:
+    """Run again, and say what was done."""
+    capsys.readouterr()
+    run(home / "small.toml", home / "run", "--json", *words)
+    return set(json.loads(capsys.readouterr().out)["steps_done"])
+
+
+def test_a_run_is_whole(made: Path) -> None:
+    assert main(["verify", str(made / "run")]) == 0
+    assert set(states(made / "run").values()) == {"done", "removed"}
+    assert not (made / "run" / "batches").exists()
+
+
+def test_run_elsewhere_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
+    """Nothing of the place of the run, nor of how the work was divided, is in its outputs."""
+    study = make_study(tmp_path / "elsewhere")
+    assert run(study, tmp_path / "elsewhere" / "deep" / "run") == 0
+    assert contents(tmp_path / "elsewhere" / "deep" / "run") == contents(made / "run")
+
+
+def test_run_in_a_pool_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
+    study = make_study(tmp_path / "pool")
+    words = ["run", str(study), "--output", str(tmp_path / "run"), "--workers", "2"]
+    assert main(words) == 0
+    assert contents(tmp_path / "run") == contents(made / "run")
+
+
+def test_unchanged_study_is_left_alone(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = {path: path.stat().st_mtime_ns for path in (home / "run").glob("[a-z]*.*")}
+    assert steps_done(home, capsys) == set()
+    after = {path: path.stat().st_mtime_ns for path in (home / "run").glob("[a-z]*.*")}
+    assert after == before
+
+
+def test_option_of_a_stage_concerns_what_follows_it(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = home / "small.toml"
+    study.write_text(STUDY + "[pulse]\nperiods_s = [0.3, 4.0]\n")
+    done = steps_done(home, capsys)
+    assert "ingest" not in done
+    assert "respond-001" not in done
+    assert {"pulse-001", "pulse-003", "merge-pulse", "table", "manifest", "report"} <= done
+    study.write_text(STUDY)
+
+
+@pytest.mark.parametrize("name", ["records.nc", "pulses.nc", "response.nc", "table.csv"])
+@pytest.mark.parametrize("damage", ["truncated", "flipped", "gone"])
+def test_damaged_file_is_named_and_made_again(
+    home: Path, name: str, damage: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = contents(home / "run")
+    path = home / "run" / name
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    if damage == "gone":
+        path.unlink()
+    else:
+        path.write_bytes(content if damage == "flipped" else content[: len(content) // 2])
+    assert main(["verify", str(home / "run")]) == 1
+    assert str(path) in capsys.readouterr().err
+    assert "damaged" in states(home / "run").values()
+    assert run(home / "small.toml", home / "run") == 0
+    assert f"{path}: {'missing' if damage == 'gone' else 'is damaged'}" in capsys.readouterr().err
+    assert contents(home / "run") == before
+
+
+def test_changed_record_is_read_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    motion = home / "motions" / "motion-2.csv"
+    motion.write_text(motion.read_text().replace("0.3", "0.2"))
+    assert "ingest" in steps_done(home, capsys)
+    assert main(["verify", str(home / "run")]) == 0
+
+
+@pytest.mark.parametrize("change", ["changed", "vanished"])
+def test_record_that_changes_under_way_spoils_the_manifest(
+    tmp_path: Path, change: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between ingest and the manifest: the outputs would be of a file that is not there."""
+    from rockframe.cli import table
+
+    study, motion = make_study(tmp_path), tmp_path / "motions" / "motion-1.csv"
+    original, write = motion.read_bytes(), table.write_table
+
+    def meddle(*arguments: object) -> None:
+        motion.write_bytes(original + b"0.0\n") if change == "changed" else motion.unlink()
+        write(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(table, "write_table", meddle)
+    assert run(study, tmp_path / "run") == 2
+    assert f"{motion}: {change} since the run began" in capsys.readouterr().err
+    assert not (tmp_path / "run" / "manifest.json").exists()
+    monkeypatch.undo()
+    motion.write_bytes(original)
+    assert run(study, tmp_path / "run") == 0
+
+
+def test_batches_left_by_a_kill_are_removed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A kill between the stamp of a merge and the removal of its batches."""
+    left = home / "run" / "batches" / "response-002.nc"
+    left.parent.mkdir()
+    left.write_bytes(b"left")
+    assert steps_done(home, capsys) == set()
+    assert not left.parent.exists()
+
+
+def test_half_written_files_are_swept_and_those_of_others_stay(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ours = home / "run" / ".response-abcd1234.partial.nc"
+    others = [home / "run" / name for name in (".mine-abcd1234.partial.nc", "notes.partial.txt")]
+    for path in (ours, *others):
+        path.write_text("half")
+    steps_done(home, capsys)
+    assert not ours.exists()
+    assert all(path.exists() for path in others)
+
+
+def test_second_run_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with locked(home / "run"):
+        assert run(home / "small.toml", home / "run") == 2
+        assert main(["status", str(home / "run"), "--json"]) == 0
+    printed = capsys.readouterr()
+    assert "another run is at work here. Must end first." in printed.err
+    assert json.loads(printed.out)["running"] is True
+
+
+def test_folder_of_another_study_is_refused_unless_asked(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = home / "other.toml"
+    other.write_text(STUDY.replace('"small"', '"other"').replace("records = 2", "records = 9"))
+    assert run(other, home / "run") == 2
+    assert "holds the run of the study 'small'" in capsys.readouterr().err
+    assert run(other, home / "run", "--replace") == 0
+    assert main(["verify", str(home / "run")]) == 0
+
+
+def test_folder_of_something_else_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = make_study(tmp_path)
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "table.csv").write_text("mine")
+    assert run(study, tmp_path / "run") == 2
+    assert "holds table.csv. Must be another folder, or --replace" in capsys.readouterr().err
+    assert (tmp_path / "run" / "table.csv").read_text() == "mine"
+
+
+def test_folder_among_the_records_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = make_study(tmp_path)
+    assert run(study, tmp_path / "motions" / "run") == 2
+    assert "lies among the records" in capsys.readouterr().err
+
+
+def test_study_that_makes_less_leaves_nothing_behind(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "small.toml").write_text(STUDY.replace("most = 1", "most = 0"))
+    assert "manifest" in steps_done(home, capsys)
+    assert not (home / "run" / "figures").exists()
+    assert main(["verify", str(home / "run")]) == 0
+
+
+def test_manifest_alone_says_what_is_done(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As after a workflow, which leaves no stamps: only the page is made again."""
+    shutil.rmtree(home / "run" / ".rockframe" / "steps")
+    assert steps_done(home, capsys) == {"report", "verify"}
+
+
+def test_list_of_inputs_names_every_file(made: Path) -> None:
+    with (made / "run" / "inputs.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["file"] for row in rows] == [f"motions/motion-{k}.csv" for k in range(5)]
+    manifest = json.loads((made / "run" / "manifest.json").read_text())
+    assert manifest["inputs"] == {row["file"]: row["sha256"] for row in rows}
+
+
+def test_subfolders_and_station_files_are_inputs(tmp_path: Path) -> None:
+    study = make_study(tmp_path)
+    deeper = tmp_path / "motions" / "deeper"
+    deeper.mkdir()
+    for name in ("more.csv", "station.xml"):
+        (deeper / name).write_text("x")
+    (tmp_path / "motions" / ".hidden").write_text("x")
+    plan = make_plan(read_study(study), tmp_path / "run")
+    names = [file.name for file in plan.inputs]
+    assert {"motions/deeper/more.csv", "motions/deeper/station.xml"} <= set(names)
+    assert "motions/.hidden" not in names
+
+
+def test_plan_is_read_as_it_was_written(tmp_path: Path) -> None:
+    plan = make_plan(read_study(make_study(tmp_path)), tmp_path / "run")
+    write_plan(plan, tmp_path / "run")
+    assert read_plan(tmp_path / "run") == plan
+
+
+def test_status_of_half_a_run(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Complete is a run of which every step is done, the page and the last look included."""
+    (home / "run" / ".rockframe" / "steps" / "verify.json").unlink()
+    capsys.readouterr()
+    assert main(["status", str(home / "run"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["complete"] is False
+    assert {"name": "verify", "state": "to do", "fault": ""} in told["steps"]
+    assert main(["status", str(home / "run")]) == 0
+    assert "not complete" in capsys.readouterr().out
+
+
+def test_step_that_fails_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = make_study(tmp_path, text=STUDY.replace('units = "g"\n', ""))
+    assert run(study, tmp_path / "run") == 2
+    assert "rockframe: error: " in capsys.readouterr().err
+    assert not (tmp_path / "run" / "manifest.json").exists()

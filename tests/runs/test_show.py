@@ -1,0 +1,75 @@
+"""What a run tells of one record."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.runs.small import STUDY, make_study, run
+
+from rockframe.cli.main import main
+from rockframe.results import rows_of
+
+FILTERS = "[filters]\npga_g = [0.32, 9.0]\n\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with a record that is filtered out and a file that is none."""
+    home = tmp_path_factory.mktemp("show")
+    study = make_study(home, 3, STUDY.replace("[figures]", f"{FILTERS}[figures]"))
+    (home / "motions" / "notes.txt").write_text("Nothing of the kind.\n")
+    assert run(study, home / "run") == 1
+    return home / "run"
+
+
+def shown(folder: Path, record: str, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
+    capsys.readouterr()
+    assert main(["show", str(folder), record, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert isinstance(told, dict)
+    return told
+
+
+def test_from_file_to_verdict(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = shown(folder, "motion-2", capsys)
+    assert told["status"] == "accepted"
+    assert told["file"] == "motion-2.csv"
+    assert set(told["responses"]) == {"bridge-bent", "slender-column"}  # type: ignore[call-overload]
+    assert main(["show", str(folder), "motion-2.csv"]) == 0
+    printed = capsys.readouterr().out
+    for words in ("SHA-256", "PGA 0.40", "T_p 1.0", "pga_g from 0.32 to 9", "bridge-bent"):
+        assert words in printed
+
+
+def test_filtered_record_says_by_what(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = shown(folder, "motion-0", capsys)
+    assert (told["status"], told["responses"]) == ("filtered", {})
+    assert told["reason"] == "pga_g 0.3. Must be from 0.32 to 9."
+    assert [row["record_id"] for row in rows_of(folder / "table.csv")][::2] == [
+        "motion-1",
+        "motion-2",
+    ]
+
+
+def test_rejected_file_says_why(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = shown(folder, "notes.txt", capsys)
+    assert told["status"] == "rejected"
+    assert told["reason"]
+
+
+def test_unknown_record_is_refused_with_those_there_are(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["show", str(folder), "none"]) == 2
+    assert "Must be the name of a file of the run, or one of: motion-1" in capsys.readouterr().err
+
+
+def test_file_of_several_records_asks_which(
+    tmp_path: Path, bundled_records: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--records", str(bundled_records / "Ridgecrest2019-CCC.V1")]
+    assert main(["table1", *words, "--structure", "bridge-bent", "--output", str(tmp_path)]) == 0
+    assert main(["show", str(tmp_path), "Ridgecrest2019-CCC.V1"]) == 2
+    assert "a file of 3. Must be one of: Ridgecrest2019-CCC-090, " in capsys.readouterr().err
