@@ -7,13 +7,20 @@ MADE := $(VENV)/.made
 OUTPUT ?= outputs/table1
 PAPER ?= outputs/paper
 SECONDS ?= 30
+STUDY ?= workflows/studies/table1.toml
+PROFILE ?= workflows/profiles/default
+# Snakemake has an environment of its own: it asks for older packages than the tools in $(VENV).
+WORKFLOW := .venv-workflow
+SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflows/Snakefile
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 report explore paper test test-browser test-dask check format bench fuzz clean
+.PHONY: help setup table1 study report explore paper test test-browser test-dask test-workflow test-faults check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
 	@echo "              (RECORDS='FILE or FOLDER ...' for your own, STRUCTURE=NAME for one structure)"
+	@echo "make study    STUDY=FILE with Snakemake, stage by stage, into OUTPUT (default: outputs/study-NAME);"
+	@echo "              'rockframe run FILE --output FOLDER' does the same without Snakemake"
 	@echo "make report   one page of the run in $(OUTPUT) to look at in a browser: $(OUTPUT)/report.html"
 	@echo "make explore  a live page: sliders for the frame and the record, answered by the kernel"
 	@echo "make paper    the paper, checked: its figures, and each number and claim beside ours, in $(PAPER)"
@@ -21,6 +28,8 @@ help:
 	@echo "make test     run the tests"
 	@echo "make test-browser  run the tests of both pages in Chromium (Debian: apt-get install chromium)"
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
+	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
+	@echo "make test-faults  kill, starve and damage runs, and see that they are gone on with (5 minutes)"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
@@ -42,6 +51,20 @@ $(MADE): requirements.lock pyproject.toml
 table1: $(MADE)
 	@$(BIN)/rockframe table1 --output $(OUTPUT) \
 		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
+
+$(WORKFLOW)/.made: pyproject.toml
+	@echo "making $(WORKFLOW), with Snakemake (once; a minute)"
+	@$(PYTHON) -m venv --clear $(WORKFLOW)
+	@$(PYTHON) -c 'import tomllib; file = open("pyproject.toml", "rb"); \
+		print(*tomllib.load(file)["project"]["optional-dependencies"]["workflow"], sep="\n")' | \
+		$(WORKFLOW)/bin/python -m pip install --quiet --disable-pip-version-check -r /dev/stdin
+	@touch $@
+
+study: STUDY_OUTPUT = $(if $(filter file,$(origin OUTPUT)),outputs/study-$(basename $(notdir $(STUDY))),$(OUTPUT))
+study: $(MADE) $(WORKFLOW)/.made
+	@$(BIN)/rockframe plan $(STUDY) --output $(STUDY_OUTPUT)
+	@$(SNAKEMAKE) --directory $(STUDY_OUTPUT) --workflow-profile $(PROFILE)
+	@$(BIN)/rockframe verify $(STUDY_OUTPUT)
 
 explore: $(MADE)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[explorer]'
@@ -67,6 +90,12 @@ test-dask: $(MADE)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[dask]'
 	@$(BIN)/python -m pytest -q tests/engines
 
+test-workflow: $(MADE) $(WORKFLOW)/.made
+	@$(BIN)/python -m pytest -q tests/workflow
+
+test-faults: $(MADE)
+	@$(BIN)/python -m pytest -q tests/faults
+
 check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check --quiet .
@@ -85,6 +114,6 @@ fuzz: $(MADE)
 	@$(BIN)/python tests/fuzz/run.py --seconds $(SECONDS)
 
 clean:
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(WORKFLOW) .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find pipeline tests records -name __pycache__ -type d -prune -exec rm -rf {} +
 	find outputs -mindepth 1 ! -name .gitkeep -delete
