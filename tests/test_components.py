@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,13 @@ from hypothesis import strategies as st
 import rockframe
 from rockframe.components import (
     HorizontalPair,
+    Rotation,
     Sweep,
     fault_components,
     pair_horizontals,
     rotate,
     rotd,
+    vertical_beside,
 )
 from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
@@ -163,10 +166,51 @@ def test_a_pair_keeps_its_vertical() -> None:
     assert unpaired == ()
 
 
-def test_a_vertical_of_another_length_is_not_beside_them() -> None:
-    short = replace(UP, acceleration=UP.acceleration[:-1])
-    ((pair,), _) = pair_horizontals([component(90.0), component(0.0), short])
+def test_a_vertical_of_quite_another_length_is_not_beside_them() -> None:
+    short = replace(UP, acceleration=UP.acceleration[:-26])
+    records = [component(90.0), component(0.0), short]
+    ((pair,), _) = pair_horizontals(records)
     assert pair.vertical is None
+    assert vertical_beside(records) == {}
+
+
+def shorter(record: Record, count: int) -> Record:
+    return replace(record, acceleration=record.acceleration[:count])
+
+
+def test_a_pair_and_its_vertical_are_cut_to_the_shortest_of_them() -> None:
+    records = [component(90.0), shorter(component(0.0), 490), shorter(UP, 495)]
+    ((pair,), unpaired) = pair_horizontals(records)
+    assert unpaired == ()
+    for cut, whole in zip((pair.first, pair.second, pair.vertical), records, strict=True):
+        assert cut is not None
+        np.testing.assert_array_equal(cut.acceleration, whole.acceleration[:490])
+    assert pair.first.processing[-1] == "length: cut to 490 of 500 samples, as of the motion"
+    assert pair.second.processing == ()
+
+
+def test_a_vertical_takes_the_length_of_the_record_beside_it() -> None:
+    records = [shorter(component(90.0), 490), component(0.0), shorter(UP, 495)]
+    beside = vertical_beside(records)
+    np.testing.assert_array_equal(beside["r90"].acceleration, UP.acceleration[:490])
+    np.testing.assert_array_equal(
+        beside["r0"].acceleration, np.r_[UP.acceleration[:495], [0.0] * 5]
+    )
+
+
+def test_a_rotated_pair_finds_its_vertical() -> None:
+    records = [component(90.0), shorter(component(0.0), 490), UP]
+    ((pair,), _) = pair_horizontals(records)
+    assert pair.vertical is not None
+    rotated = rotate(pair, 30.0)
+    (upward,) = vertical_beside([rotated, pair.vertical]).values()
+    assert upward is pair.vertical
+
+
+@pytest.mark.parametrize("stated", [{}, {"azimuth": 1.0, "strike": 2.0}, {"azimuth": math.inf}])
+def test_a_rotation_is_to_one_finite_azimuth_or_strike(stated: dict[str, float]) -> None:
+    with pytest.raises(ParameterError, match="Must be one of the two, in degrees"):
+        Rotation(**stated)
 
 
 @pytest.mark.parametrize(

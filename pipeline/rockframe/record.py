@@ -72,7 +72,7 @@ class Record:
         Peak of the samples of the file over the peak that its header states [1]; negative if the
         header's has a sign, and it is another one.
     filter_low, filter_high : float
-        Corners of the filters that the archive says it applied [Hz].
+        Corners of the filters that were applied, by the archive as it states them and here [Hz].
     processing : tuple of str
         What was done to the samples after reading, in order.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rockframe.components import Rotation
     from rockframe.engines import Engine
     from rockframe.ingest import ReadOptions
     from rockframe.signals import BandPass
@@ -125,6 +126,33 @@ def filters(options: argparse.Namespace) -> Filters:
             )
         stated[field] = tuple(bounds)
     return Filters(**stated)
+
+
+def add_rotation(parser: argparse.ArgumentParser) -> None:
+    """Options of rotating the horizontals of a station."""
+    toward = parser.add_mutually_exclusive_group()
+    toward.add_argument(
+        "--azimuth",
+        type=float,
+        metavar="DEGREES",
+        help="put the motion toward this azimuth in the place of the two horizontals of each "
+        "station",
+    )
+    toward.add_argument(
+        "--strike",
+        type=float,
+        metavar="DEGREES",
+        help="put the motions normal and parallel to a fault of this strike in their place",
+    )
+
+
+def rotation(options: argparse.Namespace) -> Rotation | None:
+    """Return where the horizontals are rotated to, if anywhere."""
+    from rockframe.components import Rotation
+
+    if options.azimuth is None and options.strike is None:
+        return None
+    return Rotation(options.azimuth, options.strike)
 
 
 def read_options(options: argparse.Namespace) -> ReadOptions:

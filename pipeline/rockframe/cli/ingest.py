@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import add_filters, add_reading, path
+from rockframe.cli.arguments import add_filters, add_reading, add_rotation, path
 
 if TYPE_CHECKING:
     from rockframe.results import Entry
@@ -21,11 +21,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_reading(parser)
     add_filters(parser)
+    add_rotation(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print what went through."""
-    from rockframe.cli.arguments import band_pass, filters, passport_limits, read_options
+    from rockframe.cli.arguments import (
+        band_pass,
+        filters,
+        passport_limits,
+        read_options,
+        rotation,
+    )
     from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages import ingest_stage
 
@@ -50,6 +57,7 @@ def run(options: argparse.Namespace) -> int:
             progress=progress,
             workers=options.workers,
             strict=options.strict,
+            rotation=rotation(options),
             listed=listed,
             filters=filters(options),
         )
@@ -104,7 +112,7 @@ def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
                 for entry in entries
                 if entry.status == status
             ]
-            for status in ("filtered", "unread")
+            for status in ("filtered", "rotated", "unread")
         },
     }
 

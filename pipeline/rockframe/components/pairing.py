@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
+from typing import Final
 
-from rockframe.components.pair import HorizontalPair, sampling
+import numpy as np
+
+from rockframe.components.pair import HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
+
+#: Channels of one recording end within moments of each other: more than this share of the longest
+#: is not cut away, nor padded.
+_SPARE: Final = 0.05
 
 
 @dataclass(frozen=True)
@@ -36,7 +43,8 @@ def pair_horizontals(
     ----------
     records : iterable of Record
         Of any number of stations and events. Two belong together if they agree in event, station,
-        network, start time, time step and length, and their azimuths are 90 degrees apart.
+        network, start time, format and time step, and their azimuths are 90 degrees apart. Channels
+        that end within 5 % of each other are cut to the shortest, the vertical too.
 
     Returns
     -------
@@ -82,8 +90,9 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
     Returns
     -------
     dict of str to Record
-        By the identifier of the other record; without those that have none, or more than one, of
-        the same event, station, network, start time, time step and length.
+        By the identifier of the other record, and of its length: cut, or continued with zeros, by
+        at most 5 %. Without those that have none, or more than one, of the same event, station,
+        network, start time, format and time step.
 
     Examples
     --------
@@ -96,21 +105,58 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
     for motion in _motions(records):
         verticals = [r for r in motion if r.orientation.upright]
         for record in motion:
-            beside = [r for r in verticals if sampling(r) == sampling(record)]
+            beside = [r for r in verticals if _fits(r, record)]
             if not record.orientation.upright and len(beside) == 1:
-                found[record.record_id] = beside[0]
+                found[record.record_id] = _of_length(beside[0], record.acceleration.size)
     return found
 
 
+def motion_of(record: Record) -> Hashable:
+    """Return what the components of one motion share.
+
+    Parameters
+    ----------
+    record : Record
+        Any component.
+
+    Examples
+    --------
+    >>> one = Record(record_id="a", acceleration=[0.0, 1.0], time_step=0.1, station="CCC")
+    >>> motion_of(one) == motion_of(replace(one, record_id="b", component="090"))
+    True
+    """
+    # Without a station nothing says that two records belong together; a raw and a corrected file
+    # of one record are two motions.
+    alone = "" if record.station else record.record_id
+    same = (record.event, record.network, record.station, record.start_time)
+    return *same, record.source_format, alone
+
+
 def _motions(records: Iterable[Record]) -> list[list[Record]]:
-    motions: defaultdict[tuple[str, ...], list[Record]] = defaultdict(list)
+    motions: defaultdict[Hashable, list[Record]] = defaultdict(list)
     for record in records:
-        # Without a station nothing says that two records belong together.
-        alone = "" if record.station else record.record_id
-        same = (record.event, record.network, record.station, record.start_time, alone)
-        # A raw and a corrected file of one record are two motions.
-        motions[*same, record.source_format].append(record)
+        motions[motion_of(record)].append(record)
     return list(motions.values())
+
+
+def _fits(one: Record, other: Record) -> bool:
+    """Whether two records have one time step and about the same length."""
+    sizes = one.acceleration.size, other.acceleration.size
+    return one.time_step == other.time_step and min(sizes) >= (1.0 - _SPARE) * max(sizes)
+
+
+def _of_length(record: Record, count: int) -> Record:
+    """The record cut to so many samples, or continued with zeros, and said to be so."""
+    size = record.acceleration.size
+    if size == count:
+        return record
+    more = np.zeros(max(count - size, 0))
+    what = f"cut to {count} of {size}" if size > count else f"continued with zeros to {count}"
+    return replace(
+        record,
+        acceleration=np.r_[record.acceleration[:count], more],
+        processing=(*record.processing, f"length: {what} samples, as of the motion"),
+    )
 
 
 def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
@@ -123,8 +169,10 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
         )
     if len(known) > 2:
         raise ParameterError(f"{len(known)} horizontals {where}: {names}. Must be two.")
-    pair = HorizontalPair(*known)
+    if not _fits(*known):
+        return HorizontalPair(*known)  # which says what differs
     verticals = [r for r in motion if r.orientation.upright]
-    if len(verticals) != 1 or sampling(verticals[0]) != sampling(known[0]):
-        return pair
-    return replace(pair, vertical=verticals[0])
+    beside = verticals if len(verticals) == 1 and _fits(verticals[0], known[0]) else []
+    count = min(record.acceleration.size for record in (*known, *beside))
+    one, other, *vertical = (_of_length(record, count) for record in (*known, *beside))
+    return HorizontalPair(one, other, vertical[0] if vertical else None)

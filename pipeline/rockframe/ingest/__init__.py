@@ -8,6 +8,7 @@ from rockframe.ingest.catalogue import read_catalogue as read_catalogue
 from rockframe.ingest.catalogue import with_facts as with_facts
 from rockframe.ingest.catalogue import write_catalogue as write_catalogue
 from rockframe.ingest.collect import collect as collect
+from rockframe.ingest.collect import collect_sources as collect_sources
 from rockframe.ingest.collect import sorted_out as sorted_out
 from rockframe.ingest.options import ReadOptions as ReadOptions
 from rockframe.ingest.quarantine import Limits as Limits

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +31,6 @@ def collect(
     workers: int | None = 0,
     limits: Limits | None = None,
     strict: bool = False,
-    outputs: Collection[Path] = (),
 ) -> Generator[Record | Rejection | Unread, None, None]:
     r"""Read files, archives and folders of records; memory does not grow with their number.
 
@@ -56,8 +55,6 @@ def collect(
         Time and memory of a worker.
     strict : bool
         Let the first rejection be an error.
-    outputs : collection of Path
-        Files that are about to be written, which are passed over.
 
     Yields
     ------
@@ -86,7 +83,32 @@ def collect(
     >>> rejection.file, record.record_id
     ('notes.md', 'shake')
     """
-    sources = sources_of(paths, catalogue, outputs)
+    yield from collect_sources(
+        sources_of(paths, catalogue),
+        options,
+        progress,
+        workers=workers,
+        limits=limits,
+        strict=strict,
+    )
+
+
+def collect_sources(
+    sources: Sequence[Source],
+    options: ReadOptions = NO_OPTIONS,
+    progress: Callable[[str], None] | None = None,
+    *,
+    workers: int | None = 0,
+    limits: Limits | None = None,
+    strict: bool = False,
+) -> Generator[Record | Rejection | Unread, None, None]:
+    """Read files that have been found; as `collect`, and with its other parameters.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+        As `sources_of` gives them.
+    """
     files = [source.path for source in sources if source.is_read]
     owners: Owners = {}
     with closing(_outcomes(files, options, worker_count(workers, files), limits)) as outcomes:

@@ -26,9 +26,9 @@ from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
 from rockframe.results.pulses import best_pulses as best_pulses
 from rockframe.results.pulses import pulses_dataset as pulses_dataset
-from rockframe.results.records import RecordsFile as RecordsFile
-from rockframe.results.records import open_records as open_records
-from rockframe.results.records import read_records as read_records
+from rockframe.results.recorded import RecordsFile as RecordsFile
+from rockframe.results.recorded import open_records as open_records
+from rockframe.results.recorded import read_records as read_records
 from rockframe.results.records import write_records as write_records
 from rockframe.results.rejections import left_out_of as left_out_of
 from rockframe.results.rejections import rejections_of as rejections_of

@@ -34,8 +34,8 @@ class Entry:
     line : int, optional
         Line number in the file, counted from 1.
     note : str
-        Why a file that gave no record is none: used beside others, or passed over; why a record is
-        filtered out; else empty.
+        What became of a file that was not read (used beside others, or passed over), of a
+        component that was rotated, or of a record that is filtered out; else empty.
     filtered : bool
         Sound, but not among the records that were asked for.
 
@@ -55,10 +55,12 @@ class Entry:
 
     @property
     def status(self) -> str:
-        """``accepted``, ``rejected``, ``filtered`` or ``unread``."""
+        """``accepted``, ``rejected``, ``filtered``, ``rotated`` (into others), or ``unread``."""
         if self.filtered:
             return "filtered"
-        return "rejected" if self.reason else "unread" if self.note else "accepted"
+        if self.note and not self.reason:
+            return "rotated" if self.record_id else "unread"
+        return "rejected" if self.reason else "accepted"
 
 
 def write_entries(entries: Sequence[Entry], path: Path) -> None:

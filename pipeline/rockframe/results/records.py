@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum
 from itertools import chain, islice
 from pathlib import Path
@@ -13,39 +12,14 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
-from rockframe.results.files import RECORDS, damage_named, named, opened, put
+from rockframe.results.files import RECORDS, named, put
 from rockframe.results.growing import growing
+from rockframe.results.recorded import NUMBERS, TEXTS, RecordsFile, open_records
 from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
 from rockframe.signals import CheckVerdict, Passport, integrate, peak
 
-#: Text of a record, by variable: field of Record, long name.
-_TEXTS: Final = {
-    "event": "name of the earthquake",
-    "station": "code or name of the station",
-    "network": "code of the network",
-    "component": "name of the component in the archive",
-    "start_time": "time of the first sample, UTC",
-    "facts_source": "where event, magnitude and distance are from, as the catalogue says",
-    "source_file": "name of the file that held the record",
-    "source_format": "format of that file",
-    "source_sha256": "SHA-256 of that file",
-    "instrument_file": "name of the StationXML file that turned counts into acceleration",
-    "instrument_sha256": "SHA-256 of that StationXML file",
-}
-
-#: Numbers of a record, by variable: unit, long name.
-_NUMBERS: Final = {
-    "time_step": ("s", "interval between samples"),
-    "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
-    "magnitude": ("1", "magnitude of the earthquake"),
-    "epicentral_distance": ("km", "distance to the epicentre"),
-    "vs30": ("m s-1", "mean velocity of shear waves in the uppermost 30 m"),
-    "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
-    "filter_low": ("Hz", "lower corner of the filters that the archive states"),
-    "filter_high": ("Hz", "upper corner of the filters that the archive states"),
-}
+_TITLE: Final = "Strong-motion records"
 
 #: Peaks of a record, by variable: unit, long name.
 _PEAKS: Final = {
@@ -77,6 +51,15 @@ class _Trigger(IntEnum):
     LATE = 1
 
 
+#: Numbers of the two horizontals of a motion, by variable: unit, long name.
+_SWEEPS: Final = {
+    "pga_rotd50": ("m s-2", "RotD50 of the peak ground acceleration of both horizontals"),
+    "pga_rotd100": ("m s-2", "RotD100 of the peak ground acceleration of both horizontals"),
+    "pgv_rotd50": ("m s-1", "RotD50 of the peak ground velocity of both horizontals"),
+    "pgv_rotd100": ("m s-1", "RotD100 of the peak ground velocity of both horizontals"),
+    "azimuth_rotd100": ("degree", "azimuth of the largest acceleration, clockwise from north"),
+}
+
 #: Flags of a record, by variable: enumeration, long name; the last two are of the passport.
 _FLAGS: Final = {
     "orientation": (Orientation, "direction of the component"),
@@ -91,6 +74,7 @@ def write_records(
     *,
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
+    sweep: Callable[[RecordsFile], Mapping[str, Sequence[float]]] | None = None,
 ) -> dict[str, str]:
     """Write the output of the ingest stage, whole or not at all; holds one record at a time.
 
@@ -107,6 +91,9 @@ def write_records(
         Name and SHA-256 of each input besides the files that held the records.
     parameters : mapping
         The options of the stage; JSON values.
+    sweep : callable, optional
+        Called with the records before they are put in their place; gives numbers of both
+        horizontals of each record, by variable.
 
     Returns
     -------
@@ -130,17 +117,26 @@ def write_records(
                     columns[name].append(value)
         held = dict(zip(columns["source_file"], columns["source_sha256"], strict=True))
         held |= zip(columns["instrument_file"], columns["instrument_sha256"], strict=True)
-        held.pop("", None)
-        inputs = {**held, **input_sha256}
-        put(
-            _dataset(columns),
-            partial,
-            RECORDS,
-            input_sha256=inputs,
-            parameters=parameters,
-            mode="a",
-        )
+        inputs = {**{name: digest for name, digest in held.items() if digest}, **input_sha256}
+        origin = {"input_sha256": inputs, "parameters": parameters}
+        put(_dataset(columns), partial, RECORDS, mode="a", **origin)
+        if sweep is not None:
+            put(_swept(partial, sweep), partial, RECORDS, mode="a", **origin)
     return inputs
+
+
+def _swept(
+    partial: Path, sweep: Callable[[RecordsFile], Mapping[str, Sequence[float]]]
+) -> xr.Dataset:
+    with open_records(partial) as records:
+        found, unknown = sweep(records), np.full(len(records.names), np.nan)
+    return xr.Dataset(
+        {
+            name: variable("record", np.array(found.get(name, unknown)), units, long_name)
+            for name, (units, long_name) in _SWEEPS.items()
+        },
+        attrs={"title": _TITLE},
+    )
 
 
 def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
@@ -152,7 +148,7 @@ def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
         "pgv": peak(integrate(record.acceleration, record.time_step)),
         "orientation": record.orientation,
         "processing": "; ".join(record.processing),
-        **{name: getattr(record, name) for name in (*_TEXTS, *_NUMBERS)},
+        **{name: getattr(record, name) for name in (*TEXTS, *NUMBERS)},
     }
     if passport is not None:
         known |= {name: getattr(passport.measures, name) for name in _MEASURES}
@@ -162,7 +158,7 @@ def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
 
 def _dataset(columns: Mapping[str, list[Any]]) -> xr.Dataset:
     """Return all variables but the samples."""
-    numbers = {**_NUMBERS, **_PEAKS, **(_MEASURES if "passport" in columns else {})}
+    numbers = {**NUMBERS, **_PEAKS, **(_MEASURES if "passport" in columns else {})}
     variables = {
         "record_id": record_ids(columns["record_id"]),
         "row_size": row_sizes(columns["row_size"]),
@@ -170,7 +166,7 @@ def _dataset(columns: Mapping[str, list[Any]]) -> xr.Dataset:
             name: variable("record", np.array(columns[name], dtype=np.float64), units, long_name)
             for name, (units, long_name) in numbers.items()
         },
-        **{name: texts("record", columns[name], long_name) for name, long_name in _TEXTS.items()},
+        **{name: texts("record", columns[name], long_name) for name, long_name in TEXTS.items()},
         **{
             name: flags("record", columns[name], kind, long_name)
             for name, (kind, long_name) in _FLAGS.items()
@@ -178,127 +174,4 @@ def _dataset(columns: Mapping[str, list[Any]]) -> xr.Dataset:
         },
         "processing": texts("record", columns["processing"], "processing after reading"),
     }
-    return xr.Dataset(variables, attrs={"title": "Strong-motion records"})
-
-
-class RecordsFile:
-    """A records file, open for reading one record at a time; closes at the end of a ``with`` block.
-
-    Parameters
-    ----------
-    path : str or Path
-        Output of ``rockframe ingest``.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or something else.
-    """
-
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
-        with ExitStack() as stack:
-            dataset = stack.enter_context(opened(self.path, RECORDS))
-            self._samples = dataset["acceleration"].variable
-            self._known = dataset.drop_vars("acceleration").load()
-            self._open = stack.pop_all()
-        self._ends = np.cumsum(self._known["row_size"].values)
-        self._rows = {name: row for row, name in enumerate(self.names)}
-
-    def __enter__(self) -> RecordsFile:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __iter__(self) -> Iterator[Record]:
-        """Read one record after the other."""
-        return map(self.read, self.names)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._open.close()
-
-    @property
-    def names(self) -> list[str]:
-        """Identifiers of the records."""
-        return [str(name) for name in self._known["record_id"].values]
-
-    @property
-    def orientations(self) -> list[Orientation]:
-        """Orientations of the records."""
-        return [Orientation(int(value)) for value in self._known["orientation"].values]
-
-    def read(self, name: str) -> Record:
-        """Read the record of this name.
-
-        Raises
-        ------
-        ParameterError
-            If there is none.
-        InputError
-            If it is damaged.
-        """
-        if name not in self._rows:
-            known = ", ".join(self.names)
-            raise ParameterError(f"Invalid record {name!r}. Must be one of: {known}.")
-        row = self._rows[name]
-
-        def value(variable: str) -> Any:
-            return self._known[variable].values[row]
-
-        end, steps = int(self._ends[row]), str(value("processing"))
-        with damage_named(self.path, RECORDS):
-            samples = self._samples[end - int(value("row_size")) : end].values
-        return Record(
-            record_id=name,
-            acceleration=samples,
-            orientation=Orientation(int(value("orientation"))),
-            processing=tuple(steps.split("; ")) if steps else (),
-            **{text: str(value(text)) for text in _TEXTS},  # type: ignore[arg-type]
-            **{number: float(value(number)) for number in _NUMBERS},  # type: ignore[arg-type]
-        )
-
-
-def open_records(path: str | Path) -> RecordsFile:
-    """Open the output of the ingest stage, to read one record at a time.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or something else.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "records.nc")
-    ...     _ = write_records([(record, None)], path, input_sha256={}, parameters={})
-    ...     with open_records(path) as records:
-    ...         [record.duration for record in records]
-    [0.2]
-    """
-    return RecordsFile(path)
-
-
-def read_records(path: str | Path) -> list[Record]:
-    """Read all records of the output of the ingest stage.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or not the output of the ingest stage.
-    """
-    with open_records(path) as records:
-        return list(records)
+    return xr.Dataset(variables, attrs={"title": _TITLE})

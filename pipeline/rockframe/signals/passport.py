@@ -177,7 +177,6 @@ def passport(
     before: Record,
     after: Record,
     limits: PassportLimits,
-    corners: tuple[float, float] | None = None,
 ) -> Passport:
     """Measure a record and hold it to the limits.
 
@@ -189,8 +188,6 @@ def passport(
         and drift are of what goes on to the next stage.
     limits : PassportLimits
         Limits of warning and rejection.
-    corners : (float, float), optional
-        Corners of a band-pass [Hz] that was applied here, besides those that the archive states.
 
     Raises
     ------
@@ -211,13 +208,11 @@ def passport(
     """
     # Squares of absurd numbers overflow; the check of the peak says what is wrong with them.
     with np.errstate(over="ignore", invalid="ignore"):
-        measures = _measure(before, after, limits.signal_to_noise_ratio, corners)
+        measures = _measure(before, after, limits.signal_to_noise_ratio)
     return Passport(measures, _judge(measures, limits))
 
 
-def _measure(
-    before: Record, after: Record, ratio: float, corners: tuple[float, float] | None
-) -> Measures:
+def _measure(before: Record, after: Record, ratio: float) -> Measures:
     step = after.time_step
     start, end = significant_duration(after.acceleration, step)
     velocity = integrate(after.acceleration, step)
@@ -225,8 +220,8 @@ def _measure(
     raw = before.acceleration
     quiet, level = pre_event(raw, step)
     band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)
-    bounds = _innermost((before.filter_low, before.filter_high), corners)
-    shortest, longest = usable_periods(step, after.duration, bounds, band)
+    corners = after.filter_low, after.filter_high
+    shortest, longest = usable_periods(step, after.duration, corners, band)
     strong = slice(int(start / step), int(end / step) + 2)
     return Measures(
         peak_acceleration=peak(after.acceleration),
@@ -249,15 +244,6 @@ def _measure(
         usable_period_shortest=shortest,
         usable_period_longest=longest,
     )
-
-
-def _innermost(
-    archive: tuple[float, float], here: tuple[float, float] | None
-) -> tuple[float, float]:
-    """The higher of the lower corners and the lower of the upper ones [Hz]; NaN if unknown."""
-    low, high = here or (math.nan, math.nan)
-    # fmax and fmin pass over a NaN.
-    return float(np.fmax(archive[0], low)), float(np.fmin(archive[1], high))
 
 
 def _end_share(series: Float) -> float:

@@ -2,8 +2,8 @@
 
 from rockframe.stages.common import Batch as Batch
 from rockframe.stages.fetch import fetch_stage as fetch_stage
-from rockframe.stages.ingest import Ingested as Ingested
 from rockframe.stages.ingest import ingest_stage as ingest_stage
+from rockframe.stages.intake import Ingested as Ingested
 from rockframe.stages.merge import merge_stage as merge_stage
 from rockframe.stages.pulse import pulse_stage as pulse_stage
 from rockframe.stages.respond import choose_structures as choose_structures

@@ -193,7 +193,8 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     upward = beside.get(record.record_id)
     if upward is None:
         raise ParameterError(
-            "no vertical record of the same event, station, start, time step and length. "
+            "no vertical record of the same event, station, start, time step and (but for 5 %) "
+            "length. "
             "Must be one, to let the ground move vertically."
         )
     sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0

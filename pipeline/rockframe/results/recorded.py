@@ -1,0 +1,165 @@
+"""records.nc: the records read back, one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from rockframe.errors import ParameterError
+from rockframe.record import Orientation, Record
+from rockframe.results.files import RECORDS, damage_named, opened
+
+#: Text of a record, by variable: field of Record, long name.
+TEXTS: Final = {
+    "event": "name of the earthquake",
+    "station": "code or name of the station",
+    "network": "code of the network",
+    "component": "name of the component in the archive",
+    "start_time": "time of the first sample, UTC",
+    "facts_source": "where event, magnitude and distance are from, as the catalogue says",
+    "source_file": "name of the file that held the record",
+    "source_format": "format of that file",
+    "source_sha256": "SHA-256 of that file",
+    "instrument_file": "name of the StationXML file that turned counts into acceleration",
+    "instrument_sha256": "SHA-256 of that StationXML file",
+}
+
+#: Numbers of a record, by variable: unit, long name.
+NUMBERS: Final = {
+    "time_step": ("s", "interval between samples"),
+    "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
+    "magnitude": ("1", "magnitude of the earthquake"),
+    "epicentral_distance": ("km", "distance to the epicentre"),
+    "vs30": ("m s-1", "mean velocity of shear waves in the uppermost 30 m"),
+    "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
+    "filter_low": ("Hz", "highest lower corner of the filters applied, as far as stated"),
+    "filter_high": ("Hz", "lowest upper corner of the filters applied, as far as stated"),
+}
+
+
+class RecordsFile:
+    """A records file, open for reading one record at a time; closes at the end of a ``with`` block.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe ingest``.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        with ExitStack() as stack:
+            dataset = stack.enter_context(opened(self.path, RECORDS))
+            self._samples = dataset["acceleration"].variable
+            self._known = dataset.drop_vars("acceleration").load()
+            self._open = stack.pop_all()
+        self._ends = np.cumsum(self._known["row_size"].values)
+        self._rows = {name: row for row, name in enumerate(self.names)}
+
+    def __enter__(self) -> RecordsFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[Record]:
+        """Read one record after the other."""
+        return map(self.read, self.names)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._open.close()
+
+    @property
+    def names(self) -> list[str]:
+        """Identifiers of the records."""
+        return [str(name) for name in self._known["record_id"].values]
+
+    @property
+    def orientations(self) -> list[Orientation]:
+        """Orientations of the records."""
+        return [Orientation(int(value)) for value in self._known["orientation"].values]
+
+    def read(self, name: str) -> Record:
+        """Read the record of this name.
+
+        Raises
+        ------
+        ParameterError
+            If there is none.
+        InputError
+            If it is damaged.
+        """
+        if name not in self._rows:
+            known = ", ".join(self.names)
+            raise ParameterError(f"Invalid record {name!r}. Must be one of: {known}.")
+        row = self._rows[name]
+
+        def value(variable: str) -> Any:
+            return self._known[variable].values[row]
+
+        end, steps = int(self._ends[row]), str(value("processing"))
+        with damage_named(self.path, RECORDS):
+            samples = self._samples[end - int(value("row_size")) : end].values
+        return Record(
+            record_id=name,
+            acceleration=samples,
+            orientation=Orientation(int(value("orientation"))),
+            processing=tuple(steps.split("; ")) if steps else (),
+            **{text: str(value(text)) for text in TEXTS},  # type: ignore[arg-type]
+            **{number: float(value(number)) for number in NUMBERS},  # type: ignore[arg-type]
+        )
+
+
+def open_records(path: str | Path) -> RecordsFile:
+    """Open the output of the ingest stage, to read one record at a time.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from rockframe.results import write_records
+    >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "records.nc")
+    ...     _ = write_records([(record, None)], path, input_sha256={}, parameters={})
+    ...     with open_records(path) as records:
+    ...         [record.duration for record in records]
+    [0.2]
+    """
+    return RecordsFile(path)
+
+
+def read_records(path: str | Path) -> list[Record]:
+    """Read all records of the output of the ingest stage.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or not the output of the ingest stage.
+    """
+    with open_records(path) as records:
+        return list(records)

@@ -1,0 +1,129 @@
+"""The horizontals of each motion in a file of records: RotD of both, and rotation."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rockframe.components import HorizontalPair, Rotation, motion_of, pair_horizontals, rotate, rotd
+from rockframe.errors import InputError
+from rockframe.record import Record
+from rockframe.results import Entry, RecordsFile
+from rockframe.signals import Passport, integrate
+from rockframe.stages.intake import Intake, checked
+
+
+def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, Sequence[float]]:
+    """Return what the motion of both horizontals reaches toward all azimuths, for each record.
+
+    Parameters
+    ----------
+    file : RecordsFile
+        The records.
+    recorded : RecordsFile, optional
+        The components that were recorded, if the records are rotated ones; those of one motion are
+        held at a time.
+
+    Returns
+    -------
+    dict of str to sequence of float
+        By variable, a number a record: RotD50 and RotD100 of PGA [m s-2] and PGV [m s-1], and the
+        azimuth of the largest acceleration [degree]; NaN for verticals and what is of no pair.
+    """
+    of_motion = {
+        motion_of(pair.first): _swept(pair)
+        for records in _motions(recorded or file)
+        for pair in pair_horizontals(records)[0]
+    }
+    found = [
+        {} if record.orientation.upright else of_motion.get(motion_of(record), {})
+        for record in file
+    ]
+    return {
+        variable: [of_record.get(variable, np.nan) for of_record in found]
+        for variable in next(iter(of_motion.values()), {})
+    }
+
+
+def rotated(
+    file: RecordsFile, rotation: Rotation, intake: Intake
+) -> Iterator[tuple[Record, Passport | None]]:
+    """Give the motion of each pair toward the azimuths, and the verticals as they are.
+
+    A vertical beside a pair that was cut to a common length is cut alike. What is of no pair is
+    rejected, with the reason.
+
+    Parameters
+    ----------
+    file : RecordsFile
+        The records as recorded; those of one motion are held at a time.
+    rotation : Rotation
+        The azimuths.
+    intake : Intake
+        What became of the recorded components; theirs and the rotated ones' rows are put into it.
+    """
+    recorded = {row.record_id: row for row in intake.entries if row.record_id and not row.reason}
+    corrected = {one.record_id for one in intake.accepted if one.corrected_here}
+    intake.accepted.clear()
+    intake.entries[:] = [row for row in intake.entries if row.record_id not in recorded]
+    for records in _motions(file):
+        pairs, unpaired = pair_horizontals(records)
+        for one in unpaired:
+            row = recorded[one.record_id]
+            _refuse(intake, replace(row, reason=f"record {one.record_id!r}: {one.reason}"))
+        verticals = {r.record_id: r for r in records if r.orientation.upright}
+        for pair in pairs:
+            yield from _toward(pair, rotation, intake, recorded, corrected)
+            if pair.vertical:
+                verticals[pair.vertical.record_id] = pair.vertical
+        for name, vertical in verticals.items():
+            if intake.let_through(vertical, recorded[name], corrected_here=name in corrected):
+                yield vertical, recorded[name].passport
+    intake.require_some()
+
+
+def _toward(
+    pair: HorizontalPair,
+    rotation: Rotation,
+    intake: Intake,
+    recorded: Mapping[str, Entry],
+    corrected: set[str],
+) -> Iterator[tuple[Record, Passport | None]]:
+    made = [rotate(pair, azimuth) for azimuth in rotation.azimuths]
+    names = [component.record_id for component in (pair.first, pair.second)]
+    for record in made:
+        row = checked(record, record, intake.limits)
+        here = not corrected.isdisjoint(names)
+        if intake.let_through(record, row, corrected_here=here):
+            yield record, row.passport
+    into = " and ".join(repr(record.record_id) for record in made)
+    intake.entries.extend(replace(recorded[name], note=f"rotated into {into}.") for name in names)
+
+
+def _refuse(intake: Intake, row: Entry) -> None:
+    if intake.strict:
+        raise InputError(row.file, row.reason)
+    intake.entries.append(row)
+
+
+def _swept(pair: HorizontalPair) -> dict[str, float]:
+    pga, pgv = rotd(pair), rotd(pair, transform=integrate)
+    return {
+        "pga_rotd50": pga.percentile(50),
+        "pga_rotd100": pga.percentile(100),
+        "pgv_rotd50": pgv.percentile(50),
+        "pgv_rotd100": pgv.percentile(100),
+        "azimuth_rotd100": pga.strongest_azimuth,
+    }
+
+
+def _motions(file: RecordsFile) -> Iterator[list[Record]]:
+    """The records of each motion, in the order of the first ones."""
+    names: defaultdict[Hashable, list[str]] = defaultdict(list)
+    for record in file:
+        names[motion_of(record)].append(record.record_id)
+    for of_motion in names.values():
+        yield [file.read(name) for name in of_motion]

@@ -1,0 +1,108 @@
+"""`ingest --azimuth` and `--strike`: what is put in the place of the recorded horizontals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from rockframe.cli.main import main
+from rockframe.components import Rotation
+from rockframe.errors import InputError
+from rockframe.ingest import ReadOptions
+from rockframe.results import open_response, read_records
+from rockframe.stages import ingest_stage, respond_stage
+
+
+def three(folder: Path, cut: int = 0, azimuths: tuple[str, str] = ("090", "360")) -> Path:
+    """PEER files of one station: two horizontals, one of them shorter, and the vertical."""
+    folder.mkdir(exist_ok=True)
+    for k, component in enumerate((*azimuths, "UP")):
+        samples = 0.05 * np.random.default_rng(k).standard_normal(4000 - (cut if k == 1 else 0))
+        (folder / f"CCC{component}.AT2").write_text(
+            "PEER NGA STRONG MOTION DATABASE RECORD\n"
+            f"Ridgecrest, 7/6/2019, Christmas Canyon, {component}\n"
+            "ACCELERATION TIME SERIES IN UNITS OF G\n"
+            f"NPTS= {samples.size}, DT= .0100 SEC\n" + "\n".join(f"{a:.7f}" for a in samples)
+        )
+    return folder
+
+
+def test_toward_a_recorded_azimuth_the_motion_is_the_recorded_one(tmp_path: Path) -> None:
+    folder = three(tmp_path / "in")
+    ingest_stage([folder], tmp_path / "as.nc", workers=0)
+    ingest_stage([folder], tmp_path / "to.nc", workers=0, rotation=Rotation(azimuth=90.0))
+    recorded = {record.component: record for record in read_records(tmp_path / "as.nc")}
+    toward, upward = read_records(tmp_path / "to.nc")
+    np.testing.assert_array_equal(toward.acceleration, recorded["090"].acceleration)
+    np.testing.assert_array_equal(upward.acceleration, recorded["UP"].acceleration)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "as.csv", "as.nc", "in", "to.csv", "to.nc"
+    ]  # fmt: skip
+
+
+def test_a_vertical_is_cut_with_its_pair_and_found_by_respond(tmp_path: Path) -> None:
+    folder = three(tmp_path / "in", cut=30)
+    output = tmp_path / "records.nc"
+    result = ingest_stage([folder], output, workers=0, rotation=Rotation(strike=0.0))
+    records = read_records(output)
+    assert [record.acceleration.size for record in records] == [3970] * 3
+    assert [record.azimuth for record in records[:2]] == [90.0, 0.0]
+    assert [row.status for row in result.entries] == ["accepted"] * 3 + ["rotated"] * 2
+    assert respond_stage(output, tmp_path / "response.nc", vertical=True) == ()
+    with open_response(tmp_path / "response.nc") as response:
+        assert len(response.records) == 2
+
+
+def test_rotd_of_both_horizontals_stands_beside_each(tmp_path: Path) -> None:
+    folder = three(tmp_path / "in")
+    for name, rotation in (("as.nc", None), ("to.nc", Rotation(azimuth=30.0))):
+        ingest_stage([folder], tmp_path / name, workers=0, rotation=rotation)
+    with xr.open_dataset(tmp_path / "as.nc") as recorded, xr.open_dataset(tmp_path / "to.nc") as to:
+        across = recorded.isel(record=[0, 1])
+        assert (across["pga_rotd100"] >= across["pga"].max()).all()
+        assert (across["pga_rotd50"] <= across["pga_rotd100"]).all()
+        assert np.isnan(recorded["pga_rotd50"].values[2])
+        for name in ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100"):
+            assert to[name].values[0] == recorded[name].values[0] == recorded[name].values[1]
+
+
+def test_what_is_of_no_pair_is_rejected_with_the_reason(tmp_path: Path) -> None:
+    folder = three(tmp_path / "in")
+    (folder / "alone.csv").write_text("time_s,acc_g\n0.0,0.1\n0.1,-0.2\n0.2,0.3\n")
+    rotation = Rotation(azimuth=30.0)
+    result = ingest_stage([folder], tmp_path / "records.nc", workers=0, rotation=rotation)
+    assert [record.record_id for record in result.accepted] == ["CCC090-rotated-30", "CCCUP"]
+    (rejection,) = result.rejections
+    assert rejection.file == "alone.csv"
+    assert rejection.reason.startswith("record 'alone': direction unstated.")
+    with pytest.raises(InputError, match=r"alone\.csv: record 'alone': direction unstated"):
+        ingest_stage([folder], tmp_path / "other.nc", workers=0, rotation=rotation, strict=True)
+    assert not (tmp_path / "other.csv").exists()
+
+
+def test_no_pair_at_all_leaves_the_table(tmp_path: Path) -> None:
+    folder = three(tmp_path / "in", azimuths=("090", "135"))
+    with pytest.raises(InputError, match=r"azimuths 90 and 135 degrees .* \(1 more rejected"):
+        ingest_stage(
+            [folder / "CCC090.AT2", folder / "CCC135.AT2"],
+            tmp_path / "records.nc",
+            workers=0,
+            rotation=Rotation(azimuth=30.0),
+            options=ReadOptions(),
+        )
+    assert (tmp_path / "records.csv").exists()
+    assert not (tmp_path / "records.nc").exists()
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, output = three(tmp_path / "in"), tmp_path / "records.nc"
+    words = ["ingest", str(folder), "--output", str(output)]
+    assert main([*words, "--strike", "320"]) == 0
+    assert "CCC090-rotated-50" in capsys.readouterr().out
+    assert main([*words, "--azimuth", "nan"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    with pytest.raises(SystemExit, match="2"):
+        main([*words, "--azimuth", "1", "--strike", "2"])
