@@ -23,6 +23,8 @@ from .record import Record as Record
 from .results import open_records as open_records
 from .results import open_response as open_response
 from .results import read_records as read_records
+from .results import read_rocking_spectrum as read_rocking_spectrum
+from .results import read_spectrum as read_spectrum
 from .rocking import ColumnForces as ColumnForces
 from .rocking import GroundAcceleration as GroundAcceleration
 from .rocking import Impulses as Impulses
@@ -31,6 +33,7 @@ from .rocking import OverturningSpectrum as OverturningSpectrum
 from .rocking import Peaks as Peaks
 from .rocking import Reactions as Reactions
 from .rocking import Response as Response
+from .rocking import RockingSpectrum as RockingSpectrum
 from .rocking import Scenarios as Scenarios
 from .rocking import Sensitivity as Sensitivity
 from .rocking import Verdict as Verdict
@@ -47,6 +50,7 @@ from .rocking import respond as respond
 from .rocking import respond_many as respond_many
 from .rocking import respond_scenarios as respond_scenarios
 from .rocking import restoring_moment as restoring_moment
+from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
 from .signals import Passport as Passport
 from .signals import passport as passport
@@ -54,6 +58,8 @@ from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
 from .stages import pulse_stage as pulse_stage
 from .stages import respond_stage as respond_stage
+from .stages import rocking_spectrum_stage as rocking_spectrum_stage
+from .stages import spectrum_stage as spectrum_stage
 from .stages import verify_run as verify_run
 from .study import PassportLimits as PassportLimits
 from .study import bundled_records as bundled_records

@@ -30,6 +30,7 @@ from rockframe.cli import (
     respond,
     run,
     show,
+    spectrum,
     status,
     table,
     table1,
@@ -39,7 +40,7 @@ from rockframe.errors import RockframeError
 
 _VERBS = (
     *(table1, init, run, status, show, verify),
-    *(fetch, ingest, pulse, respond, merge, table, draw),
+    *(fetch, ingest, pulse, respond, spectrum, merge, table, draw),
     *(figure, report, explore, paper, formats, plan, manifest),
 )
 

@@ -12,6 +12,8 @@ from rockframe.results.entries import write_entries as write_entries
 from rockframe.results.files import PULSES as PULSES
 from rockframe.results.files import RECORDS as RECORDS
 from rockframe.results.files import RESPONSE as RESPONSE
+from rockframe.results.files import ROCKING_SPECTRUM as ROCKING_SPECTRUM
+from rockframe.results.files import SPECTRUM as SPECTRUM
 from rockframe.results.files import Described as Described
 from rockframe.results.files import describe as describe
 from rockframe.results.files import input_hash as input_hash
@@ -42,6 +44,11 @@ from rockframe.results.run import History as History
 from rockframe.results.run import Run as Run
 from rockframe.results.run import read_histories as read_histories
 from rockframe.results.run import read_run as read_run
+from rockframe.results.spectra import Overturning as Overturning
+from rockframe.results.spectra import read_rocking_spectrum as read_rocking_spectrum
+from rockframe.results.spectra import read_spectrum as read_spectrum
+from rockframe.results.spectra import rocking_spectrum_dataset as rocking_spectrum_dataset
+from rockframe.results.spectra import spectrum_dataset as spectrum_dataset
 from rockframe.results.table import TableRow as TableRow
 from rockframe.results.table import pulse_rows as pulse_rows
 from rockframe.results.table import response_rows as response_rows

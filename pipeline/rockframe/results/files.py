@@ -19,7 +19,15 @@ from rockframe.units import GRAVITY
 RECORDS: Final = "records"
 PULSES: Final = "pulses"
 RESPONSE: Final = "response"
-_STAGE_OF: Final = {RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond"}
+SPECTRUM: Final = "spectrum"
+ROCKING_SPECTRUM: Final = "rocking_spectrum"
+_STAGE_OF: Final = {
+    RECORDS: "ingest",
+    PULSES: "pulse",
+    RESPONSE: "respond",
+    SPECTRUM: "spectrum",
+    ROCKING_SPECTRUM: "spectrum",
+}
 #: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
 #: is none.
 _UNREADABLE: Final = (OSError, ValueError, AttributeError)
@@ -52,7 +60,7 @@ def write(
     path : Path
         Where it goes; an older file there is replaced.
     kind : str
-        ``records``, ``pulses`` or ``response``.
+        One of the names above.
     input_sha256 : mapping
         Name and SHA-256 of each input.
     parameters : mapping

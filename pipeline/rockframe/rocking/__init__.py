@@ -24,5 +24,7 @@ from rockframe.rocking.reactions import reactions as reactions
 from rockframe.rocking.response import Response as Response
 from rockframe.rocking.response import Verdict as Verdict
 from rockframe.rocking.response import respond as respond
+from rockframe.rocking.rocking_spectra import RockingSpectrum as RockingSpectrum
+from rockframe.rocking.rocking_spectra import rocking_spectrum as rocking_spectrum
 from rockframe.rocking.spectra import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra import overturning_spectrum as overturning_spectrum

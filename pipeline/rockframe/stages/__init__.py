@@ -9,5 +9,7 @@ from rockframe.stages.pulse import pulse_stage as pulse_stage
 from rockframe.stages.respond import choose_structures as choose_structures
 from rockframe.stages.respond import respond_stage as respond_stage
 from rockframe.stages.respond import with_vertical as with_vertical
+from rockframe.stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
+from rockframe.stages.spectrum import spectrum_stage as spectrum_stage
 from rockframe.stages.verify import Verification as Verification
 from rockframe.stages.verify import verify_run as verify_run
