@@ -71,7 +71,7 @@ def test_tables_are_printed(motion: Path, capsys: pytest.CaptureFixture[str]) ->
     assert run("pulse", records, "--output", motion.with_name("pulses.nc")) == 0
     assert run("respond", records, "--output", motion.with_name("response.nc")) == 0
     printed = capsys.readouterr().out
-    for words in ("antisymmetric_ricker (best)", "bridge-bent", "slender-column", "motion"):
+    for words in ("→ antisymmetric_ricker", "bridge-bent", "slender-column", "motion"):
         assert words in printed
 
 

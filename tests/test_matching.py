@@ -15,7 +15,7 @@ from rockframe.errors import ParameterError
 from rockframe.matching import best_match, match_pulse, scalogram
 from rockframe.wavelets import RICKERS, Pulse
 
-TIME = np.arange(1001) * 0.01
+TIME = 0.01 * np.arange(1001, dtype=np.float64)
 EXPECTED = json.loads((Path(__file__).parent / "expected" / "f_wavelet.json").read_text())
 OTHER = {
     "symmetric_ricker": "antisymmetric_ricker",
@@ -141,7 +141,7 @@ def test_unknown_wavelet_is_named() -> None:
 
 def test_a_record_too_short_for_the_periods_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"range of periods from 2 to 5 s .* of 0.99 s"):
-        match_pulse(np.ones(100), 0.01, "symmetric_ricker", shortest_period=2.0)
+        match_pulse(TIME[:100], 0.01, "symmetric_ricker", shortest_period=2.0)
 
 
 def test_reversed_range_is_refused() -> None:

@@ -16,22 +16,22 @@ from hypothesis.extra import numpy as hnp
 
 import rockframe
 from rockframe.errors import InputError, ParameterError
-from rockframe.matching import match_pulse
+from rockframe.matching import FindOptions, LikenessOptions, find_pulses
 from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record
 from rockframe.results import (
-    PULSES,
     best_pulses,
     open_records,
     open_response,
-    pulses_dataset,
+    pulses_of,
     read_records,
     write,
+    write_pulses,
     write_records,
     write_responses,
 )
 from rockframe.rocking import respond
-from rockframe.wavelets import RICKERS, Pulse
+from rockframe.wavelets import Pulse
 
 FRAMES = [
     rockframe.RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bridge"),
@@ -225,14 +225,44 @@ def test_unknown_names_are_refused_with_those_there_are(response_path: Path) -> 
 
 
 def test_best_pulses_come_back(tmp_path: Path) -> None:
-    matches = [
-        [match_pulse(record.acceleration, 0.01, name) for name in RICKERS]
-        for record in RECORDS_MADE
-    ]
-    path = save(
-        pulses_dataset([r.record_id for r in RECORDS_MADE], matches), tmp_path / "pulses.nc", PULSES
-    )
-    assert best_pulses(path) == {"weak": matches[0][0], "strong": matches[1][0]}
+    options = FindOptions(wavelet="mavroeidis_papageorgiou", drawing=LikenessOptions(surrogates=19))
+    found = [find_pulses(record.acceleration, 0.01, options) for record in RECORDS_MADE]
+    path = tmp_path / "pulses.nc"
+    answers = zip(RECORDS_MADE, found, strict=True)
+    write_pulses(answers, path, input_sha256={}, parameters={"runners_up": 2})
+    expected = {
+        record.record_id: one.matches[one.used]
+        for record, one in zip(RECORDS_MADE, found, strict=True)
+    }
+    assert best_pulses(path) == expected
+
+
+def test_residual_and_pulse_motion_are_beside_the_pulses(tmp_path: Path) -> None:
+    options = FindOptions(drawing=LikenessOptions(surrogates=0))
+    record = RECORDS_MADE[0]
+    found = find_pulses(record.acceleration, 0.01, options)
+    path = tmp_path / "pulses.nc"
+    write_pulses([(record, found)], path, input_sha256={}, parameters={"runners_up": 2})
+    pulse = found.matches[found.used].pulse
+    with xr.open_dataset(path) as dataset:
+        whole = dataset["residual"] + pulse.acceleration(record.time)
+        np.testing.assert_allclose(whole, record.acceleration, atol=1e-15)
+        np.testing.assert_array_equal(dataset["pulse_velocity"], pulse.velocity(record.time))
+        displacement = pulse.displacement(record.time)
+        np.testing.assert_array_equal(dataset["pulse_displacement"], displacement)
+        assert dataset["pulse_verdict"].attrs["flag_meanings"] == "untested pulse noise at_bound"
+
+
+def test_pulses_of_other_samples_are_refused(tmp_path: Path) -> None:
+    options = FindOptions(drawing=LikenessOptions(surrogates=0))
+    record = RECORDS_MADE[0]
+    found = find_pulses(record.acceleration, 0.01, options)
+    path = tmp_path / "pulses.nc"
+    write_pulses([(record, found)], path, input_sha256={}, parameters={"runners_up": 2})
+    pulse = found.matches[found.used].pulse
+    assert pulses_of(path, {"weak": record.samples_sha256, "other": ""}) == {"weak": pulse}
+    with pytest.raises(InputError, match=r"the pulse of 'weak' is of other samples. Must be made"):
+        pulses_of(path, {"weak": RECORDS_MADE[1].samples_sha256})
 
 
 def test_a_file_of_another_kind_is_refused(response_path: Path) -> None:

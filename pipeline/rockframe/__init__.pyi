@@ -15,8 +15,16 @@ from .errors import RockframeError as RockframeError
 from .frame import RockingFrame as RockingFrame
 from .frame import inertia_ratio_of as inertia_ratio_of
 from .ingest import read_file as read_file
+from .matching import FindOptions as FindOptions
+from .matching import LikenessOptions as LikenessOptions
+from .matching import MatchOptions as MatchOptions
 from .matching import PulseMatch as PulseMatch
+from .matching import PulseVerdict as PulseVerdict
+from .matching import RecordPulses as RecordPulses
+from .matching import Weighting as Weighting
+from .matching import find_pulses as find_pulses
 from .matching import match_pulse as match_pulse
+from .matching import match_pulses as match_pulses
 from .matching import scalogram as scalogram
 from .record import Orientation as Orientation
 from .record import Record as Record

@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from enum import IntEnum
+from hashlib import sha256
 from typing import Final
 
 import numpy as np
@@ -147,3 +148,9 @@ class Record:
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return self.time_step * (self.acceleration.size - 1)
+
+    @property
+    def samples_sha256(self) -> str:
+        """SHA-256 of time step and samples: what was computed from them can tell them again."""
+        step = np.array([self.time_step], dtype="<f8")
+        return sha256(step.tobytes() + self.acceleration.astype("<f8").tobytes()).hexdigest()

@@ -22,16 +22,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas
-import pywt
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from rockframe import Pulse, RockingFrame, bundled_records, match_pulse, read_file, respond
+from rockframe import Pulse, RockingFrame, bundled_records, read_file, respond
 from rockframe.ingest import read_bytes
-from rockframe.matching.match import _coefficient
 from rockframe.rocking import GroundAcceleration
 from rockframe.units import GRAVITY
-from rockframe.wavelets import RICKERS
 
 KNET_HEADER = (
     "Origin Time       2008/06/14 08:43:00",
@@ -138,25 +135,6 @@ def continuous_pulse() -> dict[str, float]:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
     respond(BENT, pulse)
     return {"response_pulse_ms": 1e3 * best_of(lambda: respond(BENT, pulse), repeats=5, calls=20)}
-
-
-def pulses() -> dict[str, float]:
-    """Both Ricker wavelets for one record, against the same search with PyWavelets."""
-    acceleration, step = strong_record()
-    own = best_of(lambda: [match_pulse(acceleration, step, name) for name in RICKERS], repeats=5)
-    rungs = math.ceil(math.log(25.0) / math.log(1.025)) + 1
-    scales = np.geomspace(0.2, 5.0, rungs) / (math.sqrt(2.0) * math.pi * step)
-    rival = best_of(
-        lambda: [pywt.cwt(acceleration, scales, name, method="fft") for name in ("mexh", "gaus3")],
-        repeats=2,
-    )
-    mother = RICKERS["symmetric_ricker"]
-    one = best_of(lambda: _coefficient(acceleration, step, mother, 1.0, 12.0), 5, 100)
-    return {
-        "pulse_two_wavelets_ms": 1e3 * own,
-        "pulse_over_pywt_search": rival / own,
-        "pulse_one_coefficient_us": 1e6 * one,
-    }
 
 
 def commands() -> dict[str, float]:
@@ -273,7 +251,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True)
     output: Path = parser.parse_args().output
     results: dict[str, float] = {}
-    for part in (commands, kernel, continuous_pulse, pulses, parsing, ingesting):
+    for part in (commands, kernel, continuous_pulse, parsing, ingesting):
         measured = part()
         results |= measured
         for name, value in measured.items():

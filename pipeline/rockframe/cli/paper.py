@@ -62,6 +62,7 @@ def run(options: argparse.Namespace) -> int:
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[TableRow]]:
     """Records, pulses and the response of the paper's bridge."""
     from rockframe.cli.arguments import band_pass, passport_limits, read_options
+    from rockframe.cli.pulse_options import find_options
     from rockframe.paper import with_paper_facts
     from rockframe.results import table_rows
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
@@ -80,8 +81,7 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
         workers=options.workers,
         strict=options.strict,
     )
-    shortest, longest = options.periods
-    pulse_stage(records, pulses, shortest_period=shortest, longest_period=longest)
+    pulse_stage(records, pulses, options=find_options(options))
     respond_stage(records, response, structure="bridge-bent")
     return ingested, [with_paper_facts(row) for row in table_rows(records, pulses, response)]
 

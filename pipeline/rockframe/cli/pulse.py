@@ -3,22 +3,49 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from rockframe.cli.arguments import add_batch, add_periods, path
+from rockframe.cli.arguments import add_batch, add_engine, add_periods, path
+from rockframe.cli.pulse_options import add_pulse_search, add_pulse_wavelet
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Records in, pulses out."""
-    parser.add_argument("records", type=path, help="output of `rockframe ingest`")
-    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument(
+        "records", type=path, help="output of `rockframe ingest`; with --paper record files too"
+    )
+    parser.add_argument("--output", type=path, help="netCDF file to write")
+    parser.add_argument(
+        "--paper",
+        action="store_true",
+        help="print a_p and T_p of the paper's Table 1 beside those of every wavelet and "
+        "weighting, for the records that have its names",
+    )
     add_periods(parser)
+    add_pulse_wavelet(parser)
+    add_pulse_search(parser)
     add_batch(parser)
+    add_engine(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the stage and print the pulses."""
-    from rockframe.cli.arguments import chosen_batch
-    from rockframe.cli.console import number, progress_bar, show_json, show_rejections, show_table
+    """Run the stage and print the pulses, or the comparison with the paper."""
+    from rockframe.errors import ParameterError
+
+    if options.paper:
+        from rockframe.cli.pulse_paper import show_paper
+
+        return show_paper(options)
+    if options.output is None:
+        raise ParameterError("--output is missing. Must name the netCDF file to write.")
+    return _find(options)
+
+
+def _find(options: argparse.Namespace) -> int:
+    from rockframe.cli.arguments import chosen_batch, engine
+    from rockframe.cli.console import progress_bar, show_json, show_rejections
+    from rockframe.cli.pulse_options import find_options
     from rockframe.results import pulse_rows
     from rockframe.stages import pulse_stage
 
@@ -26,35 +53,75 @@ def run(options: argparse.Namespace) -> int:
         rejections = pulse_stage(
             options.records,
             options.output,
-            shortest_period=options.periods[0],
-            longest_period=options.periods[1],
+            options=find_options(options),
             batch=chosen_batch(options),
+            engine=engine(options),
             progress=progress,
         )
     rows = pulse_rows(options.output)
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})
-        show_rejections(rejections)
-        return 1 if rejections else 0
-    cells: list[list[str]] = []
-    for row in rows:
-        first = not cells or row["record_id"] != rows[len(cells) - 1]["record_id"]
-        cells.append(
-            [
-                str(row["record_id"]) if first else "",
-                f"{row['wavelet']}{' (best)' if row['best'] else ''}",
-                number(row["a_p_g"], 3),
-                number(row["T_p_s"], 3) + (" at bound" if row["at_period_bound"] else ""),
-                number(row["pulse_time_s"], 2),
-                number(row["L_p_m"], 2),
-                number(row["match_index"], 3),
-            ]
-        )
-    show_table(
-        f"Pulses in {options.output}",
-        ["record", "wavelet", "a_p [g]>", "T_p [s]>", "at [s]>", "L_p [m]>", "match>"],
-        cells,
-    )
+    else:
+        _show(rows, str(options.output))
     show_rejections(rejections)
     return 1 if rejections else 0
+
+
+def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
+    from rockframe.cli.console import number, show_table
+
+    cells: list[list[str]] = []
+    for i, row in enumerate(rows):
+        first = i == 0 or row["record_id"] != rows[i - 1]["record_id"]
+        if first and i:
+            cells.append([])
+        baker = number(row["velocity_indicator"], 2) if first else ""
+        cells.append([str(row["record_id"]) if first else "", *_cells(row), baker])
+        cells += [["", *_further(up)] for up in row["runners_up"]]
+    names = (
+        *("record", "wavelet", "a_p\n[g]>", "T_p\n[s]>", "at\n[s]>", "phase\n>", "half\ncycles>"),
+        *("L_p\n[m]>", "match\n>", "energy\n>", "p\n>", "", "Baker\n>"),
+    )
+    show_table(f"Pulses in {output}", names, cells)
+    print("→ the pulse that is used. energy: share of the record's. p: share of noise like the")
+    print("record that matches as well.")
+    print("Baker: indicator of the velocity in the style of Baker (2007), a pulse above 0.85.")
+    if any(row["at_period_bound"] or row["at_half_cycle_bound"] for row in rows):
+        print("* the end of the range that is searched, not a maximum")
+
+
+def _cells(row: Mapping[str, Any]) -> list[str]:
+    from rockframe.cli.console import number
+
+    words = str(row["pulse_verdict"]).replace("_", " ")
+    return [
+        f"{'→ ' if row['best'] else '  '}{row['wavelet']}",
+        number(row["a_p_g"], 3),
+        number(row["T_p_s"], 3) + ("*" if row["at_period_bound"] else ""),
+        number(row["pulse_time_s"], 2) + (" cut" if row["cut"] else ""),
+        number(row["phase_rad"], 2),
+        number(row["half_cycles"], 2) + ("*" if row["at_half_cycle_bound"] else ""),
+        number(row["L_p_m"], 2),
+        number(row["match_index"], 3),
+        number(row["energy_share"], 2),
+        number(row["p_value"], 2),
+        {"pulse": "pulse", "noise": "as noise", "untested": ""}.get(words, words),
+    ]
+
+
+def _further(up: Mapping[str, Any]) -> list[str]:
+    from rockframe.cli.console import number
+
+    return [
+        "  then, in what is left",
+        number(up["a_p_g"], 3),
+        number(up["T_p_s"], 3),
+        number(up["pulse_time_s"], 2),
+        number(up["phase_rad"], 2),
+        number(up["half_cycles"], 2),
+        number(up["L_p_m"], 2),
+        "",
+        number(up["energy_share"], 2),
+        *("", "", ""),
+    ]

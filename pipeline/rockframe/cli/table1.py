@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.cli.arguments import add_periods, add_reading, add_structures, add_vertical, path
+from rockframe.cli.pulse_options import add_pulse_wavelet
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
@@ -29,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_vertical(parser)
     add_reading(parser)
     add_periods(parser)
+    add_pulse_wavelet(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -90,6 +92,7 @@ def _require_sound(options: argparse.Namespace) -> None:
 def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
     from rockframe.cli.arguments import band_pass, passport_limits, read_options
     from rockframe.cli.console import progress_bar, progress_names
+    from rockframe.cli.pulse_options import find_options
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
     from rockframe.study import SHIPPED_STRUCTURES, bundled_records
 
@@ -111,8 +114,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
         without_pulse = pulse_stage(
             records,
             folder / "pulses.nc",
-            shortest_period=options.periods[0],
-            longest_period=options.periods[1],
+            options=find_options(options),
             progress=progress,
         )
     with progress_bar("rocking") as progress:

@@ -10,7 +10,13 @@ from rockframe.cli.respond import response_cells
 from rockframe.paper import BORROWED, Comparison
 from rockframe.results import TableRow
 
-_SHORT: Final = {"symmetric_ricker": "sym.", "antisymmetric_ricker": "antisym.", "": "–"}
+_SHORT: Final = {
+    "symmetric_ricker": "sym.",
+    "antisymmetric_ricker": "antisym.",
+    "ricker_any_phase": "any phase",
+    "mavroeidis_papageorgiou": "not: M.-P.",
+    "": "–",
+}
 _LABELS: Final = {
     "pga_g": "PGA [g]",
     "pgv_m_s": "PGV [m/s]",

@@ -4,6 +4,9 @@ from rockframe.paper.claim import Claim as Claim
 from rockframe.paper.claim import Finding as Finding
 from rockframe.paper.claims import all_claims as all_claims
 from rockframe.paper.page import checked_page as checked_page
+from rockframe.paper.pulse_table import PaperPulse as PaperPulse
+from rockframe.paper.pulse_table import overall_distances as overall_distances
+from rockframe.paper.pulse_table import paper_pulses as paper_pulses
 from rockframe.paper.records import record_claims as record_claims
 from rockframe.paper.table1 import BORROWED as BORROWED
 from rockframe.paper.table1 import Comparison as Comparison

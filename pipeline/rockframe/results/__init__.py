@@ -26,8 +26,8 @@ from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
 from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
-from rockframe.results.pulses import best_pulses as best_pulses
-from rockframe.results.pulses import pulses_dataset as pulses_dataset
+from rockframe.results.pulse_rows import pulse_rows as pulse_rows
+from rockframe.results.pulses import write_pulses as write_pulses
 from rockframe.results.recorded import RecordsFile as RecordsFile
 from rockframe.results.recorded import open_records as open_records
 from rockframe.results.recorded import read_records as read_records
@@ -50,6 +50,7 @@ from rockframe.results.spectra import read_spectrum as read_spectrum
 from rockframe.results.spectra import rocking_spectrum_dataset as rocking_spectrum_dataset
 from rockframe.results.spectra import spectrum_dataset as spectrum_dataset
 from rockframe.results.table import TableRow as TableRow
-from rockframe.results.table import pulse_rows as pulse_rows
 from rockframe.results.table import response_rows as response_rows
 from rockframe.results.table import table_rows as table_rows
+from rockframe.results.used_pulses import best_pulses as best_pulses
+from rockframe.results.used_pulses import pulses_of as pulses_of

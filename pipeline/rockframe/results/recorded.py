@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -88,6 +89,24 @@ class RecordsFile:
     def orientations(self) -> list[Orientation]:
         """Orientations of the records."""
         return [Orientation(int(value)) for value in self._known["orientation"].values]
+
+    def usable_periods(self, name: str) -> tuple[float, float]:
+        """Return the shortest and longest usable period of a record [s]; 0 and infinity if unknown.
+
+        Both are 0 if none is usable.
+        """
+        row, known = self._rows[name], (0.0, math.inf)
+        if "usable_period_longest" not in self._known:  # without passports
+            return known
+        stated = (
+            float(self._known[f"usable_period_{end}"].values[row])
+            for end in ("shortest", "longest")
+        )
+        shortest, longest = (
+            default if math.isnan(value) else value
+            for value, default in zip(stated, known, strict=True)
+        )
+        return shortest, longest
 
     def read(self, name: str) -> Record:
         """Read the record of this name.

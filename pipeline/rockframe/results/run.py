@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
 from rockframe.results.files import PULSES, RECORDS, RESPONSE, opened
-from rockframe.results.pulses import best_pulses
+from rockframe.results.used_pulses import best_pulses
 
 Float = NDArray[np.float64]
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.

@@ -7,14 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.results.files import PULSES, RECORDS, RESPONSE, opened
+from rockframe.results.files import RECORDS, RESPONSE, opened
+from rockframe.results.pulse_rows import pulse_rows
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
 
 #: What a row takes from the best pulse.
-_OF_PULSE: Final = ("a_p_g", "T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound")
+_OF_PULSE: Final = (
+    *("a_p_g", "T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound"),
+    "pulse_verdict",
+)
 _NO_PULSE: Final = {
     "wavelet": "",
+    "pulse_verdict": "",
     "at_period_bound": False,
     **dict.fromkeys(("a_p_g", "T_p_s", "match_index", "L_p_m"), math.nan),
 }
@@ -47,6 +52,7 @@ class TableRow:
     record_id: str
     source_file: str
     facts_source: str = ""
+    pulse_verdict: str = ""
 
 
 def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> list[TableRow]:
@@ -86,33 +92,6 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> li
                 **answer,
             )
         )
-    return rows
-
-
-def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
-    """Return a row for each record and wavelet of a pulse file; units are in the names."""
-    with opened(pulses_path, PULSES) as dataset:
-        pulses = dataset.load()
-    rows = []
-    if "record_id" not in pulses:  # of a batch in which no record came through
-        return []
-    for i, record_id in enumerate(pulses["record_id"].values):
-        for wavelet in pulses["wavelet"].values:
-            pulse = pulses.sel(wavelet=wavelet).isel(record=i)
-            rows.append(
-                {
-                    "record_id": str(record_id),
-                    "wavelet": str(wavelet),
-                    "best": bool(pulse["best_wavelet"].item() == wavelet),
-                    "a_p_g": float(pulse["a_p"]) / GRAVITY,
-                    "T_p_s": float(pulse["T_p"]),
-                    "pulse_time_s": float(pulse["pulse_time"]),
-                    "phase_rad": float(pulse["phase"]),
-                    "L_p_m": float(pulse["L_p"]),
-                    "match_index": float(pulse["match_index"]),
-                    "at_period_bound": bool(pulse["at_period_bound"]),
-                }
-            )
     return rows
 
 

@@ -6,6 +6,7 @@ from rockframe.stages.ingest import ingest_stage as ingest_stage
 from rockframe.stages.intake import Ingested as Ingested
 from rockframe.stages.merge import merge_stage as merge_stage
 from rockframe.stages.pulse import pulse_stage as pulse_stage
+from rockframe.stages.pulse import usable as usable
 from rockframe.stages.respond import choose_structures as choose_structures
 from rockframe.stages.respond import respond_stage as respond_stage
 from rockframe.stages.respond import with_vertical as with_vertical

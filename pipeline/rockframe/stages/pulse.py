@@ -2,37 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Final
 
+from rockframe.engines import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.matching import LONGEST_PERIOD, SHORTEST_PERIOD, PulseMatch, match_pulse
+from rockframe.matching import FindOptions, RecordPulses, find_pulses
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
-from rockframe.results import PULSES, input_hash, no_records, open_records, pulses_dataset, write
+from rockframe.results import RecordsFile, input_hash, open_records, write_pulses
 from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
-from rockframe.wavelets import RICKERS
+
+#: Records of a task.
+_TOGETHER: Final = 8
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Records, each with what is to be found in it."""
+
+    records: tuple[tuple[Record, FindOptions], ...]
 
 
 def pulse_stage(
     records_path: Path,
     output: Path,
     *,
-    shortest_period: float = SHORTEST_PERIOD,
-    longest_period: float = LONGEST_PERIOD,
+    options: FindOptions | None = None,
     batch: Batch = WHOLE,
+    engine: Engine | None = None,
     progress: Progress = silent,
 ) -> tuple[Rejection, ...]:
-    """Find the best pulse of each wavelet in each horizontal record: ``pulses.nc``.
+    """Find the pulses of each horizontal record: ``pulses.nc``.
 
     Parameters
     ----------
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
-    shortest_period, longest_period : float
-        Range of T_p that is searched [s].
+    options : FindOptions, optional
+        What is to be found. The range of periods is cut to that in which the record is usable.
     batch : Batch
         Which of the records; `merge_stage` puts the files of all batches together.
+    engine : Engine, optional
+        Where pulses are looked for; the file is the same.
     progress : callable
         Called with the number of records done and in all.
 
@@ -47,40 +62,106 @@ def pulse_stage(
         If the records cannot be read or the output not written.
     ParameterError
         If no record is horizontal, or none can be searched.
+    EngineError
+        If the engine is not there.
     """
     refuse_overwriting([output], [records_path])
-    matched: dict[str, list[PulseMatch]] = {}
-    rejections: list[Rejection] = []
-    with open_records(records_path) as records:
-        names = batch.of(horizontal(records))
-        for i, name in enumerate(names):
-            try:
-                matched[name] = _matches(records.read(name), shortest_period, longest_period)
-            except ParameterError as error:
-                rejections.append(Rejection(file=name, reason=str(error)))
-            progress(i + 1, len(names))
-    if not matched and batch.whole:
-        raise ParameterError(f"record {rejections[0].file!r}: {rejections[0].reason}")
-    found = pulses_dataset(list(matched), list(matched.values())) if matched else no_records()
-    write(
-        found,
-        output,
-        PULSES,
-        input_sha256=input_hash(records_path),
-        parameters={"periods_s": [shortest_period, longest_period]},
-        left_out={rejection.file: rejection.reason for rejection in rejections},
-    )
-    return tuple(rejections)
+    wanted = FindOptions() if options is None else options
+    left_out: dict[str, str] = {}
+    with open_records(records_path) as file:
+        names = batch.of(horizontal(file))
+        tasks = _tasks(file, names, wanted, left_out)
 
+        def answers() -> Iterator[tuple[Record, RecordPulses]]:
+            done = 0
+            for answered in map_batches(_answer, tasks, engine=engine):
+                for name, found, reason in answered:
+                    if found is None:
+                        left_out[name] = reason
+                    else:
+                        yield file.read(name), found
+                        done += 1
+                    progress(done + len(left_out), len(names))
+            if not done and batch.whole:
+                name = next(name for name in names if name in left_out)
+                raise ParameterError(f"record {name!r}: {left_out[name]}")
 
-def _matches(record: Record, shortest_period: float, longest_period: float) -> list[PulseMatch]:
-    return [
-        match_pulse(
-            record.acceleration,
-            record.time_step,
-            name,
-            shortest_period=shortest_period,
-            longest_period=longest_period,
+        write_pulses(
+            answers(),
+            output,
+            input_sha256=input_hash(records_path),
+            parameters=stated(wanted),
+            left_out=left_out,
         )
-        for name in RICKERS
-    ]
+    return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
+
+
+def stated(options: FindOptions) -> dict[str, Any]:
+    """Return the options as JSON values.
+
+    Examples
+    --------
+    >>> stated(FindOptions())["periods_s"]
+    [0.2, 5.0]
+    """
+    matching, drawing = options.matching, options.drawing
+    return {
+        "periods_s": [matching.shortest_period, matching.longest_period],
+        "wavelets": list(matching.wavelets),
+        "weighting": str(matching.weighting),
+        "most_half_cycles": matching.most_half_cycles,
+        "surrogates": drawing.surrogates,
+        "scrambling": str(drawing.scrambling),
+        "seed": drawing.seed,
+        "pulse_wavelet": options.wavelet,
+        "runners_up": options.runners_up,
+    }
+
+
+def usable(record: str, file: RecordsFile, options: FindOptions) -> FindOptions:
+    """Return the options with the range of periods cut to that in which a record is usable.
+
+    Raises
+    ------
+    ParameterError
+        If nothing of the range is left.
+    """
+    matching = options.matching
+    shortest, longest = file.usable_periods(record)
+    low, high = max(matching.shortest_period, shortest), min(matching.longest_period, longest)
+    if high <= low:
+        raise ParameterError(
+            f"Invalid range of periods from {matching.shortest_period:g} to "
+            f"{matching.longest_period:g} s. Must overlap with the usable periods of the record, "
+            + (f"{shortest:.3g} to {longest:.3g} s." if longest > 0.0 else "of which it has none.")
+        )
+    return replace(options, matching=replace(matching, shortest_period=low, longest_period=high))
+
+
+def _tasks(
+    file: RecordsFile, names: Sequence[str], options: FindOptions, left_out: dict[str, str]
+) -> Iterator[_Task]:
+    """Read the records, a few at a time."""
+    held: list[tuple[Record, FindOptions]] = []
+    for name in names:
+        try:
+            held.append((file.read(name), usable(name, file, options)))
+        except ParameterError as error:
+            left_out[name] = str(error)
+        if len(held) == _TOGETHER:
+            yield _Task(tuple(held))
+            held = []
+    if held:
+        yield _Task(tuple(held))
+
+
+def _answer(task: _Task) -> list[tuple[str, RecordPulses | None, str]]:
+    """What is found in each record, or the reason why nothing is."""
+    answered: list[tuple[str, RecordPulses | None, str]] = []
+    for record, options in task.records:
+        try:
+            found = find_pulses(record.acceleration, record.time_step, options)
+            answered.append((record.record_id, found, ""))
+        except ParameterError as error:
+            answered.append((record.record_id, None, str(error)))
+    return answered

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.mavroeidis_papageorgiou import NAME, mavroeidis_papageorgiou
-from rockframe.wavelets.mother import MotherWavelet, combined
+from rockframe.wavelets.mavroeidis_papageorgiou import NAME, mavroeidis_papageorgiou, spectra
+from rockframe.wavelets.mother import Complex, Float, MotherWavelet, combined
 from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 
 #: The two wavelets of Makris and Vassiliou (2013), by name.
@@ -49,6 +49,12 @@ class Family:
     name: str
     parts: Callable[[float | None], tuple[MotherWavelet, ...]]
     has_half_cycles: bool = False
+
+    def spectra(self, nu: Float, half_cycles: float | None) -> tuple[Complex, ...]:
+        """Return the Fourier integrals of the parts over nu = frequency times T_p [1]."""
+        if self.has_half_cycles and half_cycles is not None:
+            return spectra(nu, half_cycles)
+        return tuple(part.spectrum(nu) for part in self.parts(half_cycles))
 
     @property
     def free_phase(self) -> bool:

@@ -1,0 +1,58 @@
+"""The largest match index at each period, for a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.matching.options import MatchOptions, period_range, prepared
+from rockframe.matching.search import ladder, search
+from rockframe.matching.signal import require_record
+
+Float = NDArray[np.float64]
+
+
+def match_curve(
+    acceleration: Float, time_step: float, options: MatchOptions
+) -> tuple[Float, dict[str, Float]]:
+    """Return the match index of the best wavelet of each period, at any time and phase.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration [m s-2].
+    time_step : float
+        Interval between samples [s].
+    options : MatchOptions
+        What is looked for.
+
+    Returns
+    -------
+    periods : array, shape (periods,)
+        T_p [s].
+    indices : dict of str to array, shape (periods,)
+        By wavelet [1].
+
+    Raises
+    ------
+    ParameterError
+        If the record is constant or not finite, or no period is left to search.
+
+    Examples
+    --------
+    >>> from rockframe.wavelets import Pulse
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
+    >>> record = pulse.acceleration(0.01 * np.arange(1000))
+    >>> periods, indices = match_curve(record, 0.01, MatchOptions())
+    >>> round(float(periods[indices["symmetric_ricker"].argmax()]), 2)
+    0.8
+    """
+    samples = require_record(acceleration, time_step)
+    low, high = period_range(samples.size, time_step, options)
+    signal = prepared(samples, time_step, options, high)
+    periods = ladder(low, high)
+    found = search(signal, periods, options.wavelets, options.half_cycles)
+    return periods, {
+        name: np.sqrt(np.minimum(1.0, heights.power[0].max(axis=1) / signal.energy))
+        for name, heights in found.items()
+    }

@@ -1,0 +1,159 @@
+"""All that is found of the pulses of one record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.matching.likeness import Likeness, LikenessOptions, likeness
+from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
+from rockframe.matching.options import MatchOptions
+from rockframe.matching.velocity import VelocityPulse, velocity_pulse
+
+Float = NDArray[np.float64]
+
+#: Pulses that are looked for in what is left of a record.
+RUNNERS_UP: Final = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class FindOptions:
+    """What is to be found in each record.
+
+    Parameters
+    ----------
+    matching : MatchOptions
+        How pulses are looked for.
+    drawing : LikenessOptions
+        How surrogates are drawn.
+    wavelet : str, optional
+        Of the pulse that is used; by default the better of the paper's two.
+    runners_up : int
+        Further pulses of that wavelet, one after the other, each in what the ones before it leave.
+
+    Raises
+    ------
+    ParameterError
+        If the wavelet is not looked for, or the number of runners-up is negative.
+    """
+
+    matching: MatchOptions = field(default_factory=MatchOptions)
+    drawing: LikenessOptions = field(default_factory=LikenessOptions)
+    wavelet: str | None = None
+    runners_up: int = RUNNERS_UP
+
+    def __post_init__(self) -> None:
+        if self.wavelet is not None and self.wavelet not in self.matching.wavelets:
+            known = ", ".join(self.matching.wavelets)
+            raise ParameterError(f"Invalid wavelet {self.wavelet!r}. Must be one of: {known}.")
+        if self.runners_up < 0:
+            raise ParameterError(
+                f"Invalid number of runners-up {self.runners_up}. Must be 0 or more."
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunnerUp:
+    """A further pulse.
+
+    Parameters
+    ----------
+    match : PulseMatch
+        In what the pulses before it leave of the record.
+    energy_share : float
+        Share of the whole record's energy that it explains [1].
+    """
+
+    match: PulseMatch
+    energy_share: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordPulses:
+    """The pulses of one record.
+
+    Parameters
+    ----------
+    matches, likeness : mapping
+        By wavelet: the best pulse, and how it compares with noise.
+    velocity : VelocityPulse
+        The pulse in the velocity, for comparison.
+    used : str
+        Wavelet of the pulse that is used.
+    runners_up : tuple of RunnerUp
+        Further pulses of that wavelet.
+    periods : tuple of float
+        Shortest and longest period that was asked for [s].
+    """
+
+    matches: Mapping[str, PulseMatch]
+    likeness: Mapping[str, Likeness]
+    velocity: VelocityPulse
+    used: str
+    runners_up: tuple[RunnerUp, ...]
+    periods: tuple[float, float]
+
+
+def find_pulses(acceleration: Float, time_step: float, options: FindOptions) -> RecordPulses:
+    """Find the best pulse of each wavelet, test it against noise, and find its runners-up.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration [m s-2].
+    time_step : float
+        Interval between samples [s].
+    options : FindOptions
+        What is to be found.
+
+    Raises
+    ------
+    ParameterError
+        If the record is constant or not finite, or no period is left to search.
+
+    Examples
+    --------
+    >>> from rockframe.wavelets import Pulse
+    >>> t = 0.01 * np.arange(2000)
+    >>> first = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
+    >>> second = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0, time=12.0)
+    >>> record = first.acceleration(t) + second.acceleration(t)
+    >>> found = find_pulses(record, 0.01, FindOptions(drawing=LikenessOptions(surrogates=0)))
+    >>> found.used, round(found.runners_up[0].match.pulse.a_p, 3)
+    ('symmetric_ricker', 1.0)
+    """
+    matching = options.matching
+    matches = match_pulses(acceleration, time_step, matching)
+    used = options.wavelet or best_ricker(matches)
+    return RecordPulses(
+        matches=matches,
+        likeness=likeness(acceleration, time_step, matches, matching, options.drawing),
+        velocity=velocity_pulse(acceleration, time_step, matching),
+        used=used,
+        runners_up=_runners_up(acceleration, time_step, matches[used], options),
+        periods=(matching.shortest_period, matching.longest_period),
+    )
+
+
+def _runners_up(
+    acceleration: Float, time_step: float, best: PulseMatch, options: FindOptions
+) -> tuple[RunnerUp, ...]:
+    """Pursue further pulses in what is left, as long as anything is."""
+    time = time_step * np.arange(acceleration.size)
+    alone = replace(options.matching, wavelets=(best.pulse.wavelet,))
+    rest, found, match = acceleration, list[RunnerUp](), best
+    whole = float(acceleration @ acceleration)
+    for _ in range(options.runners_up):
+        rest = rest - match.pulse.acceleration(time)
+        if float(rest @ rest) < 1e-20 * whole:
+            break
+        match = match_pulses(rest, time_step, alone)[best.pulse.wavelet]
+        further = rest - match.pulse.acceleration(time)
+        share = float(rest @ rest - further @ further) / whole
+        found.append(RunnerUp(match=match, energy_share=share))
+    return tuple(found)

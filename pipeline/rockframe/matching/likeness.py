@@ -1,0 +1,262 @@
+"""Is it a pulse? The match index beside those of noise that is otherwise like the record.
+
+A surrogate has the record's spectrum with random phases. Scrambled over the whole record, it shakes
+evenly from the first sample to the last: any record that swells and fades then beats its
+surrogates, whether it holds a pulse or not. So the record is divided by its own envelope before,
+and multiplied by it after its phases are scrambled. What is left to tell apart is phases that agree
+at one time, which is what a pulse is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import Final
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.matching.match import PulseMatch
+from rockframe.matching.options import MatchOptions, period_range, prepared
+from rockframe.matching.search import ladder, search
+from rockframe.matching.signal import Signal, require_record
+
+Float = NDArray[np.float64]
+
+#: The level of the verdict, and the fewest surrogates that can reach it.
+LEVEL: Final = 0.05
+_FEWEST: Final = 19
+#: The ladder and the half cycles of surrogates and, for the comparison, of the record too.
+_PER_OCTAVE: Final = 6
+_HALF_CYCLES: Final = 4
+#: Surrogates that are searched together.
+_BATCH: Final = 10
+#: Width of the Gaussian that smooths the squared record into its envelope, over the time in which
+#: the middle 90 % of its energy come, and at least [s].
+_ENVELOPE_SHARE: Final = 0.1
+_ENVELOPE_LEAST: Final = 0.4
+#: The quiet parts of a record are raised by no more than the inverse of this.
+_FLOOR: Final = 0.05
+
+
+class PulseVerdict(IntEnum):
+    """What the surrogates say; the values of the flag variable `pulse_verdict`."""
+
+    UNTESTED = 0
+    PULSE = 1
+    NOISE = 2
+    AT_BOUND = 3
+
+
+class Scrambling(StrEnum):
+    """How surrogates are made: keeping the record's envelope, or even over its whole length."""
+
+    ENVELOPE = "envelope"
+    PLAIN = "plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LikenessOptions:
+    """How surrogates are drawn.
+
+    Parameters
+    ----------
+    surrogates : int
+        How many at most; 0 makes no test. Drawing ends as soon as so many beat the record that
+        the verdict cannot change.
+    seed : int
+        Of the random phases; each record has its own, from this and its samples.
+    scrambling : Scrambling
+        What surrogates keep of the record.
+
+    Raises
+    ------
+    ParameterError
+        If the number is below 0, or so small that no verdict could follow, or the seed negative.
+
+    Examples
+    --------
+    >>> LikenessOptions(surrogates=10)
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid number of surrogates 10. Must be 0, or 19 or more: ...
+    """
+
+    surrogates: int = 99
+    seed: int = 0
+    scrambling: Scrambling = Scrambling.ENVELOPE
+
+    def __post_init__(self) -> None:
+        if self.surrogates < 0 or 0 < self.surrogates < _FEWEST:
+            raise ParameterError(
+                f"Invalid number of surrogates {self.surrogates}. Must be 0, or {_FEWEST} or more: "
+                f"with fewer no p reaches {LEVEL:g}."
+            )
+        if self.seed < 0:
+            raise ParameterError(f"Invalid seed {self.seed}. Must be 0 or more.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Likeness:
+    """A match beside those of surrogates.
+
+    Parameters
+    ----------
+    verdict : PulseVerdict
+        ``PULSE`` where p is at most 0.05; a match at the end of the range of periods is never one.
+    p_value : float
+        Share of surrogates that match as well, the record counted among them [1]; NaN if untested.
+    surrogates : int
+        Number drawn.
+    match_index : float
+        Of the record, searched as coarsely as the surrogates [1].
+    median, high : float
+        Median and 95 % of the surrogates' match indices [1].
+    """
+
+    verdict: PulseVerdict
+    p_value: float
+    surrogates: int
+    match_index: float
+    median: float
+    high: float
+
+
+def likeness(
+    acceleration: Float,
+    time_step: float,
+    matches: Mapping[str, PulseMatch],
+    options: MatchOptions,
+    drawing: LikenessOptions,
+) -> dict[str, Likeness]:
+    """Compare the matches of a record with those of its surrogates, under the same weighting.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Acceleration [m s-2].
+    time_step : float
+        Interval between samples [s].
+    matches : mapping of str to PulseMatch
+        What `match_pulses` found with the same options.
+    options : MatchOptions
+        How pulses are looked for.
+    drawing : LikenessOptions
+        How surrogates are drawn.
+
+    Raises
+    ------
+    ParameterError
+        If the record is constant or not finite, or no period is left to search.
+
+    Examples
+    --------
+    >>> from rockframe.matching.match import match_pulses
+    >>> from rockframe.wavelets import Pulse
+    >>> noise = np.random.default_rng(1).normal(0.0, 0.3, 2000)
+    >>> planted = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=1.0, time=8.0)
+    >>> samples = planted.acceleration(0.01 * np.arange(2000)) + noise
+    >>> options = MatchOptions(wavelets=("symmetric_ricker",))
+    >>> found = match_pulses(samples, 0.01, options)
+    >>> likeness(samples, 0.01, found, options, LikenessOptions())["symmetric_ricker"].verdict.name
+    'PULSE'
+    """
+    samples = require_record(acceleration, time_step)
+    if drawing.surrogates == 0:
+        return {name: _untested() for name in matches}
+    own = {name: index[0] for name, index in _indices(samples[None], time_step, options).items()}
+    allowed = math.floor(LEVEL * (drawing.surrogates + 1) + 1e-9) - 1
+    source = _Surrogates(samples, time_step, drawing)
+    drawn: dict[str, list[float]] = {name: [] for name in options.wavelets}
+    while (count := len(drawn[options.wavelets[0]])) < drawing.surrogates:
+        batch = source.draw(min(_BATCH, drawing.surrogates - count))
+        for name, index in _indices(batch, time_step, options).items():
+            drawn[name] += index.tolist()
+        beaten = [sum(x >= own[name] for x in drawn[name]) for name in options.wavelets]
+        if min(beaten) > allowed and len(drawn[options.wavelets[0]]) >= _FEWEST:
+            break
+    return {name: _judged(own[name], drawn[name], matches[name]) for name in options.wavelets}
+
+
+def _judged(own: float, drawn: list[float], match: PulseMatch) -> Likeness:
+    p_value = (1 + sum(x >= own for x in drawn)) / (1 + len(drawn))
+    verdict = PulseVerdict.PULSE if p_value <= LEVEL + 1e-12 else PulseVerdict.NOISE
+    if match.at_period_bound:
+        verdict = PulseVerdict.AT_BOUND
+    return Likeness(
+        verdict=verdict,
+        p_value=p_value,
+        surrogates=len(drawn),
+        match_index=own,
+        median=float(np.median(drawn)),
+        high=float(np.quantile(drawn, 1.0 - LEVEL)),
+    )
+
+
+def _untested() -> Likeness:
+    nothing = math.nan
+    return Likeness(
+        verdict=PulseVerdict.UNTESTED,
+        p_value=nothing,
+        surrogates=0,
+        match_index=nothing,
+        median=nothing,
+        high=nothing,
+    )
+
+
+class _Surrogates:
+    """Draws surrogates of one record; the same ones in the same order each time."""
+
+    def __init__(self, samples: Float, time_step: float, drawing: LikenessOptions) -> None:
+        digest = hashlib.sha256(samples.tobytes()).digest()[:16]
+        self._random = np.random.default_rng([drawing.seed, int.from_bytes(digest, "little")])
+        self._size = samples.size
+        self._envelope = np.ones(samples.size)
+        divisor = self._envelope
+        if drawing.scrambling is Scrambling.ENVELOPE:
+            self._envelope = _envelope(samples, time_step)
+            divisor = np.hypot(self._envelope, _FLOOR * self._envelope.max())
+        self._length = scipy.fft.next_fast_len(samples.size, real=True)
+        self._amplitudes = np.abs(scipy.fft.rfft(samples / divisor, self._length))
+        self._amplitudes[0] = 0.0
+
+    def draw(self, count: int) -> Float:
+        """Return surrogates of shape (count, samples)."""
+        phases = self._random.uniform(0.0, 2.0 * math.pi, (count, self._amplitudes.size))
+        even = scipy.fft.irfft(self._amplitudes * np.exp(1j * phases), self._length)
+        return np.asarray(self._envelope * even[:, : self._size])
+
+
+def _envelope(samples: Float, time_step: float) -> Float:
+    """Root of the squared record smoothed by a Gaussian."""
+    square = samples**2
+    growth = np.cumsum(square) / square.sum()
+    strong = float(np.searchsorted(growth, 0.95) - np.searchsorted(growth, 0.05)) * time_step
+    width = max(_ENVELOPE_SHARE * strong, _ENVELOPE_LEAST)
+    margin = math.ceil(5.0 * width / time_step)
+    size = scipy.fft.next_fast_len(samples.size + margin, real=True)
+    frequency = scipy.fft.rfftfreq(size, time_step)
+    smooth = np.exp(-2.0 * (math.pi * width * frequency) ** 2)
+    smoothed = scipy.fft.irfft(scipy.fft.rfft(square, size) * smooth, size)[: samples.size]
+    return np.asarray(np.sqrt(np.maximum(smoothed, 0.0)))
+
+
+def _indices(samples: Float, time_step: float, options: MatchOptions) -> dict[str, Float]:
+    """Match index of each of several records of one length, searched coarsely."""
+    periods = period_range(samples.shape[1], time_step, options)
+    signal: Signal = prepared(samples, time_step, options, periods[1])
+    half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()
+    rungs = ladder(*periods, _PER_OCTAVE)
+    found = search(signal, rungs, options.wavelets, half_cycles)
+    energy = np.einsum("ij,ij->i", signal.samples, signal.samples) * time_step
+    indices = {}
+    for name, heights in found.items():
+        best = heights.power.max(axis=2)
+        rung = (best * options.weighting.of_square(rungs)).argmax(axis=1)
+        indices[name] = np.sqrt(np.take_along_axis(best, rung[:, None], 1)[:, 0] / energy)
+    return indices

@@ -1,0 +1,164 @@
+"""What the wavelets are compared with: a record, or its velocity, padded and transformed once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.matching.weighting import Weighting
+from rockframe.wavelets import WAVELETS
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+#: A record whose samples differ by less, over the largest of them, is constant but for round-off.
+_CONSTANT: Final = 1e-9
+#: Points at which the velocity of a wavelet is summed; it vanishes smoothly at both ends.
+_VELOCITY_POINTS: Final = 4001
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A record as the wavelets meet it.
+
+    Parameters
+    ----------
+    samples : array, shape (samples,) or (signals, samples)
+        Acceleration [m s-2] or velocity [m s-1].
+    time_step : float
+        Interval between samples [s].
+    weighting : Weighting
+        Of the transform.
+    padded : int
+        Samples with the zeros after them, so that no wavelet reaches around the end.
+    spectrum : array, shape (padded // 2 + 1,) or (signals, padded // 2 + 1)
+        Fourier integral of the padded samples, at multiples of 1 / (padded time_step).
+    """
+
+    samples: Float
+    time_step: float
+    weighting: Weighting
+    padded: int
+    spectrum: Complex
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last sample [s]."""
+        return self.time_step * float(self.samples.shape[-1] - 1)
+
+    @property
+    def period(self) -> float:
+        """Duration with the zeros [s]."""
+        return self.time_step * self.padded
+
+    @property
+    def energy(self) -> float:
+        """Integral of the square of the samples."""
+        return float(np.dot(self.samples, self.samples)) * self.time_step
+
+
+def signal_of(
+    acceleration: Float, time_step: float, weighting: Weighting, longest_reach: float
+) -> Signal:
+    """Pad and transform a record.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,) or (signals, samples)
+        Acceleration [m s-2], as `require_record` wants it.
+    time_step : float
+        Interval between samples [s].
+    weighting : Weighting
+        ``VELOCITY`` takes the integral of the record.
+    longest_reach : float
+        How far the longest wavelet reaches from its centre [s].
+    """
+    samples = velocity_of(acceleration, time_step) if weighting.of_velocity else acceleration
+    padded = padded_size(samples.shape[-1] + math.ceil(longest_reach / time_step))
+    spectrum = scipy.fft.rfft(samples, padded) * time_step
+    return Signal(samples, time_step, weighting, padded, spectrum)
+
+
+def velocity_of(acceleration: Float, time_step: float) -> Float:
+    """Return the velocity of a record [m s-1], from rest, by the trapezoidal rule.
+
+    Examples
+    --------
+    >>> velocity_of(np.array([0.0, 1.0, 2.0]), 0.5).tolist()
+    [0.0, 0.25, 1.0]
+    """
+    areas = 0.5 * time_step * (acceleration[..., 1:] + acceleration[..., :-1])
+    start = np.zeros((*acceleration.shape[:-1], 1))
+    return np.concatenate([start, np.cumsum(areas, axis=-1)], axis=-1)
+
+
+def padded_size(least: int) -> int:
+    """Return a length that transforms fast, of few, so that records share their wavelets.
+
+    Examples
+    --------
+    >>> padded_size(8000), padded_size(8100)
+    (8192, 8192)
+    """
+    step = 1 << max(1, least.bit_length() - 4)
+    return -(-least // step) * step
+
+
+def require_record(acceleration: Float, time_step: float) -> Float:
+    """Return the samples of a record in which a pulse can be looked for.
+
+    Raises
+    ------
+    ParameterError
+        If they are not one row, finite, and different from each other, or the time step is not
+        positive.
+    """
+    samples = np.asarray(acceleration, dtype=np.float64)
+    if samples.ndim != 1 or samples.size < 2:
+        raise ParameterError(
+            f"Invalid acceleration of shape {samples.shape}. Must be one row of two samples or "
+            "more."
+        )
+    if not (math.isfinite(time_step) and time_step > 0.0):
+        raise ParameterError(f"Invalid time step {time_step!r} s. Must be positive and finite.")
+    if not np.isfinite(samples).all():
+        raise ParameterError("Invalid acceleration: not all samples are finite.")
+    largest = float(np.abs(samples).max())
+    if largest == 0.0:
+        raise ParameterError("Invalid acceleration: all samples are zero, there is no pulse.")
+    if float(np.ptp(samples)) <= _CONSTANT * largest:
+        raise ParameterError("Invalid acceleration: all samples are equal, there is no pulse.")
+    if not math.isfinite(float(np.dot(samples, samples))):
+        raise ParameterError("Invalid acceleration: its square is not finite.")
+    return samples
+
+
+@lru_cache(maxsize=4096)
+def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) -> tuple[float, ...]:
+    """Return the energy of each part of a wavelet, of its velocity if that is compared [1]."""
+    parts = WAVELETS[wavelet].parts(half_cycles)
+    if not of_velocity:
+        return tuple(part.energy for part in parts)
+    energies = []
+    for part in parts:
+        tau, step = np.linspace(-part.reach, part.reach, _VELOCITY_POINTS, retstep=True)
+        energies.append(float((part.velocity(tau) ** 2).sum() * step))
+    return tuple(energies)
+
+
+def part_spectra(
+    wavelet: str, half_cycles: float | None, nu: Float, of_velocity: bool
+) -> tuple[Complex, ...]:
+    """Return the spectrum of each part, of its velocity if that is compared, over nu >= 0 [1]."""
+    spectra = WAVELETS[wavelet].spectra(nu, half_cycles)
+    if not of_velocity:
+        return spectra
+    rate = 2j * math.pi * np.where(nu == 0.0, 1.0, nu)
+    return tuple(np.where(nu == 0.0, 0.0, spectrum / rate) for spectrum in spectra)

@@ -1,0 +1,88 @@
+"""Weightings of the transform: which power of the period stands before the inner product."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+
+Float = NDArray[np.float64]
+
+
+class Weighting(StrEnum):
+    """What makes the coefficients of different periods comparable.
+
+    The coefficient is s^-q E^(-1/2) <a, psi((t - xi) / s)> with E the energy of psi.
+
+    ``ENERGY``
+        q = 1/2, the paper's: each daughter wavelet has unit energy, |C| is the length of the
+        projection of the record on it. The only q that finds the period of a record that is itself
+        such a wavelet (Cauchy-Schwarz).
+    ``AREA``
+        q = 1: biased to short periods; a Ricker pulse is found at 0.82 or 0.87 of its period.
+    ``NONE``
+        q = 0: biased to long periods; 1.22 or 1.15 of it.
+    ``VELOCITY``
+        q = 1/2 with the velocities of record and wavelet in place of the accelerations. It is the
+        transform of the acceleration by the integrated wavelet with s^(+1/2), so that long periods
+        win in records that hold several.
+
+    Examples
+    --------
+    >>> Weighting("area").exponent
+    1.0
+    """
+
+    ENERGY = "energy"
+    AREA = "area"
+    NONE = "none"
+    VELOCITY = "velocity"
+
+    @property
+    def exponent(self) -> float:
+        """q, the power of 1 / period."""
+        return _EXPONENTS[self]
+
+    def of_square(self, period: Float) -> Float:
+        """What the square of a coefficient is multiplied by that has the weight of energy."""
+        return np.asarray(period) ** (1.0 - 2.0 * self.exponent)
+
+    @property
+    def of_velocity(self) -> bool:
+        """Whether velocities are compared, not accelerations."""
+        return self is Weighting.VELOCITY
+
+
+_EXPONENTS: Final = MappingProxyType(
+    {
+        Weighting.ENERGY: 0.5,
+        Weighting.AREA: 1.0,
+        Weighting.NONE: 0.0,
+        Weighting.VELOCITY: 0.5,
+    }
+)
+
+
+def weighting_named(name: str) -> Weighting:
+    """Return the weighting of a name.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+
+    Examples
+    --------
+    >>> weighting_named("length")
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid weighting 'length'. Must be one of: energy, area, ...
+    """
+    if name not in list(Weighting):
+        known = ", ".join(Weighting)
+        raise ParameterError(f"Invalid weighting {name!r}. Must be one of: {known}.")
+    return Weighting(name)

@@ -1,0 +1,102 @@
+"""a_p and T_p of the paper's Table 1 beside those of every wavelet and weighting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from rockframe.matching import MatchOptions, Weighting, match_pulses
+from rockframe.paper.table1 import PaperRecord, paper_record_of
+from rockframe.record import Record
+from rockframe.units import GRAVITY
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperPulse:
+    """One of the paper's records matched in one way.
+
+    Parameters
+    ----------
+    record : str
+        As the paper names it.
+    wavelet, weighting : str
+        The way.
+    printed_a_p_g, printed_period_s, a_p_g, T_p_s : float
+        The paper's numbers and ours.
+    at_period_bound : bool
+        Ours is an end of the range that was searched, not a maximum.
+    """
+
+    record: str
+    wavelet: str
+    weighting: str
+    printed_a_p_g: float
+    printed_period_s: float
+    a_p_g: float
+    T_p_s: float
+    at_period_bound: bool = False
+
+    @property
+    def distance(self) -> float:
+        """Root mean square of the logarithms of ours over the paper's, of a_p and T_p [1]."""
+        ratios = (self.a_p_g / self.printed_a_p_g, self.T_p_s / self.printed_period_s)
+        return math.sqrt(sum(math.log(ratio) ** 2 for ratio in ratios) / 2.0)
+
+
+def paper_pulses(
+    records: Iterable[tuple[Record, MatchOptions]], weightings: Sequence[Weighting]
+) -> list[PaperPulse]:
+    """Match those records that have names of the paper's in every way.
+
+    Parameters
+    ----------
+    records : iterable of (Record, MatchOptions)
+        Each with the wavelets and the range of periods to be searched.
+    weightings : sequence of Weighting
+        Each of which is used.
+    """
+    found = []
+    for record, options in records:
+        printed = paper_record_of(record.source_file)
+        if printed is not None:
+            for weighting in weightings:
+                found += _matched(record, printed, replace(options, weighting=weighting))
+    return found
+
+
+def _matched(record: Record, printed: PaperRecord, options: MatchOptions) -> list[PaperPulse]:
+    matches = match_pulses(record.acceleration, record.time_step, options)
+    return [
+        PaperPulse(
+            record=printed.record,
+            wavelet=wavelet,
+            weighting=str(options.weighting),
+            printed_a_p_g=printed.a_p_g,
+            printed_period_s=printed.T_p_s,
+            a_p_g=match.pulse.a_p / GRAVITY,
+            T_p_s=match.pulse.T_p,
+            at_period_bound=match.at_period_bound,
+        )
+        for wavelet, match in matches.items()
+    ]
+
+
+def overall_distances(pulses: Sequence[PaperPulse]) -> list[tuple[str, str, float]]:
+    """Return wavelet, weighting and distance over all records, the nearest way first.
+
+    Examples
+    --------
+    >>> one = PaperPulse(record="a", wavelet="w", weighting="energy", printed_a_p_g=0.4,
+    ...     printed_period_s=1.0, a_p_g=0.4, T_p_s=1.1)
+    >>> [(wavelet, round(distance, 4)) for wavelet, _, distance in overall_distances([one])]
+    [('w', 0.0674)]
+    """
+    ways: dict[tuple[str, str], list[float]] = {}
+    for pulse in pulses:
+        ways.setdefault((pulse.wavelet, pulse.weighting), []).append(pulse.distance**2)
+    distances = [
+        (wavelet, weighting, math.sqrt(sum(squares) / len(squares)))
+        for (wavelet, weighting), squares in ways.items()
+    ]
+    return sorted(distances, key=lambda way: way[2])

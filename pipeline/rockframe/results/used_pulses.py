@@ -1,0 +1,83 @@
+"""The pulse that is used of each record, read back from pulses.nc."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.matching import PulseMatch
+from rockframe.results.files import PULSES, opened
+from rockframe.wavelets import Pulse
+
+#: Variables of which a match is made.
+_OF_MATCH: Final = (
+    *("a_p", "T_p", "pulse_time", "phase", "half_cycles"),
+    *("match_index", "outside", "at_period_bound", "at_half_cycle_bound"),
+)
+
+
+def best_pulses(path: Path) -> dict[str, PulseMatch]:
+    """Return the pulse that is used of each record of a pulse file, by record identifier.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+    """
+    with opened(path, PULSES) as dataset:
+        pulses = dataset.drop_dims("obs", errors="ignore").load()
+    found: dict[str, PulseMatch] = {}
+    if "record_id" not in pulses:  # of a batch in which no record came through
+        return found
+    rows = {str(name): i for i, name in enumerate(pulses["wavelet"].values)}
+    columns = {name: pulses[name].values for name in _OF_MATCH}
+    for i, name in enumerate(pulses["record_id"].values):
+        wavelet = str(pulses["best_wavelet"].values[i])
+        best = {key: values[i, rows[wavelet]] for key, values in columns.items()}
+        pulse = Pulse(
+            wavelet=wavelet,
+            a_p=float(best["a_p"]),
+            T_p=float(best["T_p"]),
+            time=float(best["pulse_time"]),
+            phase=float(best["phase"]),
+            half_cycles=None if math.isnan(best["half_cycles"]) else float(best["half_cycles"]),
+        )
+        found[str(name)] = PulseMatch(
+            pulse=pulse,
+            match_index=float(best["match_index"]),
+            at_period_bound=bool(best["at_period_bound"]),
+            at_half_cycle_bound=bool(best["at_half_cycle_bound"]),
+            outside=float(best["outside"]),
+        )
+    return found
+
+
+def pulses_of(path: Path, records: Mapping[str, str]) -> dict[str, Pulse]:
+    """Return the pulse that is used of each of some records, which must be of their samples.
+
+    Parameters
+    ----------
+    path : Path
+        Output of the pulse stage.
+    records : mapping of str to str
+        Identifier and ``samples_sha256`` of each record.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, something else, or of other samples.
+    """
+    found = best_pulses(path)
+    with opened(path, PULSES) as dataset:
+        names = [str(name) for name in dataset["record_id"].values] if found else []
+        stated = dict(zip(names, map(str, dataset["samples_sha256"].values), strict=True))
+    for name, own in records.items():
+        if name in stated and stated[name] != own:
+            raise InputError(
+                path,
+                f"the pulse of {name!r} is of other samples. Must be made from these records.",
+            )
+    return {name: found[name].pulse for name in records if name in found}
