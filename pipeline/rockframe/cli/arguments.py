@@ -25,8 +25,8 @@ def path(text: str) -> Path:
     return Path(text)
 
 
-def add_reading(parser: argparse.ArgumentParser) -> None:
-    """Options of reading record files."""
+def add_reading(parser: argparse.ArgumentParser, then: str = "") -> None:
+    """Options of reading record files; `then` says what else ``--workers`` holds for."""
     parser.add_argument(
         "--units",
         metavar="UNITS",
@@ -78,7 +78,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="most processes that read files at once, each file apart from the rest; "
-        "0 reads without that protection (default: one for each core)",
+        f"0 reads without that protection (default: one for each core){then}",
     )
     parser.add_argument(
         "--strict", action="store_true", help="stop at the first rejected file; write nothing"
@@ -240,6 +240,11 @@ def add_engine(parser: argparse.ArgumentParser) -> None:
         help="most processes that compute at once; the result is the same for any number "
         "(default: one for each core)",
     )
+    add_scheduler(parser)
+
+
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    """The option of computing elsewhere."""
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
@@ -252,7 +257,8 @@ def engine(options: argparse.Namespace) -> Engine:
     """Return where batches are to be computed."""
     from rockframe.engines import choose_engine
 
-    return choose_engine(options.workers, options.scheduler)
+    # 0 is said of reading: without the protection of a worker process
+    return choose_engine(1 if options.workers == 0 else options.workers, options.scheduler)
 
 
 def add_histories(parser: argparse.ArgumentParser, default: str) -> None:

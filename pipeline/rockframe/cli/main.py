@@ -29,6 +29,7 @@ from rockframe.cli import (
     report,
     respond,
     run,
+    screen,
     show,
     spectrum,
     status,
@@ -40,7 +41,7 @@ from rockframe.errors import RockframeError
 
 _VERBS = (
     *(table1, init, run, status, show, verify),
-    *(fetch, ingest, pulse, respond, spectrum, merge, table, draw),
+    *(fetch, ingest, pulse, respond, screen, spectrum, merge, table, draw),
     *(figure, report, explore, paper, formats, plan, manifest),
 )
 

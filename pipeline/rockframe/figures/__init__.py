@@ -4,8 +4,10 @@ from rockframe.figures.captioned import Captioned as Captioned
 from rockframe.figures.captioned import require_format as require_format
 from rockframe.figures.captioned import save_captioned as save_captioned
 from rockframe.figures.equivalent_size import draw_equivalent_size as draw_equivalent_size
+from rockframe.figures.fragility import draw_fragility as draw_fragility
 from rockframe.figures.joints import draw_joints as draw_joints
 from rockframe.figures.moment_rotation import draw_moment_rotation as draw_moment_rotation
+from rockframe.figures.peak_distribution import draw_peak_distribution as draw_peak_distribution
 from rockframe.figures.phase_portrait import draw_phase_portrait as draw_phase_portrait
 from rockframe.figures.response_grid import draw_response_grid as draw_response_grid
 from rockframe.figures.response_history import draw_response_history as draw_response_history

@@ -4,15 +4,19 @@ The only room that knows the datasets' variables, dimensions, units and attribut
 built by one function, written whole by `write`, and read back by one function.
 """
 
+from rockframe.results.batches import Batches as Batches
 from rockframe.results.curves import restitution_dataset as restitution_dataset
 from rockframe.results.curves import size_dataset as size_dataset
 from rockframe.results.entries import Entry as Entry
 from rockframe.results.entries import refuse_strange_entries as refuse_strange_entries
 from rockframe.results.entries import write_entries as write_entries
+from rockframe.results.facts import Facts as Facts
+from rockframe.results.facts import read_facts as read_facts
 from rockframe.results.files import PULSES as PULSES
 from rockframe.results.files import RECORDS as RECORDS
 from rockframe.results.files import RESPONSE as RESPONSE
 from rockframe.results.files import ROCKING_SPECTRUM as ROCKING_SPECTRUM
+from rockframe.results.files import SCREEN as SCREEN
 from rockframe.results.files import SPECTRUM as SPECTRUM
 from rockframe.results.files import Described as Described
 from rockframe.results.files import describe as describe
@@ -37,6 +41,7 @@ from rockframe.results.rejections import rejections_of as rejections_of
 from rockframe.results.rejections import rows_of as rows_of
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
+from rockframe.results.response import structure_variables as structure_variables
 from rockframe.results.response import write_responses as write_responses
 from rockframe.results.run import Fact as Fact
 from rockframe.results.run import Ground as Ground
@@ -44,6 +49,22 @@ from rockframe.results.run import History as History
 from rockframe.results.run import Run as Run
 from rockframe.results.run import read_histories as read_histories
 from rockframe.results.run import read_run as read_run
+from rockframe.results.screen import peaks_of_frames as peaks_of_frames
+from rockframe.results.screen import read_screening as read_screening
+from rockframe.results.screen import scale_axis as scale_axis
+from rockframe.results.screen import structure_names as structure_names
+from rockframe.results.screen import write_screening as write_screening
+from rockframe.results.screen_facts import demand_variables as demand_variables
+from rockframe.results.screen_facts import design_variables as design_variables
+from rockframe.results.screen_facts import fragility_variables as fragility_variables
+from rockframe.results.screen_facts import hazard_variables as hazard_variables
+from rockframe.results.screen_facts import margin_variables as margin_variables
+from rockframe.results.screen_facts import motion_variables as motion_variables
+from rockframe.results.screen_facts import observed_variables as observed_variables
+from rockframe.results.screen_table import refuse_strange_table as refuse_strange_table
+from rockframe.results.screen_table import screen_rows as screen_rows
+from rockframe.results.screen_table import screen_summary as screen_summary
+from rockframe.results.screen_table import write_screen_table as write_screen_table
 from rockframe.results.spectra import Overturning as Overturning
 from rockframe.results.spectra import read_rocking_spectrum as read_rocking_spectrum
 from rockframe.results.spectra import read_spectrum as read_spectrum

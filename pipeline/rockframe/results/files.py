@@ -19,14 +19,12 @@ from rockframe.units import GRAVITY
 RECORDS: Final = "records"
 PULSES: Final = "pulses"
 RESPONSE: Final = "response"
+SCREEN: Final = "screen"
 SPECTRUM: Final = "spectrum"
 ROCKING_SPECTRUM: Final = "rocking_spectrum"
 _STAGE_OF: Final = {
-    RECORDS: "ingest",
-    PULSES: "pulse",
-    RESPONSE: "respond",
-    SPECTRUM: "spectrum",
-    ROCKING_SPECTRUM: "spectrum",
+    **{RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond", SCREEN: "screen"},
+    **dict.fromkeys((SPECTRUM, ROCKING_SPECTRUM), "spectrum"),
 }
 #: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
 #: is none.

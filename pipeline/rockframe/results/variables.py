@@ -32,9 +32,11 @@ def flags(
     )
 
 
-def texts(dims: str, values: Sequence[str], long_name: str, **attrs: Any) -> xr.Variable:
-    """Return a variable of texts."""
-    data = np.array([str(value) for value in values], dtype=object)
+def texts(
+    dims: str | tuple[()], values: Sequence[str], long_name: str, **attrs: Any
+) -> xr.Variable:
+    """Return a variable of texts; of one text if there are no dimensions."""
+    data = np.array([str(value) for value in values] if dims else values, dtype=object)
     return variable(dims, data, "1", long_name, **attrs)
 
 

@@ -79,6 +79,46 @@ def peak_distribution(
     return Band(share, np.minimum(low, least), np.maximum(high, most))
 
 
+def observed_shares(
+    intensity: ArrayLike, scales: ArrayLike, overturned: ArrayLike, classes: int
+) -> tuple[Float, Float]:
+    """Return the shares that overturn in classes of equal numbers of observations.
+
+    Parameters
+    ----------
+    intensity : array_like, shape (motions,)
+        Of each motion as recorded; one that is not positive or not known is left out.
+    scales : array_like, shape (scales,)
+        Multiples of the motions [1].
+    overturned : array_like of bool, shape (motions, scales)
+        Which of them overturn.
+    classes : int
+        Number of classes.
+
+    Returns
+    -------
+    centre, share : array, shape (classes,)
+        Geometric mean of the intensities of each class, and the share [1]; NaN if it is empty.
+
+    Examples
+    --------
+    >>> centre, share = observed_shares([1.0, 4.0], [1.0, 2.0], [[0, 0], [0, 1]], classes=2)
+    >>> centre.round(3).tolist(), share.tolist()
+    ([1.414, 5.657], [0.0, 0.5])
+    """
+    strength = np.asarray(intensity, dtype=np.float64)
+    known = np.isfinite(strength) & (strength > 0.0)
+    x = np.log(strength[known])[:, None] + np.log(np.asarray(scales, dtype=np.float64))
+    fell = np.asarray(overturned, dtype=bool)[known]
+    order = np.argsort(x, axis=None, kind="stable")
+    centre, share = np.full(classes, np.nan), np.full(classes, np.nan)
+    for k, some in enumerate(np.array_split(order, classes)):
+        if some.size:
+            centre[k] = np.exp(x.ravel()[some].mean())
+            share[k] = fell.ravel()[some].mean()
+    return centre, share
+
+
 def wilson(share: ArrayLike, count: int) -> tuple[Float, Float]:
     """Return Wilson's interval of 90 % confidence for a share of so many motions [1].
 

@@ -9,15 +9,15 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import stdtrit
 
 from rockframe.errors import ParameterError
 from rockframe.risk.newton import maximum_likelihood
 
 Float = NDArray[np.float64]
 
-#: Confidence of the bands: 90 %, between the 5 % and the 95 % quantile of the normal distribution.
+#: Confidence of the bands.
 CONFIDENCE: Final = 0.9
-_QUANTILE: Final = 1.6448536269514722
 
 
 class Outcome(IntEnum):
@@ -116,16 +116,17 @@ class Fragility:
     def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
         """Return bounds of the probability [1]: of 90 % confidence, or all that can be said.
 
-        Of a curve they follow from the covariance. Without one: where nothing or everything
-        overturned, up to (from) the strongest (weakest) intensity tried the share that so many
-        independent motions leave open; a step between the two limits if the verdicts are separated;
-        else 0 and 1.
+        Of a curve they follow from the covariance and Student's t for so many motions. Without
+        one: where nothing (everything) overturned, up to (from) the strongest (weakest) intensity
+        tried, the share that so many independent motions leave open; a step between the two limits
+        if the verdicts are separated; else 0 and 1.
         """
         x = np.asarray(intensity, dtype=np.float64)
         zero, one = np.zeros_like(x), np.ones_like(x)
         if self.outcome is Outcome.FITTED and np.isfinite(self.covariance).all():
             terms = np.stack([one, np.log(x)])
-            error = _QUANTILE * np.sqrt(
+            quantile = stdtrit(self.motions - 1, 0.5 * (1.0 + CONFIDENCE))
+            error = quantile * np.sqrt(
                 np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
             )
             logit = self.intercept + self.slope * terms[1]

@@ -10,6 +10,10 @@ from rockframe.stages.pulse import usable as usable
 from rockframe.stages.respond import choose_structures as choose_structures
 from rockframe.stages.respond import respond_stage as respond_stage
 from rockframe.stages.respond import with_vertical as with_vertical
+from rockframe.stages.screen import SCALES as SCALES
+from rockframe.stages.screen import Screening as Screening
+from rockframe.stages.screen import screen_stage as screen_stage
+from rockframe.stages.screen_motions import Selection as Selection
 from rockframe.stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
 from rockframe.stages.spectrum import spectrum_stage as spectrum_stage
 from rockframe.stages.verify import Verification as Verification

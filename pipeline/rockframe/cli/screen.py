@@ -1,0 +1,209 @@
+"""rockframe screen: screen structures by many records at many scales."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Final
+
+from rockframe.cli.arguments import (
+    add_reading,
+    add_scheduler,
+    add_structures,
+    add_vertical,
+    path,
+)
+
+if TYPE_CHECKING:
+    from rockframe.rocking import Design
+    from rockframe.stages import Selection
+
+#: Filters: option, number of the record, what it is printed in over what it is stored in, help.
+_FILTERS: Final = (
+    ("magnitude", "magnitude", 1.0, "magnitude of the earthquake"),
+    ("distance", "epicentral_distance", 1.0, "distance to the epicentre, in km"),
+    ("vs30", "vs30", 1.0, "Vs30, in m/s"),
+    ("pga", "pga", 9.81, "peak ground acceleration, in g"),
+    ("pulse-period", "T_p", 1.0, "period T_p of the best pulse, in s"),
+    ("pulse-length", "L_p", 1.0, "length L_p = a_p T_p^2 of the best pulse, in m"),
+)
+_MOST_VALUES: Final = 10_000_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Records, structures, scales and filters in; verdicts, ranks, fragility and rates out."""
+    parser.add_argument(
+        "records",
+        type=path,
+        nargs="+",
+        help="output of `rockframe ingest`; or files and folders of records",
+    )
+    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+    add_structures(parser)
+    add_vertical(parser)
+    parser.add_argument(
+        "--scales",
+        type=values,
+        nargs="+",
+        metavar="SCALE",
+        help="multiples of the records, increasing; or FROM:TO:COUNT, evenly spaced "
+        "(default: 0.5 0.75 1 1.25 1.5 2 2.5 3)",
+    )
+    parser.add_argument(
+        "--azimuths",
+        type=values,
+        nargs="+",
+        metavar="DEGREE",
+        default=[],
+        help="turn each pair of horizontals toward these azimuths; or FROM:TO:COUNT",
+    )
+    _add_filters(parser)
+    parser.add_argument(
+        "--no-margins",
+        action="store_true",
+        help="without critical scales and safe islands, which take most of the time",
+    )
+    _add_results(parser)
+    add_reading(parser, "; and that compute")
+    add_scheduler(parser)
+
+
+def _add_filters(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("filters: a record of which it is not known is left out")
+    for option, _, _, help_text in _FILTERS:
+        group.add_argument(
+            f"--{option}", type=float, nargs=2, metavar=("LEAST", "LARGEST"), help=help_text
+        )
+    group.add_argument(
+        "--pulse-like", choices=("yes", "no"), help="whether the pulse is more than chance"
+    )
+
+
+def _add_results(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--hazard",
+        type=path,
+        metavar="FILE",
+        help="hazard curve of the site: CSV of annual_rate and one of pga_g, pgv_m_s, a_p_g, L_p_m",
+    )
+    parser.add_argument(
+        "--design",
+        choices=("height", "width", "mass_ratio"),
+        help="look for the smallest height (slenderness kept), width (height kept) or mass ratio "
+        "that keeps theta/alpha below a limit for a share of the records; a scan, as demand is "
+        "not monotone in size",
+    )
+    parser.add_argument(
+        "--design-range",
+        type=float,
+        nargs=2,
+        metavar=("LEAST", "LARGEST"),
+        help="range of the scan, in m for height and width",
+    )
+    for option, kind, default, metavar, of in (
+        ("limit", float, 0.5, "RATIO", "limit of theta/alpha"),
+        ("share", float, 0.9, "SHARE", "share of the records"),
+        ("steps", int, 41, "N", "values tried in the range"),
+    ):
+        parser.add_argument(
+            f"--design-{option}",
+            type=kind,
+            default=default,
+            metavar=metavar,
+            help=f"{of} (default: {default})",
+        )
+    parser.add_argument(
+        "--seed", type=int, default=0, help="of the draws of the bands (default: 0)"
+    )
+    parser.add_argument(
+        "--figures", type=path, metavar="FOLDER", help="draw fragility and distributions into it"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the stage, print the tables, draw the figures."""
+    from rockframe.cli.arguments import engine, records_file
+    from rockframe.cli.console import progress_bar, show_rejections
+    from rockframe.cli.screen_tables import draw, show
+    from rockframe.stages import SCALES, screen_stage
+    from rockframe.study import SHIPPED_STRUCTURES
+
+    design, selection = _design(options), _selection(options)
+    where = engine(options)
+    scales = SCALES if options.scales is None else [x for part in options.scales for x in part]
+    try:
+        with records_file(options) as (records, status), progress_bar("screening") as progress:
+            done = screen_stage(
+                records,
+                options.output,
+                structures_path=options.structures or SHIPPED_STRUCTURES,
+                structure=options.structure,
+                pulses_path=options.pulses,
+                selection=selection,
+                azimuths=[azimuth for part in options.azimuths for azimuth in part],
+                vertical=options.vertical,
+                scales=scales,
+                margins=not options.no_margins,
+                hazard_path=options.hazard,
+                design=design,
+                seed=options.seed,
+                engine=where,
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        print(
+            "rockframe: interrupted; complete batches are kept, the same command goes on.",
+            file=sys.stderr,
+        )
+        return 130
+    drawn = draw(options.output, options.figures) if options.figures else []
+    show(options.output, done, drawn, as_json=options.json)
+    show_rejections(done.rejections)
+    return 1 if done.rejections else status
+
+
+def values(text: str) -> list[float]:
+    """Return the numbers that a word states: one, or FROM:TO:COUNT."""
+    parts = text.split(":")
+    try:
+        if len(parts) == 1:
+            return [float(text)]
+        first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
+        if len(parts) != 3 or not 2 <= count <= _MOST_VALUES:
+            raise ValueError
+    except (ValueError, IndexError):
+        raise argparse.ArgumentTypeError(
+            f"Invalid value {text!r}. Must be a number or FROM:TO:COUNT"
+        ) from None
+    return [first + (last - first) * k / (count - 1) for k in range(count)]
+
+
+def _selection(options: argparse.Namespace) -> Selection:
+    from rockframe.stages import Selection
+
+    ranges = {}
+    for option, name, factor, _ in _FILTERS:
+        stated = getattr(options, option.replace("-", "_"))
+        if stated is not None:
+            ranges[name] = (factor * stated[0], factor * stated[1])
+    like = None if options.pulse_like is None else options.pulse_like == "yes"
+    return Selection(ranges, like)
+
+
+def _design(options: argparse.Namespace) -> Design | None:
+    from rockframe.errors import ParameterError
+    from rockframe.rocking import Design
+
+    if (options.design is None) != (options.design_range is None):
+        raise ParameterError("--design and --design-range belong together. Must both be given.")
+    if options.design is None:
+        return None
+    return Design(
+        dimension=options.design,
+        lowest=options.design_range[0],
+        highest=options.design_range[1],
+        limit=options.design_limit,
+        share=options.design_share,
+        steps=options.design_steps,
+    )

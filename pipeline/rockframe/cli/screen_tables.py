@@ -1,0 +1,206 @@
+"""What `rockframe screen` prints and draws, from the file that it wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from rockframe.cli.console import number, show_json, show_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.stages import Screening
+
+#: Motions that the ranking prints; the table beside the file has all.
+_SHOWN: Final = 10
+
+
+def show(output: Path, done: Screening, drawn: Sequence[Path], *, as_json: bool) -> None:
+    """Print the screening as tables, or as JSON."""
+    from rockframe.results import read_screening, screen_rows, screen_summary
+
+    screening = read_screening(output)
+    summary = screen_summary(screening)
+    if as_json:
+        show_json(
+            {
+                "motions": done.motions,
+                "scenarios": done.scenarios,
+                "left_out": dict(done.left_out),
+                "rejected": [vars(rejection) for rejection in done.rejections],
+                "structures": summary,
+                "rows": screen_rows(screening),
+                "output": str(output),
+                "table": str(done.table),
+                "figures": [str(path) for path in drawn],
+            }
+        )
+        return
+    _show_verdicts(screening)
+    _show_ranking(screening)
+    _show_fragility(summary)
+    _show_rates(summary)
+    _show_design(screening, summary)
+    _show_notes(screening, done)
+    for path in (output, done.table, *drawn):
+        print(path)
+
+
+def _show_verdicts(screening: xr.Dataset) -> None:
+    scales = [f"{scale:g}" for scale in screening["scale"].values]
+    shown = list(range(len(scales)))
+    if len(shown) > _SHOWN:  # of many scales the ends and some between
+        step = (len(scales) - 1) / (_SHOWN - 1)
+        shown = [round(step * k) for k in range(_SHOWN)]
+    counts = screening["verdict_count"].values
+    rows = [
+        [str(structure), *(f"{counts[k, s, 2]}/{counts[k, s].sum()}" for s in shown)]
+        for k, structure in enumerate(screening["structure"].values)
+    ]
+    columns = ["structure", *(f"{scales[s]}>" for s in shown)]
+    show_table("Overturned of the motions, by scale", columns, rows)
+
+
+def _show_ranking(screening: xr.Dataset) -> None:
+    from rockframe.results import screen_rows
+
+    rows = screen_rows(screening)
+    structures = [str(name) for name in screening["structure"].values]
+    width = len(structures)
+    motions = [rows[i : i + width] for i in range(0, len(rows), width)]
+    scale = float(screening["reference_scale"])
+    cells = [
+        [
+            motion[0]["record_id"],
+            number(motion[0]["mean_rank"], 1),
+            *(_ratio(row) for row in motion),
+        ]
+        for motion in motions[:_SHOWN]
+    ]
+    show_table(
+        f"Motions by demand: θ/α at scale {scale:g}",
+        ["record", "mean rank>", *(f"{name}>" for name in structures)],
+        cells,
+    )
+
+
+def _ratio(row: dict[str, Any]) -> str:
+    if row["verdict"] == "overturned":
+        return "overturned"
+    return number(row["peak_rotation_ratio"], 3)
+
+
+def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
+    rows = []
+    for structure in summary:
+        rows += [
+            [
+                structure["structure"],
+                fit["symbol"],
+                number(fit["median"], 3),
+                fit["unit"],
+                number(fit["dispersion"], 3),
+                number(fit["pseudo_r2"], 2),
+                number(fit["concordance"], 2),
+                fit["said"],
+            ]
+            for fit in structure["fragility"]
+            if fit["outcome"] != "unknown"
+        ]
+        rows.append([])
+    show_table(
+        "Overturning fragility",
+        ["structure", "over", "median>", "", "dispersion>", "pseudo R²>", "concordance>", ""],
+        rows[:-1],
+    )
+    for told, structures in _told(summary).items():
+        print(f"{', '.join(structures)}: {told}.")
+    print()
+
+
+def _told(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
+    """What is said of measures, with the structures that it is said of."""
+    told: dict[str, list[str]] = {}
+    for structure in summary:
+        better = structure["better_measure"]
+        named = f"the better measure is {better}" if better else "no better measure is named"
+        words = f"{named}; {structure['better_measure_reason']}"
+        told.setdefault(words, []).append(structure["structure"])
+    return told
+
+
+def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
+    if "rate_per_year" not in summary[0]:
+        return
+    rows = [
+        [
+            one["structure"],
+            _scientific(one["rate_per_year"]),
+            _scientific(one["rate_low_per_year"]),
+            _scientific(one["rate_high_per_year"]),
+            one["main_intensity"],
+            number(100.0 * one["extrapolated_share"], 0),
+        ]
+        for one in summary
+    ]
+    show_table(
+        "Mean annual rate of overturning",
+        ["structure", "rate>", "from>", "to>", "mostly from", "extrapolated [%]>"],
+        rows,
+    )
+
+
+def _scientific(value: float) -> str:
+    return "–" if value != value else f"{value:.2e}"
+
+
+def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
+    if "design_smallest" not in screening:
+        return
+    what = str(screening["design_dimension"].item()).replace("_", " ")
+    share = 100.0 * float(screening["design_required_share"])
+    tried = screening["design_value"].values
+    parts = ("smallest", "sure_from")
+    show_table(
+        f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} % of the "
+        f"motions ({tried[0]:g} to {tried[-1]:g} in {tried.size} steps)",
+        ["structure", "smallest that does>", "from which on all do>"],
+        [
+            [one["structure"], *(number(one[f"design_{part}"], 3) for part in parts)]
+            for one in summary
+        ],
+    )
+
+
+def _show_notes(screening: xr.Dataset, done: Screening) -> None:
+    from rockframe.risk.comparison import FEWEST_MOTIONS
+
+    recordings = len(set(screening["cluster"].values.tolist()))
+    print(
+        f"{done.motions} motions of {recordings} recordings, {done.scenarios} scenarios. "
+        "Scales and components of one recording are not independent: bands count recordings."
+    )
+    if recordings < FEWEST_MOTIONS:
+        print(f"{recordings} recordings are few: fragility, bands and rates are rough.")
+    for reason, count in done.left_out.items():
+        print(f"left out by the filters: {count}: {reason}")
+
+
+def draw(output: Path, folder: Path) -> list[Path]:
+    """Draw fragility and distributions of peaks of each structure into a folder."""
+    from rockframe.figures import draw_fragility, draw_peak_distribution, save_captioned
+    from rockframe.results import read_screening
+
+    screening = read_screening(output)
+    drawn = []
+    for structure in screening["structure"].values:
+        one = screening.sel(structure=structure)
+        for name, figure in (
+            (f"fragility-{structure}.png", draw_fragility(one)),
+            (f"peaks-{structure}.png", draw_peak_distribution(one)),
+        ):
+            save_captioned(figure, folder / name)
+            drawn.append(folder / name)
+    return drawn

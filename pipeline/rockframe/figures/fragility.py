@@ -1,0 +1,99 @@
+"""Fragility: the probability of overturning over each measure of intensity."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+from rockframe.figures.captioned import Captioned
+from rockframe.figures.style import PAGE_WIDTH, styled
+from rockframe.risk import MEASURES, Measure, Outcome
+
+
+def draw_fragility(screening: xr.Dataset) -> Captioned:
+    """Draw the probability of overturning of one structure over the measures that are known.
+
+    Parameters
+    ----------
+    screening : Dataset
+        What `read_screening` returned, of one structure.
+    """
+    known = [
+        MEASURES[str(name)]
+        for name in screening["measure"].values
+        if int(screening["fragility_outcome"].sel(measure=name)) != Outcome.UNKNOWN
+    ]
+    rows = max(1, (len(known) + 1) // 2)
+    with styled():
+        figure = Figure(figsize=(PAGE_WIDTH, 0.4 + 2.3 * rows), layout="constrained")
+        panels = figure.subplots(rows, 2, squeeze=False, sharey=True).ravel()
+        for axes in panels[len(known) :]:
+            axes.set_visible(False)
+        for axes, measure in zip(panels, known, strict=False):
+            _draw_panel(axes, screening.sel(measure=measure.name), measure)
+        for axes in panels[::2]:
+            axes.set_ylabel("probability of overturning")
+    structure = str(screening["structure"].item())
+    return Captioned(
+        figure, f"Overturning fragility of {structure}", _caption(screening, structure, known)
+    )
+
+
+def _draw_panel(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
+    intensity = fit["fragility_intensity"].values / measure.printed
+    axes.fill_between(
+        intensity, fit["fragility_low"], fit["fragility_high"], color="C0", alpha=0.2, linewidth=0
+    )
+    outcome = Outcome(int(fit["fragility_outcome"]))
+    if outcome is Outcome.FITTED:
+        axes.plot(intensity, fit["fragility"])
+    else:
+        words = outcome.name.lower().replace("_", " ")
+        axes.text(0.03, 0.9, f"no curve: {words}", transform=axes.transAxes, fontsize=8)
+    axes.plot(
+        fit["bin_intensity"] / measure.printed,
+        fit["bin_share"],
+        "o",
+        color="0.35",
+        markersize=3.5,
+        clip_on=False,
+    )
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlim(intensity[0], intensity[-1])
+    axes.set_ylim(0.0, 1.0)
+    symbol = measure.symbol if "_" not in measure.symbol else f"${measure.symbol}$"
+    axes.set_xlabel(f"{symbol}  [{measure.unit}]")
+
+
+def _caption(screening: xr.Dataset, structure: str, known: list[Measure]) -> str:
+    recordings = np.unique(screening["cluster"].values).size
+    scales = screening["scale"].values
+    told = []
+    for measure in known:
+        fit = screening.sel(measure=measure.name)
+        outcome = Outcome(int(fit["fragility_outcome"]))
+        if outcome is Outcome.FITTED:
+            told.append(
+                f"{measure.symbol}: half overturn at "
+                f"{float(fit['fragility_median']) / measure.printed:.3g} {measure.unit}, "
+                f"dispersion {float(fit['fragility_dispersion']):.3g}, pseudo R² "
+                f"{float(fit['fragility_pseudo_r2']):.2f}"
+            )
+        else:
+            told.append(f"{measure.symbol}: {outcome.sentence}")
+    better = str(screening["better_measure"].item())
+    named = f"The better measure is {better}" if better else "No better measure is named"
+    return (
+        f"Probability that {structure} overturns, by logistic regression over the logarithm of the "
+        f"intensity, from {screening.sizes['record']} motions of {recordings} recordings at "
+        f"{scales.size} scales from {scales[0]:g} to {scales[-1]:g}; shaded, 90 % confidence with "
+        "all scales and components of a recording as one observation, or what is left open where "
+        f"there is no curve; dots, observed shares in classes of equal numbers. {'; '.join(told)}. "
+        f"{named}: {screening['better_measure_reason'].item()}."
+    )

@@ -1,0 +1,94 @@
+"""What is known of the records of a file and of their pulses, without their samples."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.provenance import sha256_of
+from rockframe.results.files import PULSES, RECORDS, opened
+
+Float = NDArray[np.float64]
+
+#: Numbers of a record, and of the best pulse in it.
+NUMBERS: Final = ("magnitude", "epicentral_distance", "vs30", "azimuth", "pga", "pgv")
+PULSE_NUMBERS: Final = ("a_p", "T_p", "L_p")
+_TEXTS: Final = ("event", "network", "station", "start_time", "component")
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """What is known of records; unknown is NaN, an empty text, or None.
+
+    Parameters
+    ----------
+    names : list of str
+        Identifiers of the records, in the order of the file.
+    texts : dict of str to list of str
+        ``event``, ``network``, ``station``, ``start_time`` and ``component`` of each.
+    numbers : dict of str to array, shape (records,)
+        `NUMBERS` and, of the best pulse, `PULSE_NUMBERS`, in SI units.
+    pulse_like : list of bool or None
+        Whether the best pulse is more than chance.
+    """
+
+    names: list[str]
+    texts: dict[str, list[str]]
+    numbers: dict[str, Float]
+    pulse_like: list[bool | None]
+
+
+def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
+    """Read what is known of the records of a file, and of the pulses found in them.
+
+    Parameters
+    ----------
+    records_path : Path
+        Output of ``rockframe ingest``.
+    pulses_path : Path, optional
+        Output of ``rockframe pulse`` for the same records; without it pulses are unknown.
+
+    Raises
+    ------
+    InputError
+        If one cannot be read, or the pulses are of other records.
+    """
+    with opened(records_path, RECORDS) as file:
+        records = file.drop_vars("acceleration").load()
+    names = [str(name) for name in records["record_id"].values]
+    unknown = np.full(len(names), np.nan)
+    pulses = dict.fromkeys(PULSE_NUMBERS, unknown)
+    like: list[bool | None] = [None] * len(names)
+    if pulses_path is not None:
+        pulses, like = _pulses(pulses_path, sha256_of(records_path), names)
+    return Facts(
+        names=names,
+        texts={name: [str(text) for text in records[name].values] for name in _TEXTS},
+        numbers={name: records[name].values.astype(np.float64) for name in NUMBERS} | pulses,
+        pulse_like=like,
+    )
+
+
+def _pulses(path: Path, records: str, names: list[str]) -> tuple[dict[str, Float], list[Any]]:
+    """Numbers of the best pulse of each record, and whether it is one."""
+    with opened(path, PULSES) as file:
+        if records not in json.loads(file.attrs["input_sha256"]).values():
+            raise InputError(path, "was made from other records. Must be of the same records.")
+        pulses = file.load()
+    values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}
+    like: list[Any] = [None] * len(names)
+    row_of = {name: row for row, name in enumerate(names)}
+    if "record_id" not in pulses:  # of a batch in which no record came through
+        return values, like
+    wavelets = [str(name) for name in pulses["wavelet"].values]
+    for row, name in enumerate(pulses["record_id"].values):
+        best = wavelets.index(str(pulses["best_wavelet"].values[row]))
+        for quantity, numbers in values.items():
+            numbers[row_of[str(name)]] = pulses[quantity].values[row, best]
+    return values, like

@@ -1,0 +1,183 @@
+"""screen.nc: verdicts and peaks of records, structures and scales, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any, Final
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.results.files import CHUNK, COMPRESSED, SCREEN, as_os_error, named, opened, put
+from rockframe.results.variables import flags, texts, variable
+from rockframe.rocking.response import Verdict
+
+Float = NDArray[np.float64]
+Scenario = Mapping[str, NDArray[Any]]
+
+_DIMS: Final = ("record", "structure", "scale")
+#: Numbers of a scenario, by variable: unit, long name.
+_PEAKS: Final = {
+    "peak_rotation_ratio": (
+        "1",
+        "largest |theta| / slenderness, free rocking after the record included",
+    ),
+    "peak_u": ("m", "largest |u|, at the same rotation"),
+    "peak_v": ("m", "largest v"),
+}
+
+
+def write_screening(
+    scenarios: Iterable[Scenario],
+    shape: tuple[int, int, int],
+    describe: Callable[[], xr.Dataset],
+    path: Path,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    left_out: Mapping[str, str],
+) -> None:
+    """Write the output of the screen stage, whole or not at all; holds one motion at a time.
+
+    The same inputs give the same bytes.
+
+    Parameters
+    ----------
+    scenarios : iterable of mapping of str to array, shape (structures, scales)
+        For each motion ``verdict``, ``peak_rotation_ratio``, ``peak_u`` and ``peak_v``.
+    shape : (int, int, int)
+        Numbers of motions, structures and scales.
+    describe : callable
+        Called after the last motion; gives the other variables.
+    path : Path
+        Where it goes; an older file there is replaced.
+    input_sha256, parameters, left_out : mapping
+        As `write` takes them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    source = iter(scenarios)
+    # What is wrong with all of them is said before there is a folder or a file.
+    first = tuple(islice(source, 1))
+    with named(path) as partial:
+        with _filling(partial, shape) as fill:
+            for row, scenario in enumerate(chain(first, source)):
+                fill(row, scenario)
+        put(
+            describe(),
+            partial,
+            SCREEN,
+            input_sha256=input_sha256,
+            parameters=parameters,
+            left_out=left_out,
+            mode="a",
+        )
+
+
+@contextmanager
+def _filling(
+    partial: Path, shape: tuple[int, int, int]
+) -> Iterator[Callable[[int, Scenario], None]]:
+    """Give a function that writes the scenarios of one motion."""
+    records, structures, scales = shape
+    width = min(scales, CHUNK)
+    rows = max(1, min(records, CHUNK // (structures * width)))
+    verdict = flags(_DIMS, np.empty((0, 0, 0)), Verdict, "stability verdict")
+    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
+    try:
+        for name, size in zip(_DIMS, shape, strict=True):
+            file.createDimension(name, size)
+        for name, attrs in {
+            "verdict": verdict.attrs,
+            **{name: {"units": u, "long_name": said} for name, (u, said) in _PEAKS.items()},
+        }.items():
+            kind = np.int8 if name == "verdict" else np.float64
+            created = file.createVariable(
+                name,
+                kind,
+                _DIMS,
+                chunksizes=(rows, structures, width),
+                fill_value=None if name == "verdict" else np.nan,
+                chunk_cache=2 * 8 * rows * structures * width,
+                **COMPRESSED,
+            )
+            created.setncatts(attrs)
+
+        def fill(row: int, scenario: Scenario) -> None:
+            with as_os_error():
+                for name in ("verdict", *_PEAKS):
+                    file[name][row] = scenario[name]
+
+        yield fill
+    finally:
+        with as_os_error():
+            file.close()
+
+
+def peaks_of_frames(
+    frames: Sequence[RockingFrame], verdict: NDArray[np.int8], peak_rotation: Float
+) -> dict[str, NDArray[Any]]:
+    """Return the variables of scenarios, of their verdicts and peak rotations [rad].
+
+    Parameters
+    ----------
+    frames : sequence of RockingFrame
+        The structures.
+    verdict, peak_rotation : array, shape (structures, scales)
+        Of one motion.
+    """
+    alpha = np.array([[frame.slenderness] for frame in frames])
+    u, v = np.empty_like(peak_rotation), np.empty_like(peak_rotation)
+    for k, frame in enumerate(frames):
+        u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
+        # the beam is highest at |theta| = alpha
+        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.slenderness))
+    ratio = peak_rotation / alpha
+    return {"verdict": verdict, "peak_rotation_ratio": ratio, "peak_u": u, "peak_v": v}
+
+
+def scale_axis(scales: Float) -> xr.Variable:
+    """Return the coordinate along ``scale``."""
+    return variable("scale", scales, "1", "what the motion is multiplied by")
+
+
+def structure_names(frames: Sequence[RockingFrame]) -> xr.Variable:
+    """Return the coordinate along ``structure``."""
+    return texts("structure", [frame.name for frame in frames], "name of the structure")
+
+
+def read_screening(path: str | Path) -> xr.Dataset:
+    """Read the output of the screen stage.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe screen``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``record_id`` is a coordinate, so that ``.set_index(record="record_id")`` selects by it.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> read_screening("no-such-file.nc")
+    Traceback (most recent call last):
+    rockframe.errors.InputError: no-such-file.nc: no such file. Must be a screen file.
+    """
+    with opened(Path(path), SCREEN) as dataset:
+        return dataset.load().set_coords("record_id")

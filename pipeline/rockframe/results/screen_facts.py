@@ -1,0 +1,303 @@
+"""The variables of screen.nc besides the scenarios: of motions, structures and statistics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.results.variables import flags, record_ids, texts, variable
+from rockframe.risk import MEASURES, Band, Fragility, HazardCurve, Outcome, OverturningRate
+from rockframe.rocking import Design, Found
+
+Float = NDArray[np.float64]
+
+#: Numbers of a motion, by variable: unit, long name.
+_OF_MOTION: Final = {
+    "magnitude": ("1", "magnitude of the earthquake"),
+    "epicentral_distance": ("km", "distance to the epicentre"),
+    "vs30": ("m s-1", "mean velocity of shear waves in the uppermost 30 m"),
+    "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
+    "pga": ("m s-2", "peak ground acceleration"),
+    "pgv": ("m s-1", "peak ground velocity, at rest before the record"),
+    "a_p": ("m s-2", "amplitude of the best acceleration pulse"),
+    "T_p": ("s", "period of the best acceleration pulse"),
+    "L_p": ("m", "length scale of the best pulse, a_p T_p^2"),
+}
+_UNITS: Final = {name: _OF_MOTION[name][0] for name in MEASURES}
+#: Numbers of a fragility curve, by variable: long name.
+_OF_FIT: Final = {
+    "median": "intensity at which half overturn, in the unit of the measure",
+    "dispersion": "scale of the logistic distribution of the logarithm of the intensity",
+    "intercept": "logit at an intensity of one unit",
+    "slope": "slope of the logit over the logarithm of the intensity",
+    "pseudo_r2": "McFadden's 1 - ln L / ln L_0",
+    "concordance": "share of pairs, one overturned and one not, of which the first is stronger",
+    "brier": "mean squared error of the probability",
+    "lowest": "weakest intensity tried, in the unit of the measure",
+    "highest": "strongest intensity tried, in the unit of the measure",
+    "safe_to": "strongest intensity that stands, in the unit of the measure",
+    "overturned_from": "weakest intensity that overturns, in the unit of the measure",
+}
+_COUNTS: Final = {
+    "motions": "independent motions",
+    "observations": "motions times scales",
+    "overturned": "how many of these overturn",
+}
+
+
+class _Known(IntEnum):
+    DECIDED = 0
+    UNDECIDED = 1
+
+
+def motion_variables(
+    names: Sequence[str],
+    sources: Sequence[tuple[str, str]],
+    clusters: NDArray[np.int64],
+    numbers: Mapping[str, Float],
+) -> dict[str, xr.Variable]:
+    """Return what is known of each motion, along ``record``.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Identifiers.
+    sources : sequence of (str, str)
+        Event and station of each.
+    clusters : array of int, shape (motions,)
+        Motions of one number are not independent.
+    numbers : mapping of str to array, shape (motions,)
+        As in `Facts.numbers`.
+    """
+    return {
+        "record_id": record_ids(names),
+        "event": texts("record", [event for event, _ in sources], "name of the earthquake"),
+        "station": texts("record", [s for _, s in sources], "code or name of the station"),
+        "cluster": variable(
+            "record",
+            clusters.astype(np.int32),
+            "1",
+            "number of the recording that the motion is a component or an azimuth of",
+        ),
+        **{
+            name: variable("record", numbers[name], units, long_name)
+            for name, (units, long_name) in _OF_MOTION.items()
+        },
+    }
+
+
+def margin_variables(columns: Mapping[str, NDArray[Any]]) -> dict[str, xr.Variable]:
+    """Return critical scales, safe islands and what is undecided; arrays (motions, structures)."""
+    pairs = ("record", "structure")
+    return {
+        "critical_scale": variable(
+            pairs, columns["critical_scale"], "1", "least multiple of the motion that overturns"
+        ),
+        "safe_islands": variable(
+            pairs, columns["safe_islands"], "1", "number of safe intervals above it"
+        ),
+        "undecided": flags(
+            pairs,
+            columns["undecided"],
+            _Known,
+            "whether the verdict under the motion as recorded changes with small perturbations",
+        ),
+    }
+
+
+def demand_variables(
+    reference: float, ranks: Float, levels: Float, bands: Sequence[Band], counts: NDArray[np.int64]
+) -> dict[str, xr.Variable]:
+    """Return ranks, distributions of peaks and counts of verdicts.
+
+    Parameters
+    ----------
+    reference : float
+        Scale that ranks and distributions are of [1].
+    ranks : array, shape (motions, structures)
+        1 is the most severe.
+    levels : array, shape (levels,)
+        Of |theta| / alpha [1].
+    bands : sequence of Band
+        Of each structure.
+    counts : array of int, shape (structures, scales, verdicts)
+        How many motions have each verdict.
+    """
+    of_level = ("structure", "level")
+    return {
+        "reference_scale": variable((), reference, "1", "scale of ranks and distributions"),
+        "demand_rank": variable(
+            ("record", "structure"),
+            ranks,
+            "1",
+            "rank of the motion by peak rotation, 1 the largest",
+        ),
+        "mean_rank": variable("record", ranks.mean(axis=1), "1", "mean rank over the structures"),
+        "level": variable("level", levels, "1", "level of |theta| / slenderness"),
+        **{
+            name: variable(
+                of_level, np.stack([getattr(band, part) for band in bands]), "1", long_name
+            )
+            for name, part, long_name in (
+                ("peak_share", "share", "share of motions whose peak is at most the level"),
+                ("peak_share_low", "low", "its lower bound of 90 % confidence"),
+                ("peak_share_high", "high", "its upper bound of 90 % confidence"),
+            )
+        },
+        "verdict_count": variable(
+            ("structure", "scale", "outcome"), counts, "1", "number of motions of each verdict"
+        ),
+        "outcome": texts("outcome", ["no_uplift", "safe", "overturned"], "verdict"),
+    }
+
+
+def fragility_variables(
+    fits: Sequence[Mapping[str, Fragility]],
+    better: Sequence[tuple[str, str]],
+    points: Mapping[str, Float],
+) -> dict[str, xr.Variable]:
+    """Return fragility curves of each structure over each measure.
+
+    Parameters
+    ----------
+    fits : sequence of mapping of str to Fragility
+        Of each structure, by measure.
+    better : sequence of (str, str)
+        The better measure for each structure, if one can be named, and why (not).
+    points : mapping of str to array, shape (points,)
+        Intensities of each measure at which the curves are given; NaN if it is unknown.
+    """
+    pairs, curves = ("structure", "measure"), ("structure", "measure", "point")
+    rows = [[fit[name] for name in MEASURES] for fit in fits]
+    grid = [points[name] for name in MEASURES]
+    share = [[fit.probability(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
+    bands = [[fit.band(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
+    measure_units = texts("measure", [_UNITS[name] for name in MEASURES], "unit of the measure")
+    return {
+        "measure": texts("measure", list(MEASURES), "measure of intensity"),
+        "measure_units": measure_units,
+        "fragility_outcome": flags(
+            pairs, [[fit.outcome for fit in row] for row in rows], Outcome, "what can be said"
+        ),
+        **{
+            f"fragility_{name}": variable(
+                pairs, np.array([[getattr(fit, name) for fit in row] for row in rows]), "1", words
+            )
+            for name, words in _OF_FIT.items()
+        },
+        **{
+            f"fragility_{name}": variable(
+                pairs,
+                np.array([[getattr(fit, name) for fit in row] for row in rows], dtype=np.int64),
+                "1",
+                words,
+            )
+            for name, words in _COUNTS.items()
+        },
+        "log_likelihood": variable(
+            pairs,
+            np.array([[_total(fit) for fit in row] for row in rows]),
+            "1",
+            "largest logarithm of the likelihood",
+        ),
+        "fragility_intensity": variable(
+            ("measure", "point"), np.stack(grid), "1", "intensity, in the unit of the measure"
+        ),
+        "fragility": variable(curves, np.array(share), "1", "probability of overturning"),
+        "fragility_low": variable(
+            curves, np.array([[b[0] for b in row] for row in bands]), "1", "its lower bound"
+        ),
+        "fragility_high": variable(
+            curves, np.array([[b[1] for b in row] for row in bands]), "1", "its upper bound"
+        ),
+        "better_measure": texts(
+            "structure", [name for name, _ in better], "measure that tells better what overturns"
+        ),
+        "better_measure_reason": texts("structure", [why for _, why in better], "why, or why not"),
+    }
+
+
+def observed_variables(
+    observed: Sequence[Mapping[str, tuple[Float, Float]]],
+) -> dict[str, xr.Variable]:
+    """Return the shares that overturn in classes of intensity, of each structure, by measure."""
+    dims = ("structure", "measure", "bin")
+    centre, share = (
+        np.array([[row[name][part] for name in MEASURES] for row in observed]) for part in (0, 1)
+    )
+    return {
+        "bin_intensity": variable(
+            dims, centre, "1", "mean intensity of the class, in the unit of the measure"
+        ),
+        "bin_share": variable(dims, share, "1", "share of the class that overturns"),
+    }
+
+
+def _total(fit: Fragility) -> float:
+    return float(fit.log_likelihood.sum()) if fit.log_likelihood.size else float("nan")
+
+
+def hazard_variables(
+    curve: HazardCurve, rates: Sequence[OverturningRate]
+) -> dict[str, xr.Variable]:
+    """Return the hazard of the site, and the rates of overturning of each structure."""
+
+    def of_structure(part: str, units: str, long_name: str) -> xr.Variable:
+        data = np.array([getattr(rate, part) for rate in rates])
+        return variable("structure", data, units, long_name)
+
+    per_year = "year-1"
+    return {
+        "hazard_measure": texts((), curve.measure, "measure of intensity of the hazard curve"),
+        "hazard_intensity": variable(
+            "hazard_point", curve.intensity, "1", "intensity, in the unit of the measure"
+        ),
+        "hazard_rate": variable(
+            "hazard_point", curve.rate, per_year, "annual rate of exceedance of the intensity"
+        ),
+        "overturning_rate": of_structure("rate", per_year, "mean annual rate of overturning"),
+        "overturning_rate_low": of_structure("low", per_year, "its lower bound"),
+        "overturning_rate_high": of_structure("high", per_year, "its upper bound"),
+        "overturning_rate_extrapolated": of_structure(
+            "extrapolated", "1", "share of the rate from intensities that were not tried"
+        ),
+        "disaggregation": variable(
+            ("structure", "hazard_point"),
+            np.stack([rate.contributions for rate in rates]),
+            per_year,
+            "part of the rate from intensities between this point and the next; last, above it",
+        ),
+    }
+
+
+def design_variables(
+    design: Design, shares: Float, found: Sequence[Found]
+) -> dict[str, xr.Variable]:
+    """Return the scan of a design; shares of shape (structures, steps)."""
+    units = "1" if design.dimension == "mass_ratio" else "m"
+    return {
+        "design_dimension": texts((), design.dimension, "what is looked for"),
+        "design_limit": variable((), design.limit, "1", "limit of |theta| / slenderness"),
+        "design_required_share": variable((), design.share, "1", "share of motions to stay below"),
+        "design_value": variable("design_step", design.values, units, "values that were tried"),
+        "design_share": variable(
+            ("structure", "design_step"), shares, "1", "share of motions below the limit"
+        ),
+        "design_smallest": variable(
+            "structure",
+            np.array([one.smallest for one in found]),
+            units,
+            "smallest value tried that meets the share",
+        ),
+        "design_sure_from": variable(
+            "structure",
+            np.array([one.sure_from for one in found]),
+            units,
+            "smallest value from which on every value tried meets the share",
+        ),
+    }

@@ -1,0 +1,156 @@
+"""The size, the slenderness or the beam that a structure would need: candidates to be screened."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame, inertia_ratio_of
+
+Float = NDArray[np.float64]
+
+#: What can be looked for, and what is kept meanwhile.
+DIMENSIONS: Final = {
+    "height": "height of the columns [m], their slenderness kept",
+    "width": "width of the columns [m], their height kept",
+    "mass_ratio": "mass of the beam over that of all columns [1], the columns kept",
+}
+_SECTIONS: Final = ("rectangular", "circular")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """What is looked for: the smallest value that keeps theta/alpha below a limit for a share.
+
+    Parameters
+    ----------
+    dimension : str
+        One of `DIMENSIONS`.
+    lowest, highest : float
+        Range of values that is scanned.
+    limit : float
+        Largest |theta| / alpha allowed [1].
+    share : float
+        Share of the motions that must stay below it [1].
+    steps : int
+        Values that are tried, ends included; evenly spaced.
+
+    Raises
+    ------
+    ParameterError
+        If one is not as said above.
+
+    Examples
+    --------
+    >>> Design(dimension="height", lowest=2.0, highest=4.0, steps=3).values.tolist()
+    [2.0, 3.0, 4.0]
+    """
+
+    dimension: str
+    lowest: float
+    highest: float
+    limit: float = 0.5
+    share: float = 0.9
+    steps: int = 41
+
+    def __post_init__(self) -> None:
+        if self.dimension not in DIMENSIONS:
+            raise ParameterError(
+                f"Invalid dimension {self.dimension!r}. Must be one of: {', '.join(DIMENSIONS)}."
+            )
+        least = 0.0 if self.dimension == "mass_ratio" else math.ulp(0.0)
+        if not (least <= self.lowest < self.highest < math.inf):
+            raise ParameterError(
+                f"Invalid range {self.lowest!r} to {self.highest!r} of the {self.dimension}. Must "
+                "be positive, finite, and increase."
+            )
+        if not 0.0 < self.limit < math.inf:
+            raise ParameterError(
+                f"Invalid limit {self.limit!r} of the rotation over the slenderness. Must be "
+                "positive and finite."
+            )
+        if not 0.0 < self.share <= 1.0:
+            raise ParameterError(
+                f"Invalid share {self.share!r} of the motions. Must be above 0 and at most 1."
+            )
+        if self.steps < 2:
+            raise ParameterError(f"Invalid number of steps {self.steps}. Must be 2 or more.")
+
+    @property
+    def values(self) -> Float:
+        """Values that are tried, shape (steps,)."""
+        return np.linspace(self.lowest, self.highest, self.steps)
+
+    def candidates(self, frame: RockingFrame) -> tuple[RockingFrame, ...]:
+        """Return the frame with each of the values.
+
+        Raises
+        ------
+        ParameterError
+            If one of them does not rock, or the width of columns of stated inertia is varied.
+        """
+        return tuple(self._varied(frame, float(value)) for value in self.values)
+
+    def _varied(self, frame: RockingFrame, value: float) -> RockingFrame:
+        if self.dimension == "mass_ratio":
+            return replace(frame, mass_ratio=value)
+        if self.dimension == "height":
+            return replace(frame, height=value, width=frame.width * value / frame.height)
+        return replace(frame, width=value, inertia_ratio=_inertia_of_width(frame, value))
+
+
+def _inertia_of_width(frame: RockingFrame, width: float) -> float:
+    """The inertia ratio of a column of the same section and another width."""
+    for section in _SECTIONS:
+        if frame.inertia_ratio == inertia_ratio_of(section, frame.height, frame.width):
+            return inertia_ratio_of(section, frame.height, width)
+    raise ParameterError(
+        f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which depends "
+        f"on the width. Must be of section {' or '.join(_SECTIONS)} to look for a width."
+    )
+
+
+@dataclass(frozen=True)
+class Found:
+    """The answer of a scan.
+
+    Parameters
+    ----------
+    smallest : float
+        The smallest value at which the share is met; NaN if there is none.
+    sure_from : float
+        The smallest from which on every value that was tried meets it; NaN if there is none.
+    """
+
+    smallest: float
+    sure_from: float
+
+
+def smallest(values: ArrayLike, shares: ArrayLike, share: float) -> Found:
+    """Return the smallest value whose share of motions is met. The demand is not monotone.
+
+    Parameters
+    ----------
+    values, shares : array_like, shape (steps,)
+        Values that were tried, increasing, and the share of motions below the limit at each [1].
+    share : float
+        What must be met [1].
+
+    Examples
+    --------
+    >>> smallest([1.0, 2.0, 3.0, 4.0], [0.5, 0.9, 0.8, 1.0], 0.9)
+    Found(smallest=2.0, sure_from=4.0)
+    """
+    tried = np.asarray(values, dtype=np.float64)
+    met = np.asarray(shares, dtype=np.float64) >= share
+    if not met.any():
+        return Found(math.nan, math.nan)
+    missed = np.flatnonzero(~met)
+    after = int(missed[-1]) + 1 if missed.size else 0
+    sure = float(tried[after]) if after < tried.size else math.nan
+    return Found(float(tried[met.argmax()]), sure)

@@ -1,0 +1,80 @@
+"""Parts of a screening: every combination of motions, structures and scales, in any process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking.batch import respond_many
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.margins import margins
+
+Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Motions, structures and scales, of which every combination is asked for.
+
+    Parameters
+    ----------
+    motions : tuple of Record or GroundAcceleration
+        The motions.
+    frames : tuple of RockingFrame
+        The structures.
+    scales : tuple of float
+        Multiples of the motions [1].
+    """
+
+    motions: tuple[Record | GroundAcceleration, ...]
+    frames: tuple[RockingFrame, ...]
+    scales: tuple[float, ...] = (1.0,)
+
+
+def peaks_of(part: Part) -> Arrays:
+    """Return verdicts and peak rotations of a part.
+
+    Returns
+    -------
+    dict of str to array, shape (motions, frames, scales)
+        ``verdict`` and ``peak_rotation`` [rad].
+
+    Examples
+    --------
+    >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
+    >>> part = Part((shake,), (RockingFrame(height=9.6, width=1.6),), (0.1, 1.0))
+    >>> peaks_of(part)["verdict"].tolist()
+    [[[0, 1]]]
+    """
+    found = respond_many(part.motions, part.frames, part.scales)
+    return {"verdict": found.verdict, "peak_rotation": found.peak_rotation}
+
+
+def margins_of(part: Part) -> Arrays:
+    """Return critical scales, numbers of safe islands, and what is undecided.
+
+    Returns
+    -------
+    dict of str to array, shape (motions, frames)
+        ``critical_scale``, ``safe_islands`` and ``undecided``.
+
+    Examples
+    --------
+    >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
+    >>> part = Part((shake,), (RockingFrame(height=9.6, width=1.6),))
+    >>> margins_of(part)["undecided"].tolist()
+    [[False]]
+    """
+    found = margins(part.motions, part.frames)
+    return {
+        "critical_scale": np.array([[margin.critical_scale for margin in row] for row in found]),
+        "safe_islands": np.array(
+            [[margin.safe_islands for margin in row] for row in found], dtype=np.int32
+        ),
+        "undecided": np.array([[bool(margin.undecided_by) for margin in row] for row in found]),
+    }

@@ -1,0 +1,246 @@
+"""Which motions a screening takes, and reading them one at a time."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.components import HorizontalPair, pair_horizontals, rotate, vertical_beside
+from rockframe.errors import ParameterError
+from rockframe.ingest import Rejection
+from rockframe.record import Record
+from rockframe.results import Facts, RecordsFile
+from rockframe.rocking import GroundAcceleration, refuse_flight
+from rockframe.signals import integrate, peak
+from rockframe.stages.common import horizontal
+from rockframe.stages.respond import with_vertical
+
+Float = NDArray[np.float64]
+
+#: What a selection may be made by: number of a record, words, unit.
+RANGES: Final = {
+    "magnitude": ("magnitude", ""),
+    "epicentral_distance": ("epicentral distance", " km"),
+    "vs30": ("Vs30", " m/s"),
+    "pga": ("PGA", " m/s2"),
+    "T_p": ("T_p", " s"),
+    "L_p": ("L_p", " m"),
+}
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which records are screened; a record of which a number is not known is left out by it.
+
+    Parameters
+    ----------
+    ranges : mapping of str to (float, float)
+        Least and largest value, in SI units, of any of `RANGES`: ``magnitude``,
+        ``epicentral_distance`` [km], ``vs30`` [m s-1], ``pga`` [m s-2], ``T_p`` [s], ``L_p`` [m].
+    pulse_like : bool, optional
+        Only records whose pulse is (is not) more than chance.
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown, or a range is none.
+
+    Examples
+    --------
+    >>> Selection({"magnitude": (8.0, 6.0)})
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid range of magnitude, 8 to 6. Must increase.
+    """
+
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    pulse_like: bool | None = None
+
+    def __post_init__(self) -> None:
+        for name, (least, largest) in self.ranges.items():
+            if name not in RANGES:
+                raise ParameterError(
+                    f"Invalid filter {name!r}. Must be one of {', '.join(RANGES)}."
+                )
+            words, unit = RANGES[name]
+            if not least <= largest:
+                raise ParameterError(
+                    f"Invalid range of {words}, {least:g} to {largest:g}{unit}. Must increase."
+                )
+
+    def reason_against(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
+        """Return why a record is left out; an empty text if it is not."""
+        for name, (least, largest) in self.ranges.items():
+            words, unit = RANGES[name]
+            value = numbers[name]
+            if math.isnan(value):
+                return f"{words} unknown"
+            if not least <= value <= largest:
+                return f"{words} not in {least:g} to {largest:g}{unit}"
+        if self.pulse_like is not None and pulse_like is not self.pulse_like:
+            if pulse_like is None:
+                return "likeness of the pulse unknown"
+            return "pulse within chance" if self.pulse_like else "pulse more than chance"
+        return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """One motion of a screening.
+
+    Parameters
+    ----------
+    name : str
+        Its identifier.
+    row : int
+        Of the (first) record in the file.
+    cluster : int
+        Motions of one number are azimuths of one pair, or components of one recording.
+    records : tuple of str
+        The record, or the two that are rotated.
+    azimuth : float
+        Direction [degree].
+    numbers : mapping of str to float
+        What is known of it, as in `Facts.numbers`.
+    """
+
+    name: str
+    row: int
+    cluster: int
+    records: tuple[str, ...]
+    azimuth: float
+    numbers: Mapping[str, float]
+
+
+class Motions:
+    """The motions of a file that a selection leaves, read when they are needed."""
+
+    def __init__(self, file: RecordsFile, facts: Facts, *, vertical: bool) -> None:
+        self._file = file
+        self._facts = facts
+        self._vertical = vertical
+        self._beside: dict[str, Record] = {}
+        self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
+        self.rejections: list[Rejection] = []
+        self.left_out: Counter[str] = Counter()
+        self.motions: list[Motion] = []
+
+    def choose(self, selection: Selection, azimuths: Sequence[float], scale: float) -> None:
+        """Choose the motions that a selection leaves, and that can be scaled so far.
+
+        Raises
+        ------
+        ParameterError
+            If none is left.
+        """
+        rows = {name: row for row, name in enumerate(self._facts.names)}
+        names = horizontal(self._file)
+        if self._vertical and not azimuths:
+            self._beside = vertical_beside(self._file)
+        found = self._swept(rows, azimuths) if azimuths else self._recorded(rows, names)
+        for motion in found:
+            like = None if azimuths else self._facts.pulse_like[motion.row]
+            reason = selection.reason_against(motion.numbers, like)
+            if reason:
+                self.left_out[reason] += 1
+                continue
+            try:
+                if self._vertical:
+                    refuse_flight(self._moved(motion), scale)
+            except ParameterError as error:
+                self.rejections.append(Rejection(motion.name, str(error)))
+                continue
+            self.motions.append(motion)
+        if not self.motions:
+            raise ParameterError(self._why_empty())
+
+    def read(self, motion: Motion) -> Record | GroundAcceleration:
+        """Read a motion.
+
+        Raises
+        ------
+        InputError
+            If its record is damaged.
+        """
+        return self._moved(motion) if self._vertical else self._component(motion)
+
+    def _moved(self, motion: Motion) -> GroundAcceleration:
+        record = self._component(motion)
+        if len(motion.records) == 1:
+            return with_vertical(record, self._beside)
+        upward = self._paired(motion.records).vertical
+        return with_vertical(record, {} if upward is None else {record.record_id: upward})
+
+    def _component(self, motion: Motion) -> Record:
+        if len(motion.records) == 1:
+            return self._file.read(motion.name)
+        return rotate(self._paired(motion.records), motion.azimuth)
+
+    def _paired(self, names: tuple[str, ...]) -> HorizontalPair:
+        """The pair of two records, and the vertical beside it; the last one is held."""
+        if self._pair is None or self._pair[0] != names:
+            row = self._facts.names.index(names[0])
+            together = self._recordings()[self._recording(row)]
+            pairs, _ = pair_horizontals(map(self._file.read, together))
+            self._pair = (
+                names,
+                next(
+                    pair for pair in pairs if (pair.first.record_id, pair.second.record_id) == names
+                ),
+            )
+        return self._pair[1]
+
+    def _recording(self, row: int) -> tuple[str, ...]:
+        """What records of one motion share; a record of no stated station is alone."""
+        texts = self._facts.texts
+        alone = "" if texts["station"][row] else self._facts.names[row]
+        return (*(texts[n][row] for n in ("event", "network", "station", "start_time")), alone)
+
+    def _recordings(self) -> dict[tuple[str, ...], list[str]]:
+        together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+        for row, name in enumerate(self._facts.names):
+            together[self._recording(row)].append(name)
+        return together
+
+    def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
+        """Each horizontal record; the components of one recording are one cluster."""
+        clusters: dict[tuple[str, ...], int] = {}
+        for name in names:
+            row = rows[name]
+            cluster = clusters.setdefault(self._recording(row), len(clusters))
+            numbers = {key: float(values[row]) for key, values in self._facts.numbers.items()}
+            yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
+
+    def _swept(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
+        """Each pair of horizontals toward each azimuth; their pulses are not known."""
+        cluster = 0
+        for together in self._recordings().values():
+            pairs, unpaired = pair_horizontals(map(self._file.read, together))
+            for alone in unpaired:
+                self.rejections.append(Rejection(alone.record_id, alone.reason))
+            for pair in pairs:
+                names = pair.first.record_id, pair.second.record_id
+                row = rows[names[0]]
+                known = {key: float(values[row]) for key, values in self._facts.numbers.items()}
+                known |= dict.fromkeys(("a_p", "T_p", "L_p"), math.nan)
+                for azimuth in azimuths:
+                    record = rotate(pair, azimuth)
+                    peaks = {
+                        "pga": peak(record.acceleration),
+                        "pgv": peak(integrate(record.acceleration, record.time_step)),
+                        "azimuth": azimuth,
+                    }
+                    yield Motion(record.record_id, row, cluster, names, azimuth, known | peaks)
+                cluster += 1
+
+    def _why_empty(self) -> str:
+        if self.rejections:
+            first = self.rejections[0]
+            return f"record {first.file!r}: {first.reason}"
+        reasons = "; ".join(f"{count}: {reason}" for reason, count in self.left_out.items())
+        return f"no record is left to screen ({reasons}). Must be one or more."

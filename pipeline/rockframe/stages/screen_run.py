@@ -1,0 +1,178 @@
+"""The batches of a screening, in any process, kept until all are there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.engines import Engine
+from rockframe.frame import RockingFrame
+from rockframe.results import Batches, Facts, peaks_of_frames
+from rockframe.risk import HazardCurve
+from rockframe.rocking import Design, Part, Verdict, margins_of, peaks_of
+from rockframe.stages.common import Progress
+from rockframe.stages.screen_motions import Motion, Motions
+from rockframe.stages.screen_statistics import Screened
+
+Arrays = dict[str, NDArray[Any]]
+Task = tuple[str, Callable[[], Part]]
+
+#: Scenarios of a batch, about; an interruption costs no more, and each takes some 0.1 s.
+_SCENARIOS: Final = 2048
+#: Motions of a batch at most: they are held together.
+_TOGETHER: Final = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What is asked of each motion.
+
+    Parameters
+    ----------
+    frames : tuple of RockingFrame
+        The structures.
+    candidates : tuple of RockingFrame
+        Those of a design, of each structure one after the other; none if nothing is looked for.
+    scales : array, shape (scales,)
+        Multiples of the motions [1].
+    margins : bool
+        Whether critical scales are.
+    """
+
+    frames: tuple[RockingFrame, ...]
+    candidates: tuple[RockingFrame, ...]
+    scales: NDArray[np.float64]
+    margins: bool
+
+    @property
+    def reference(self) -> int:
+        """Which of the scales is nearest to 1."""
+        return int(np.argmin(np.abs(np.log(self.scales))))
+
+    def stated(self) -> dict[str, Any]:
+        """Return the same as JSON values."""
+        return {
+            "frames": [asdict(frame) for frame in self.frames],
+            "candidates": [asdict(frame) for frame in self.candidates],
+            "scales": self.scales.tolist(),
+        }
+
+
+class Run:
+    """The batches of a screening; a class because they share what was chosen."""
+
+    def __init__(
+        self,
+        chosen: Motions,
+        asked: Asked,
+        batches: Batches,
+        engine: Engine | None,
+        progress: Progress,
+    ) -> None:
+        self._chosen = chosen
+        self._asked = asked
+        self._batches = batches
+        self._engine = engine
+        self._progress = progress
+        self._done = 0
+        shape = (len(chosen.motions), len(asked.frames), asked.scales.size)
+        self.verdicts = np.empty(shape, dtype=np.int8)
+        self.ratio = np.empty(shape[:2])
+
+    def rows(self) -> Iterator[Arrays]:
+        """Give the scenarios of one motion after the other; `verdicts` and `ratio` fill up."""
+        frames, at = self._asked.frames, self._asked.reference
+        for i, (verdict, peak) in enumerate(self._peaks()):
+            row = peaks_of_frames(frames, verdict, peak)
+            self.verdicts[i] = verdict
+            fell = verdict[:, at] == Verdict.OVERTURNED
+            self.ratio[i] = np.where(fell, np.inf, row["peak_rotation_ratio"][:, at])
+            yield row
+
+    def screened(
+        self, facts: Facts, hazard: HazardCurve | None, design: Design | None, seed: int
+    ) -> Screened:
+        """Return what statistics are made of, once all rows were given."""
+        kinds = (Verdict.NO_UPLIFT, Verdict.SAFE, Verdict.OVERTURNED)
+        return Screened(
+            motions=self._chosen.motions,
+            facts=facts,
+            frames=self._asked.frames,
+            scales=self._asked.scales,
+            overturned=self.verdicts == Verdict.OVERTURNED,
+            counts=np.stack([(self.verdicts == kind).sum(axis=0) for kind in kinds], axis=-1),
+            ratio=self.ratio,
+            margins=self._margins(),
+            hazard=hazard,
+            design=design,
+            candidate_ratio=self._candidate_ratio(),
+            seed=seed,
+        )
+
+    def _margins(self) -> Arrays:
+        """Return margins, shape (motions, structures); nothing if they were not asked for."""
+        if not self._asked.margins:
+            return {}
+        found = list(self._map(margins_of, "margins"))
+        return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+
+    def _candidate_ratio(self) -> NDArray[np.float64] | None:
+        """Return |theta| / alpha of the candidates, shape (motions, candidates); overturned inf."""
+        if not self._asked.candidates:
+            return None
+        alpha = np.array([frame.slenderness for frame in self._asked.candidates])
+        rows = []
+        for part in self._map(peaks_of, "design"):
+            fell = part["verdict"][:, :, 0] == Verdict.OVERTURNED
+            rows.append(np.where(fell, np.inf, part["peak_rotation"][:, :, 0] / alpha))
+        return np.concatenate(rows)
+
+    def _peaks(self) -> Iterator[tuple[NDArray[np.int8], NDArray[np.float64]]]:
+        """Verdict and peak rotation of each motion, shape (structures, scales)."""
+        held: list[Arrays] = []
+        width = 0
+        for part in self._map(peaks_of, "peaks"):
+            held.append(part)
+            width += part["verdict"].shape[2]
+            if width < self._asked.scales.size:
+                continue
+            verdict, peak = (
+                np.concatenate([one[name] for one in held], axis=2)
+                for name in ("verdict", "peak_rotation")
+            )
+            yield from zip(verdict, peak, strict=True)
+            held, width = [], 0
+
+    def _map(self, function: Callable[[Part], Arrays], kind: str) -> Iterator[Arrays]:
+        return self._batches.map(function, self._tasks(kind), self._engine, self._step)
+
+    def _tasks(self, kind: str) -> Iterator[Task]:
+        """Batches of one kind: of several motions, or of a part of the scales of one."""
+        frames = self._asked.candidates if kind == "design" else self._asked.frames
+        scales = self._asked.scales
+        if kind != "peaks":
+            scales = scales[self._asked.reference :][:1]
+        each = len(frames) * scales.size
+        together = 1 if kind == "margins" else min(max(1, _SCENARIOS // each), _TOGETHER)
+        width = scales.size if each <= _SCENARIOS else max(1, _SCENARIOS // len(frames))
+        motions = self._chosen.motions
+        for first in range(0, len(motions), together):
+            for start in range(0, scales.size, width):
+                some = motions[first : first + together]
+                part = tuple(scales[start : start + width].tolist())
+                yield f"{kind}-{first}-{start}", self._maker(some, frames, part)
+
+    def _maker(
+        self, motions: Sequence[Motion], frames: tuple[RockingFrame, ...], scales: tuple[float, ...]
+    ) -> Callable[[], Part]:
+        return lambda: Part(tuple(map(self._chosen.read, motions)), frames, scales)
+
+    def _step(self) -> None:
+        self._done += 1
+        kinds = ["peaks", *(["margins"] if self._asked.margins else [])]
+        kinds += ["design"] if self._asked.candidates else []
+        self._progress(self._done, sum(1 for kind in kinds for _ in self._tasks(kind)))

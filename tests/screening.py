@@ -1,0 +1,80 @@
+"""Records for tests of screening: sines and pulses of known strength, at stations of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rockframe.record import Orientation, Record
+from rockframe.results import write_records
+
+STEP = 0.01
+
+
+def sine(name: str, amplitude: float, **facts: object) -> Record:
+    """Four cycles of 1 Hz after a rest."""
+    time = STEP * np.arange(600)
+    shape = np.where((time > 1.0) & (time < 5.0), np.sin(2.0 * np.pi * time), 0.0)
+    return Record(
+        **{
+            "record_id": name,
+            "acceleration": amplitude * shape,
+            "time_step": STEP,
+            "orientation": Orientation.HORIZONTAL,
+            "azimuth": 0.0,
+            "station": name,
+            "event": "made",
+            **facts,
+        }  # type: ignore[arg-type]
+    )
+
+
+def site(count: int) -> list[Record]:
+    """Sines from weak to strong."""
+    return [
+        sine(f"s{n:02d}", 0.5 + 0.4 * n, magnitude=5.0 + 0.1 * n, vs30=200.0 + 20.0 * n)
+        for n in range(count)
+    ]
+
+
+def three(name: str, upward: float = 0.5) -> list[Record]:
+    """Two horizontals and a vertical of one station."""
+    east = sine(f"{name}-e", 3.0, station=name, azimuth=90.0)
+    north = sine(f"{name}-n", 4.0, station=name, azimuth=0.0)
+    up = sine(f"{name}-z", upward, station=name, orientation=Orientation.VERTICAL)
+    return [east, north, up]
+
+
+def stored(records: Iterable[Record], folder: Path) -> Path:
+    """The records as the ingest stage writes them."""
+    path = folder / "records.nc"
+    write_records(((r, None) for r in records), path, input_sha256={}, parameters={})
+    return path
+
+
+STRUCTURES = """
+[[structure]]
+name = "stout"
+height_m = 6.0
+width_m = 1.2
+mass_ratio = 2.0
+
+[[structure]]
+name = "slender"
+height_m = 3.0
+width_m = 0.45
+"""
+
+
+def structures(folder: Path, text: str = STRUCTURES) -> Path:
+    """A file of two structures."""
+    path = folder / "structures.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def names(records: Sequence[Record]) -> list[str]:
+    """Identifiers."""
+    return [record.record_id for record in records]

@@ -1,0 +1,380 @@
+"""The screen stage: scenarios, selections, azimuths, engines, interruptions, what is said."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
+from tests.screening import names, sine, site, stored, structures, three
+
+from rockframe.cli.main import main
+from rockframe.components import pair_horizontals, rotate
+from rockframe.engines import OneProcess, ProcessPool
+from rockframe.errors import InputError, ParameterError
+from rockframe.record import Record
+from rockframe.results import read_records, read_screening
+from rockframe.rocking import Design, margins, respond, respond_many
+from rockframe.stages import Selection, pulse_stage, screen_stage
+from rockframe.study import read_structures
+
+Screen = Callable[..., xr.Dataset]
+
+
+@pytest.fixture
+def screen(tmp_path: Path) -> Screen:
+    """Screen records; without margins unless they are asked for."""
+
+    def run(records: list[Record], **options: Any) -> xr.Dataset:
+        output = tmp_path / "screen.nc"
+        screen_stage(
+            stored(records, tmp_path),
+            output,
+            structures_path=structures(tmp_path),
+            **{"margins": False, "scales": [0.5, 1.0, 2.0], **options},
+        )
+        return read_screening(output)
+
+    return run
+
+
+def test_scenarios_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
+    records = site(5)
+    found = screen(records)
+    frames = read_structures(tmp_path / "structures.toml")
+    for i in range(len(records)):
+        for k, frame in enumerate(frames):
+            for s, scale in enumerate((0.5, 1.0, 2.0)):
+                expected = respond(frame, sine("x", scale * (0.5 + 0.4 * i)))
+                one = found.isel(record=i, structure=k, scale=s)
+                assert int(one["verdict"]) == expected.verdict
+                for name in ("peak_rotation_ratio", "peak_u", "peak_v"):
+                    assert_allclose(float(one[name]), getattr(expected, name), atol=1e-9)
+    assert found["verdict_count"].values.sum(axis=2).tolist() == [[5] * 3] * 2
+
+
+def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
+    records = site(3)[1:]
+    found = screen(records, margins=True)
+    expected = margins(records, read_structures(tmp_path / "structures.toml"))
+    for i, row in enumerate(expected):
+        for k, margin in enumerate(row):
+            one = found.isel(record=i, structure=k)
+            assert float(one["critical_scale"]) == margin.critical_scale
+            assert int(one["safe_islands"]) == margin.safe_islands
+            assert bool(one["undecided"]) == bool(margin.undecided_by)
+
+
+@pytest.mark.parametrize("scales", [[1.0], np.linspace(0.5, 2.0, 3000).tolist()])
+def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> None:
+    """Batches of several motions, and of a part of the scales of one."""
+    records = stored(site(6 if len(scales) == 1 else 1), tmp_path)
+    files = set()
+    for engine in (OneProcess(), ProcessPool(2, patience=0.0), ProcessPool(3, patience=0.0)):
+        output = tmp_path / "screen.nc"
+        screen_stage(records, output, scales=scales, margins=False, engine=engine)
+        files.add((output.read_bytes(), output.with_suffix(".csv").read_bytes()))
+    assert len(files) == 1
+
+
+def test_interrupted_run_leaves_batches_and_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stopped in its fifth batch: four are kept, and computed no second time."""
+    records, calls = stored(site(1), tmp_path), []
+    scales = np.linspace(0.5, 2.0, 6000)
+    options: dict[str, Any] = {"scales": scales, "margins": False, "engine": OneProcess()}
+    screen_stage(records, tmp_path / "whole.nc", **options)
+
+    def stop(*asked: Any) -> Any:
+        calls.append(asked)
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+        return respond_many(*asked)
+
+    monkeypatch.setattr("rockframe.rocking.screening.respond_many", stop)
+    output = tmp_path / "screen.nc"
+    with pytest.raises(KeyboardInterrupt):
+        screen_stage(records, output, **options)
+    (folder,) = tmp_path.glob(".screen-*.batches")
+    kept = sorted(folder.iterdir())
+    assert len(kept) == 4
+    assert not output.exists()
+    kept[1].write_bytes(kept[1].read_bytes()[:-40])  # and one of them is damaged since
+    begun = len(calls)
+    screen_stage(records, output, **options)
+    total = -(-scales.size * 5 // 2048)
+    assert total - 4 <= len(calls) - begun <= total - 2
+    assert output.read_bytes() == (tmp_path / "whole.nc").read_bytes()
+    assert not list(tmp_path.glob(".screen-*"))
+
+
+def test_batches_of_other_inputs_are_not_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "screen.nc"
+
+    def stop(*_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("rockframe.stages.screen.write_screen_table", stop)
+        with pytest.raises(KeyboardInterrupt):
+            screen_stage(stored(site(2), tmp_path), output, scales=[1.0], margins=False)
+    assert len(list(tmp_path.glob(".screen-*.batches"))) == 1
+    strong = [sine(f"s{n:02d}", 6.0) for n in range(2)]
+    screen_stage(stored(strong, tmp_path), output, scales=[1.0], margins=False)
+    assert (read_screening(output)["verdict"].sel(structure="slender-column") == 2).all()
+    assert not list(tmp_path.glob(".screen-*.batches"))
+
+
+def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
+    records = [*site(10), sine("unknown", 2.0)]
+    done = screen_stage(
+        stored(records, tmp_path),
+        tmp_path / "screen.nc",
+        selection=Selection({"magnitude": (5.25, 9.0), "vs30": (0.0, 330.0)}),
+        scales=[1.0],
+        margins=False,
+    )
+    found = read_screening(tmp_path / "screen.nc")
+    assert found["record_id"].values.tolist() == ["s03", "s04", "s05", "s06"]
+    assert done.left_out == {
+        "magnitude not in 5.25 to 9": 3,
+        "Vs30 not in 0 to 330 m/s": 3,
+        "magnitude unknown": 1,
+    }
+    assert done.rejections == ()
+
+
+def test_empty_selection_is_named(screen: Screen) -> None:
+    with pytest.raises(ParameterError, match=r"no record is left .*3: PGA not in 50 to 60 m/s2"):
+        screen(site(3), selection=Selection({"pga": (50.0, 60.0)}))
+
+
+@pytest.mark.parametrize(
+    ("ranges", "message"),
+    [
+        ({"colour": (1.0, 2.0)}, "Invalid filter 'colour'. Must be one of magnitude"),
+        ({"pga": (2.0, 1.0)}, "Invalid range of PGA, 2 to 1 m/s2. Must increase"),
+        ({"T_p": (math.nan, 1.0)}, "Invalid range of T_p"),
+    ],
+)
+def test_selection_that_is_none(ranges: dict[str, tuple[float, float]], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        Selection(ranges)
+
+
+@pytest.mark.parametrize(
+    ("scales", "message"),
+    [
+        ([1.0, 0.5], "Invalid scales, 0.5 after 1. Must increase"),
+        ([1.0, 1.0], "Invalid scales, 1 after 1. Must increase"),
+        ([0.0, 1.0], "Invalid scale 0. Must be positive"),
+        ([1.0, math.inf], "Invalid scale inf"),
+        ([], "no scale to screen at"),
+    ],
+)
+def test_scales_must_increase(screen: Screen, scales: list[float], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        screen(site(2), scales=scales)
+
+
+def test_azimuths_turn_the_pairs(screen: Screen, tmp_path: Path) -> None:
+    records = [*three("a"), *three("b")]
+    found = screen(records, azimuths=[0.0, 30.0, 90.0])
+    assert found.sizes["record"] == 6
+    assert found["cluster"].values.tolist() == [0, 0, 0, 1, 1, 1]
+    assert found["azimuth"].values.tolist() == [0.0, 30.0, 90.0] * 2
+    (pair, _), _ = pair_horizontals(read_records(tmp_path / "records.nc"))
+    turned = rotate(pair, 30.0)
+    frame = read_structures(tmp_path / "structures.toml")[1]
+    one = found.sel(structure="slender", scale=1.0).isel(record=1)
+    assert str(one["record_id"].item()) == turned.record_id
+    assert float(one["pga"]) == float(np.abs(turned.acceleration).max())
+    assert_allclose(float(one["peak_rotation_ratio"]), respond(frame, turned).peak_rotation_ratio)
+
+
+def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
+    records = stored([*three("a"), sine("alone", 3.0)], tmp_path)
+    output = tmp_path / "screen.nc"
+    done = screen_stage(records, output, azimuths=[45.0], scales=[1.0], margins=False)
+    assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
+    assert json.loads(read_screening(output).attrs["left_out"])["alone"]
+    with pytest.raises(ParameterError, match=r"record 'alone': alone is the only horizontal"):
+        screen_stage(stored([sine("alone", 3.0)], tmp_path), output, azimuths=[45.0])
+
+
+def test_vertical_is_felt_and_turned_with_its_pair(screen: Screen) -> None:
+    still, felt = (screen(three("a"), vertical=vertical) for vertical in (False, True))
+    turned = screen(three("a"), vertical=True, azimuths=[90.0, 0.0])
+    name = "peak_rotation_ratio"
+    assert (still[name].values != felt[name].values).any()
+    assert_array_equal(turned[name].values, felt[name].values)
+
+
+def test_vertical_of_another_length_is_named(tmp_path: Path) -> None:
+    east, north, up = three("a")
+    short = sine("a-z", 0.5, station="a", orientation=up.orientation, time_step=0.005)
+    with pytest.raises(ParameterError, match=r"no vertical record of the same .*time step"):
+        screen_stage(stored([east, north, short], tmp_path), tmp_path / "s.nc", vertical=True)
+
+
+def test_vertical_that_would_fall_at_the_largest_scale_is_left_out(tmp_path: Path) -> None:
+    records = stored([*three("a"), *three("b", upward=6.0)], tmp_path)
+    options: dict[str, Any] = {"vertical": True, "scales": [1.0, 2.0], "margins": False}
+    done = screen_stage(records, tmp_path / "s.nc", **options)
+    assert [r.file for r in done.rejections] == ["b-e", "b-n"]
+    assert "lose contact" in done.rejections[0].reason
+
+
+def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> None:
+    records, output = stored(site(4), tmp_path), tmp_path / "screen.nc"
+    pulses = tmp_path / "pulses.nc"
+    pulse_stage(records, pulses)
+    options: dict[str, Any] = {"pulses_path": pulses, "scales": [1.0], "margins": False}
+    screen_stage(records, output, selection=Selection({"T_p": (0.5, 2.0)}), **options)
+    found = read_screening(output)
+    assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
+    with pytest.raises(InputError, match=r"pulses.nc: was made from other records"):
+        screen_stage(stored(site(5), tmp_path), output, **options)
+
+
+def test_fragility_rate_and_design_are_in_the_file(screen: Screen, tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    design = Design(dimension="height", lowest=2.0, highest=30.0, limit=0.5, share=0.5, steps=8)
+    found = screen(site(12), scales=np.linspace(0.5, 2.0, 6), hazard_path=hazard, design=design)
+    fit = found.sel(structure="slender", measure="pga")
+    assert int(fit["fragility_outcome"]) in (0, 3)
+    assert int(fit["fragility_motions"]) == 12
+    assert (found["overturning_rate_low"] <= found["overturning_rate_high"]).all()
+    shares = found["design_share"].sel(structure="slender").values
+    met = found["design_value"].values[shares >= 0.5]
+    assert float(found["design_smallest"].sel(structure="slender")) == met[0]
+    assert (found["fragility_outcome"].sel(measure="a_p") == 5).all()
+
+
+def test_candidates_are_screened_as_structures_are(screen: Screen) -> None:
+    """A candidate of the structure's own width has its share."""
+    design = Design(dimension="width", lowest=0.45, highest=0.9, limit=0.4, steps=2)
+    found = screen(site(6), design=design)
+    ratio = found["peak_rotation_ratio"].sel(structure="slender", scale=1.0)
+    stands = found["verdict"].sel(structure="slender", scale=1.0) != 2
+    share = float(((ratio < 0.4) & stands).mean())
+    assert float(found["design_share"].sel(structure="slender")[0]) == share
+
+
+def test_ranks_put_the_strongest_first(screen: Screen) -> None:
+    found = screen(site(6))
+    assert int(np.argmin(found["mean_rank"].values)) == 5
+    assert (found["demand_rank"].sum("record") == 21.0).all()
+
+
+def test_hazard_of_a_measure_that_is_not_known(screen: Screen, tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("a_p_g,annual_rate\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    with pytest.raises(ParameterError, match="Must be given with --pulses"):
+        screen(site(2), hazard_path=hazard)
+
+
+def test_strange_table_is_not_replaced(screen: Screen, tmp_path: Path) -> None:
+    (tmp_path / "screen.csv").write_text("my,notes\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"screen.csv: is in the place of the table"):
+        screen(site(2))
+
+
+def test_every_variable_explains_itself(screen: Screen) -> None:
+    found = screen(site(3), margins=True)
+    for name, variable in found.variables.items():
+        assert variable.attrs["long_name"], name
+        assert variable.attrs["units"], name
+
+
+@pytest.fixture(scope="module")
+def bundled(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> Path:
+    """The bundled records, screened by the command, with their figures."""
+    folder = tmp_path_factory.mktemp("bundled")
+    words = ["screen", str(bundled_records), "--output", str(folder / "screen.nc")]
+    words += ["--structure", "slender-frame", "--no-margins", "--figures", str(folder / "figures")]
+    assert main(words) == 0
+    return folder
+
+
+def test_command_on_the_bundled_records(bundled: Path) -> None:
+    found = read_screening(bundled / "screen.nc")
+    assert found.sizes["record"] == 6
+    rows = (bundled / "screen.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0].startswith("record_id,structure,scale,verdict,peak_rotation_ratio")
+    assert len(rows) == 7
+    captions = list((bundled / "figures").glob("*.caption.txt"))
+    assert len(captions) == 2
+    assert all("3 recordings" in caption.read_text(encoding="utf-8") for caption in captions)
+
+
+def test_few_recordings_are_said_to_be_few(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records = stored(site(3), tmp_path)
+    words = ["screen", str(records), "--output", str(tmp_path / "s.nc"), "--no-margins"]
+    assert main(words) == 0
+    assert "3 recordings are few" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["motions"] == 3
+    assert len(told["structures"]) == 5
+    assert (
+        "too few" in told["structures"][0]["better_measure_reason"]
+        or "measures have a fit" in (told["structures"][0]["better_measure_reason"])
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--scales", "1", "0.5"], "Invalid scales, 0.5 after 1. Must increase"),
+        (["--magnitude", "8", "9"], "no record is left to screen"),
+        (["--azimuths", "45"], "is the only horizontal"),
+        (["--vertical"], "no vertical record"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "ask"),
+        (["--hazard", "no.csv"], "no.csv: cannot be read"),
+        (["--design", "height"], "--design and --design-range belong together"),
+        (["--design", "height", "--design-range", "3", "2"], "Invalid range 3.0 to 2.0"),
+        (["--design", "width", "--design-range", "1", "50"], "Invalid slenderness"),
+        (["--workers", "-1"], "number of workers -1"),
+        (["--structure", "none"], "Invalid structure 'none'"),
+        (["--pulses", "no.nc"], "no.nc: no such file"),
+    ],
+)
+def test_mistakes_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
+    records = stored(site(2), tmp_path)
+    output = tmp_path / "s.nc"
+    status = main(["screen", str(records), "--output", str(output), "--no-margins", *words])
+    told = capsys.readouterr().err
+    assert status == 2
+    assert told.count("\n") == 1
+    if message != "ask":  # of the scheduler: Dask may not be installed
+        assert message in told
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("word", ["a", "1:2", "1:2:1", "1:2:3:4", "::"])
+def test_values_that_are_none(
+    tmp_path: Path, word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["screen", str(tmp_path), "--output", "s.nc", "--scales", word])
+    assert caught.value.code == 2
+    assert f"Invalid value {word!r}. Must be a number or FROM:TO:COUNT" in capsys.readouterr().err
+
+
+def test_names_of_the_records_made_here() -> None:
+    assert names(three("a")) == ["a-e", "a-n", "a-z"]
