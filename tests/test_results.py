@@ -23,7 +23,6 @@ from rockframe.results import (
     best_pulses,
     open_records,
     open_response,
-    pulses_of,
     read_records,
     write,
     write_pulses,
@@ -251,18 +250,6 @@ def test_residual_and_pulse_motion_are_beside_the_pulses(tmp_path: Path) -> None
         displacement = pulse.displacement(record.time)
         np.testing.assert_array_equal(dataset["pulse_displacement"], displacement)
         assert dataset["pulse_verdict"].attrs["flag_meanings"] == "untested pulse noise at_bound"
-
-
-def test_pulses_of_other_samples_are_refused(tmp_path: Path) -> None:
-    options = FindOptions(drawing=LikenessOptions(surrogates=0))
-    record = RECORDS_MADE[0]
-    found = find_pulses(record.acceleration, 0.01, options)
-    path = tmp_path / "pulses.nc"
-    write_pulses([(record, found)], path, input_sha256={}, parameters={"runners_up": 2})
-    pulse = found.matches[found.used].pulse
-    assert pulses_of(path, {"weak": record.samples_sha256, "other": ""}) == {"weak": pulse}
-    with pytest.raises(InputError, match=r"the pulse of 'weak' is of other samples. Must be made"):
-        pulses_of(path, {"weak": RECORDS_MADE[1].samples_sha256})
 
 
 def test_a_file_of_another_kind_is_refused(response_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_structures(parser)
     add_vertical(parser)
     add_histories(parser, "all")
+    parser.add_argument(
+        "--pulses",
+        type=path,
+        metavar="FILE",
+        help="output of `rockframe pulse` for these records: adds what their pulses alone do",
+    )
     add_batch(parser)
     add_engine(parser)
 
@@ -44,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
             structure=options.structure,
             vertical=options.vertical,
             histories=Histories(options.histories),
+            pulses_path=options.pulses,
             batch=chosen_batch(options),
             engine=engine(options),
             progress=progress,
@@ -55,11 +63,37 @@ def run(options: argparse.Namespace) -> int:
     else:
         show_table(
             f"Responses in {options.output}",
-            ["record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"],
-            [[str(row["record_id"]), str(row["structure"]), *response_cells(row)] for row in rows],
+            [
+                *("record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"),
+                *(["pulse alone"] if options.pulses else []),
+            ],
+            [
+                [
+                    *(str(row["record_id"]), str(row["structure"]), *response_cells(row)),
+                    *([pulse_cell(row)] if options.pulses else []),
+                ]
+                for row in rows
+            ],
         )
     show_rejections(rejections)
     return 1 if rejections else 0
+
+
+def pulse_cell(row: Mapping[str, Any]) -> str:
+    """Return what the record's pulse alone does: theta/alpha and its error, or the verdict.
+
+    Examples
+    --------
+    >>> pulse_cell({"verdict_to_pulse": "safe", "peak_rotation_ratio_to_pulse": 0.3,
+    ...     "surrogate_error": -0.25})
+    'θ/α 0.300, -25 %'
+    """
+    words = str(row["verdict_to_pulse"]).replace("_", " ")
+    if words != "safe":
+        return words
+    told = f"θ/α {row['peak_rotation_ratio_to_pulse']:.3f}"
+    error = row["surrogate_error"]
+    return told if math.isnan(error) else f"{told}, {100.0 * error:+.0f} %"
 
 
 def response_cells(row: Mapping[str, Any]) -> list[str]:

@@ -124,6 +124,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=options.structure,
             vertical=options.vertical,
+            pulses_path=folder / "pulses.nc",
             progress=progress,
         )
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)

@@ -74,4 +74,4 @@ from rockframe.results.table import TableRow as TableRow
 from rockframe.results.table import response_rows as response_rows
 from rockframe.results.table import table_rows as table_rows
 from rockframe.results.used_pulses import best_pulses as best_pulses
-from rockframe.results.used_pulses import pulses_of as pulses_of
+from rockframe.results.used_pulses import pulses_with_hashes as pulses_with_hashes

@@ -18,6 +18,7 @@ from rockframe.frame import RockingFrame
 from rockframe.results.files import RESPONSE, named, opened, put
 from rockframe.results.growing import growing
 from rockframe.results.merging import no_records
+from rockframe.results.to_pulse import to_pulse_variables
 from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
 from rockframe.rocking.kernel import REST_VELOCITY_RATIO
 from rockframe.rocking.response import Response, Verdict
@@ -83,7 +84,8 @@ def write_responses(
     input_sha256 : mapping
         Name and SHA-256 of each input.
     parameters : mapping
-        The options of the stage; JSON values.
+        The options of the stage; JSON values. If ``pulses`` is true, what the records' pulses alone
+        do goes into the file.
     left_out : mapping of str to str, optional
         Why records that went in did not come out, by identifier; read after the answers.
 
@@ -103,10 +105,11 @@ def write_responses(
                 columns["record_id"].append(name)
                 columns["row_size"].append(max(response.time.size for response in responses))
                 columns["history"].append([response.time.size > 0 for response in responses])
+                columns["to_pulse"].append([response.to_pulse for response in responses])
                 for quantity in ("verdict", "impacts", *_OF_PAIR):
                     columns[quantity].append([getattr(r, quantity) for r in responses])
         put(
-            _dataset(columns, frames) if columns else no_records(),
+            _dataset(columns, frames, parameters) if columns else no_records(),
             partial,
             RESPONSE,
             input_sha256=input_sha256,
@@ -141,7 +144,11 @@ def _histories(responses: Sequence[Response]) -> dict[str, NDArray[np.float64]]:
     return series
 
 
-def _dataset(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -> xr.Dataset:
+def _dataset(
+    columns: Mapping[str, list[Any]],
+    frames: Sequence[RockingFrame],
+    parameters: Mapping[str, Any],
+) -> xr.Dataset:
     """Return all variables but the histories."""
     pairs = ("record", "structure")
     variables = {
@@ -153,6 +160,7 @@ def _dataset(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -
             name: variable(pairs, np.array(columns[name], dtype=np.float64), units, long_name)
             for name, (units, long_name) in _OF_PAIR.items()
         },
+        **(to_pulse_variables(columns["to_pulse"]) if parameters.get("pulses") else {}),
         "impacts": variable(
             pairs,
             np.array(columns["impacts"], dtype=np.int32),

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import xarray as xr
+
 from rockframe.results.files import RECORDS, RESPONSE, opened
 from rockframe.results.pulse_rows import pulse_rows
+from rockframe.results.to_pulse import FateUnderPulse
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
 
@@ -53,6 +56,9 @@ class TableRow:
     source_file: str
     facts_source: str = ""
     pulse_verdict: str = ""
+    verdict_to_pulse: str = ""
+    peak_rotation_ratio_to_pulse: float = math.nan
+    surrogate_error: float = math.nan
 
 
 def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> list[TableRow]:
@@ -116,6 +122,19 @@ def response_rows(response_path: Path) -> list[dict[str, Any]]:
                     "verdict": Verdict(int(answer["verdict"])).name.lower(),
                     "uplift_time_s": float(answer["uplift_time"]),
                     "overturning_time_s": float(answer["overturning_time"]),
+                    **_to_pulse(answer),
                 }
             )
     return rows
+
+
+def _to_pulse(answer: xr.Dataset) -> dict[str, Any]:
+    """What the pulse alone does; not known if it was not asked for."""
+    if "surrogate_error" not in answer:
+        unknown = ("peak_rotation_ratio_to_pulse", "surrogate_error")
+        return {"verdict_to_pulse": "", **dict.fromkeys(unknown, math.nan)}
+    return {
+        "verdict_to_pulse": FateUnderPulse(int(answer["verdict_to_pulse"])).name.lower(),
+        "peak_rotation_ratio_to_pulse": float(answer["peak_rotation_ratio_to_pulse"]),
+        "surrogate_error": float(answer["surrogate_error"]),
+    }

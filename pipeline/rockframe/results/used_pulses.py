@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
 from rockframe.matching import PulseMatch
 from rockframe.results.files import PULSES, opened
 from rockframe.wavelets import Pulse
@@ -55,29 +53,16 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     return found
 
 
-def pulses_of(path: Path, records: Mapping[str, str]) -> dict[str, Pulse]:
-    """Return the pulse that is used of each of some records, which must be of their samples.
-
-    Parameters
-    ----------
-    path : Path
-        Output of the pulse stage.
-    records : mapping of str to str
-        Identifier and ``samples_sha256`` of each record.
+def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
+    """Return the pulse that is used of each record, and ``samples_sha256`` of what it is of.
 
     Raises
     ------
     InputError
-        If the file is missing, damaged, something else, or of other samples.
+        If the file is missing, damaged, or something else.
     """
     found = best_pulses(path)
     with opened(path, PULSES) as dataset:
         names = [str(name) for name in dataset["record_id"].values] if found else []
-        stated = dict(zip(names, map(str, dataset["samples_sha256"].values), strict=True))
-    for name, own in records.items():
-        if name in stated and stated[name] != own:
-            raise InputError(
-                path,
-                f"the pulse of {name!r} is of other samples. Must be made from these records.",
-            )
-    return {name: found[name].pulse for name in records if name in found}
+        hashes = [str(text) for text in dataset["samples_sha256"].values] if found else []
+    return {name: (found[name].pulse, text) for name, text in zip(names, hashes, strict=True)}

@@ -36,3 +36,5 @@ from rockframe.rocking.screening import margins_of as margins_of
 from rockframe.rocking.screening import peaks_of as peaks_of
 from rockframe.rocking.spectra import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra import overturning_spectrum as overturning_spectrum
+from rockframe.rocking.surrogate import ToPulse as ToPulse
+from rockframe.rocking.surrogate import with_pulse as with_pulse

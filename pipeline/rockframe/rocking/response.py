@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
+
+if TYPE_CHECKING:
+    from rockframe.rocking.surrogate import ToPulse
 
 Float = NDArray[np.float64]
 
@@ -60,6 +64,8 @@ class Response:
         1e-10 p-hat, are cut off.
     impact_times, impact_velocities : array
         The first 4096 impacts: time [s] and rate just before [rad s-1].
+    to_pulse : ToPulse, optional
+        What the record's pulse alone does, if `with_pulse` has added it.
     """
 
     frame: RockingFrame
@@ -74,6 +80,7 @@ class Response:
     impacts: int
     impact_times: Float
     impact_velocities: Float
+    to_pulse: ToPulse | None = None
 
     @property
     def u(self) -> Float:

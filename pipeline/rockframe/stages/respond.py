@@ -5,19 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 from rockframe.components import vertical_beside
 from rockframe.engines import Engine, map_batches
-from rockframe.errors import ParameterError
+from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
-from rockframe.results import RecordsFile, input_hash, open_records, write_responses
-from rockframe.rocking import GroundAcceleration, Histories, Response, respond
+from rockframe.results import (
+    RecordsFile,
+    input_hash,
+    open_records,
+    pulses_with_hashes,
+    write_responses,
+)
+from rockframe.rocking import GroundAcceleration, Histories, Response, respond, with_pulse
 from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
+from rockframe.wavelets import Pulse
 
 #: Samples times structures of a task: its histories are held, a few tasks at a time.
 _NODES: Final = 200_000
@@ -28,6 +35,7 @@ class _Task:
     """Motions by the names of their records, and the structures that answer them."""
 
     motions: Mapping[str, Record | GroundAcceleration]
+    pulses: Mapping[str, Pulse]
     frames: tuple[RockingFrame, ...]
     histories: Histories
 
@@ -40,6 +48,7 @@ def respond_stage(
     structure: str | None = None,
     vertical: bool = False,
     histories: Histories = Histories.ALL,
+    pulses_path: Path | None = None,
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
@@ -58,6 +67,8 @@ def respond_stage(
         Let the ground move vertically too, as the vertical record of the same motion says.
     histories : Histories
         Whose histories go into the file; the rest of it is the same.
+    pulses_path : Path, optional
+        Output of `pulse_stage` for these records: adds what their pulses alone do.
     batch : Batch
         Which of the records; `merge_stage` puts the files of all batches together.
     engine : Engine, optional
@@ -74,19 +85,22 @@ def respond_stage(
     Raises
     ------
     InputError
-        If the records or structures cannot be read, or the output not written.
+        If records, structures or pulses cannot be read, the pulses are of other samples, or the
+        output cannot be written.
     ParameterError
         If there is no structure of that name, no record is horizontal, or none is left.
     EngineError
         If the engine is not there.
     """
-    refuse_overwriting([output], [records_path, structures_path])
+    beside = [pulses_path] if pulses_path else []
+    refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, structure)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
         motions = _motions(file, names, vertical, left_out)
-        tasks = _tasks(motions, tuple(frames), Histories(histories))
+        pulses = _Pulses.read(pulses_path, names)
+        tasks = _tasks(motions, tuple(frames), Histories(histories), pulses)
 
         def answers() -> Iterator[tuple[str, list[Response]]]:
             done = 0
@@ -106,11 +120,16 @@ def respond_stage(
             answers(),
             frames,
             output,
-            input_sha256=input_hash(records_path) | input_hash(structures_path),
+            input_sha256={
+                name: sha256
+                for path in (records_path, structures_path, *beside)
+                for name, sha256 in input_hash(path).items()
+            },
             parameters={
                 "structures": [frame.name for frame in frames],
                 "vertical": vertical,
                 "histories": str(histories),
+                "pulses": pulses_path is not None,
             },
             left_out=left_out,
         )
@@ -134,26 +153,50 @@ def _tasks(
     motions: Iterable[tuple[Record, Record | GroundAcceleration]],
     frames: tuple[RockingFrame, ...],
     histories: Histories,
+    pulses: _Pulses,
 ) -> Iterator[_Task]:
-    held: list[tuple[Record, Record | GroundAcceleration]] = []
+    held: dict[str, Record | GroundAcceleration] = {}
+    beside: dict[str, Pulse] = {}
     nodes = 0
     for record, motion in motions:
-        held.append((record, motion))
+        held[record.record_id] = motion
+        beside |= pulses.of(record)
         nodes += record.acceleration.size * len(frames)
         if nodes >= _NODES:
-            yield _task(held, frames, histories)
-            held, nodes = [], 0
+            yield _Task(held, beside, frames, histories)
+            held, beside, nodes = {}, {}, 0
     if held:
-        yield _task(held, frames, histories)
+        yield _Task(held, beside, frames, histories)
 
 
-def _task(
-    held: Iterable[tuple[Record, Record | GroundAcceleration]],
-    frames: tuple[RockingFrame, ...],
-    histories: Histories,
-) -> _Task:
-    motions = {record.record_id: motion for record, motion in held}
-    return _Task(motions, frames, histories)
+@dataclass(frozen=True)
+class _Pulses:
+    """The pulses of a file, each with the hash of the samples that it is of."""
+
+    path: Path | None
+    known: Mapping[str, tuple[Pulse, str]]
+
+    @classmethod
+    def read(cls, path: Path | None, names: Sequence[str]) -> Self:
+        if path is None:
+            return cls(path, {})
+        known = pulses_with_hashes(path)
+        if not any(name in known for name in names):
+            raise InputError(path, "holds no pulse of these records. Must be made from them.")
+        return cls(path, known)
+
+    def of(self, record: Record) -> dict[str, Pulse]:
+        """The record's pulse by its name, if there is one."""
+        if self.path is None or record.record_id not in self.known:
+            return {}
+        pulse, sha256 = self.known[record.record_id]
+        if sha256 != record.samples_sha256:
+            raise InputError(
+                self.path,
+                f"the pulse of {record.record_id!r} is of other samples. "
+                "Must be made from these records.",
+            )
+        return {record.record_id: pulse}
 
 
 def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
@@ -161,8 +204,10 @@ def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
     answered: list[tuple[str, list[Response], str]] = []
     for name, motion in task.motions.items():
         try:
-            responses = [task.histories.keep(respond(f, motion)) for f in task.frames]
-            answered.append((name, responses, ""))
+            responses = [respond(frame, motion) for frame in task.frames]
+            if name in task.pulses:
+                responses = [with_pulse(response, task.pulses[name]) for response in responses]
+            answered.append((name, [task.histories.keep(r) for r in responses], ""))
         except ParameterError as error:
             answered.append((name, [], str(error)))
     return answered
