@@ -35,6 +35,7 @@ def channel(
     """The lines of a channel; samples of V1 and V2 on line 50, in (8F10.3)."""
     count = len(samples)
     peak = max(range(count), key=lambda k: abs(samples[k]))
+    at = f"{0.005 * peak:.3f}"
     code = int(units.rsplit("(", 1)[1].rstrip(")"))
     whole = (
         dict.fromkeys(range(1, 101), -999) | {1: stage, 2: 1, 3: code, 54: 90} | (integers or {})
@@ -54,8 +55,8 @@ def channel(
         "Recorder: (see cmnt)      ( ? Chns of   3 at Sta) Sensor: (see comment)",
         "Rcrd start time: 2018/11/30 17:29:39.137 UTC (Q=5) RcrdId: (see comment)",
         f"Sta Chan   ?:{label} (Rcrdr Chan  ?) Location:",
-        "Raw record length = 210.000 sec, Uncor max =    101730, at  82.680 sec.",
-        "Processed:2019-03-03 05:46:55 GMT, UNKN, Max =   -6.852 cm/sec2 at   76.215 sec",
+        f"Raw record length = 210 sec, Uncor max = {abs(samples[peak]):.0f} counts, at {at} sec.",
+        f"Processed:2019-03-03 05:46 GMT, Max = {samples[peak]:.3f} {units[:-4]} at {at} sec",
         "Record filtered below  0.03 Hz (periods over 33.33 secs), and above 20.0 Hz",
         "Values used when parameter or data value is unknown/unspecified:   -999, -999.00",
         " 100 Integer-header values follow on  10 lines, Format= (10I8)",

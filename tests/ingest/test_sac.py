@@ -18,12 +18,15 @@ PATH = Path("CJ.T001230.HNE.sac")
 IN_G = ReadOptions(units="g")
 SAMPLES = (0.125, -0.25, 0.5)
 #: Bytes of header fields: floats, integers.
-DEPMAX, CMPAZ, CMPINC = 4 * 2, 4 * 57, 4 * 58
+DEPMAX, SCALE, DEPMEN, CMPAZ, CMPINC = (4 * place for place in (2, 3, 56, 57, 58))
 NZYEAR, NVHDR, NPTS, IFTYPE, IDEP, LEVEN = (4 * (70 + place) for place in (0, 6, 9, 15, 16, 35))
 
 
 def sac(
-    samples: tuple[float, ...] = SAMPLES, order: str = "<", fields: dict[int, float] | None = None
+    samples: tuple[float, ...] = SAMPLES,
+    order: str = "<",
+    fields: dict[int, float] | None = None,
+    name: bytes = b"HNE",
 ) -> bytes:
     """A file at 0.02 s; `fields` are integers or floats by their byte."""
     floats = [-12345.0] * 70
@@ -32,7 +35,7 @@ def sac(
     integers = [-12345] * 40
     integers[:6] = [2019, 187, 3, 19, 52, 0]
     integers[6], integers[9], integers[15], integers[35] = 6, len(samples), 1, 1
-    names = b"T001230 " + b"-12345  " * 19 + b"HNE\x0045  " + b"CJ\x00345  " + b"-12345  " * 2
+    names = b"T001230 " + b"-12345  " * 19 + name + b"\x0045  " + b"CJ\x00345  " + b"-12345  " * 2
     data = bytearray(
         struct.pack(f"{order}70f40i", *floats, *integers)
         + names
@@ -120,8 +123,29 @@ def test_a_step_given_in_full_agrees() -> None:
     ("incidence", "orientation"), [(0.0, Orientation.VERTICAL), (180.0, Orientation.DOWNWARD)]
 )
 def test_vertical(incidence: float, orientation: Orientation) -> None:
-    [record] = read_bytes(PATH, sac(fields={CMPINC: incidence}), IN_G)
+    [record] = read_bytes(PATH, sac(fields={CMPINC: incidence}, name=b"HNZ"), IN_G)
     assert record.orientation is orientation
+
+
+@pytest.mark.parametrize(
+    ("fields", "name", "words"),
+    [
+        ({CMPAZ: 0.0}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 0. Must be the same dir"),
+        ({CMPINC: 0.0}, b"HNN", "component 'HNN', but CMPINC 0 and CMPAZ 90"),
+        ({}, b"HNZ", "component 'HNZ', but CMPINC 90 and CMPAZ 90"),
+        ({SCALE: 213945.0}, b"HNE", "SCALE 213945. Must be 1 or undefined"),
+        ({DEPMEN: 0.2}, b"HNE", "DEPMEN 0.2 in the header, 0.125 in the samples. Must be equal"),
+    ],
+)
+def test_contradictions(fields: dict[int, float], name: bytes, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_bytes(PATH, sac(fields=fields, name=name), IN_G)
+
+
+@pytest.mark.parametrize("azimuth", [92.5, 270.0, 273.0])
+def test_a_component_may_be_slightly_askew_or_reversed(azimuth: float) -> None:
+    [record] = read_bytes(PATH, sac(fields={CMPAZ: azimuth, SCALE: 1.0, DEPMEN: 0.125}), IN_G)
+    assert record.azimuth == azimuth
 
 
 def test_direction_by_the_name_where_unstated() -> None:

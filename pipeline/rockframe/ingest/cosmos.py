@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.columns import read_columns, require_layout
+from rockframe.ingest.cosmos_agreement import require_agreement
 from rockframe.ingest.cosmos_names import (
     component_of,
     corners_of,
@@ -133,7 +134,9 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
     samples = read_columns(channel.path, channel.rows, columns, _samples(channel), line)
     step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
     _require_length(channel, samples.size * step, step)
-    peak_ratio = _peak_ratio(channel, samples, step, signed=stage != _RAW)
+    resolution = _resolution(channel, samples)
+    require_agreement(channel, samples, step, resolution)
+    peak_ratio = _peak_ratio(channel, samples, step, resolution, signed=stage != _RAW)
     named = station_of(channel.text[4]) or seed_name(channel.comments)
     component = _component(channel)
     orientation, azimuth = _direction(channel, component)
@@ -244,14 +247,21 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
         )
 
 
-def _peak_ratio(channel: Channel, samples: NDArray[np.float64], step: float, signed: bool) -> float:
+def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
+    """One unit of the last printed digit of the largest sample, in the units of the file."""
+    largest = float(np.abs(samples).max())
+    exponent = channel.layout.exponent and largest > 0.0
+    power = math.floor(math.log10(largest)) + 1 if exponent else 0
+    return float(10.0 ** (power - channel.layout.places))
+
+
+def _peak_ratio(
+    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, signed: bool
+) -> float:
     """The peak in the file over the stated one, which must be the same."""
     value = channel.real(_PEAK)
-    largest = float(np.abs(samples).max())
-    if value is None or largest == 0.0:
+    if value is None or not samples.any():
         return math.nan
-    layout = channel.layout
-    power = math.floor(math.log10(largest)) + 1 if layout.exponent else 0
     peak = StatedPeak(
         value=value,
         time=channel.real(_PEAK_TIME),
@@ -260,7 +270,7 @@ def _peak_ratio(channel: Channel, samples: NDArray[np.float64], step: float, sig
         # Raw files state the size of the peak.
         signed=signed,
     )
-    return require_peak(channel.path, samples, step, peak, 10.0 ** (power - layout.places))
+    return require_peak(channel.path, samples, step, peak, resolution)
 
 
 def _component(channel: Channel) -> str:

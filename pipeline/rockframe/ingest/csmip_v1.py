@@ -21,6 +21,7 @@ from rockframe.ingest.csmip import (
     require_channels,
     require_header,
 )
+from rockframe.ingest.csmip_agreement import require_agreement
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
@@ -164,6 +165,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     columns = Columns(int(samples["columns"]), int(samples["width"]))
     orientation, azimuth = direction(channel.component)
     step = settle_time_step(channel.path, 1.0 / rate, options, line)
+    require_agreement(channel, 10, count * step, step)
     in_g = read_columns(channel.path, channel.body, columns, count, line)
     ratios = [
         require_peak(channel.path, in_g, step, peak, 10.0 ** -int(samples["places"]))

@@ -25,6 +25,7 @@ from rockframe.ingest.csmip import (
     require_header,
     stated_processing,
 )
+from rockframe.ingest.csmip_agreement import require_agreement
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
@@ -40,8 +41,7 @@ _NAME: Final = 7
 _COUNTS: Final = (53,)
 #: Item of the real header that states the time step [s].
 _STEP: Final = 61
-#: Columns of blocks whose heading names none.
-_COLUMNS: Final = Columns(8, 10)
+_COLUMNS: Final = Columns(8, 10)  # of blocks whose heading names none
 
 _TOP: Final = re.compile(r"\s*Corrected Accelerogram\b", re.I)
 _SPECTRA: Final = re.compile(r"\s*Response and Fourier amplitude spectra\b", re.I)
@@ -220,6 +220,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     factor = acceleration_factor(settle_units(channel.path, "cm/s2", options, block.line))
     _require_counts(channel)
     step = settle_time_step(channel.path, _time_step(channel), options, block.line)
+    require_agreement(channel, 11, block.count * step, step)
     samples = read_columns(channel.path, block.rows, block.columns, block.count, block.line)
     places = int(block.heading["places"] or 3)
     peak_ratio = require_peak(channel.path, samples, step, _peak(channel), 10.0**-places)

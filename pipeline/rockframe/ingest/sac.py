@@ -30,7 +30,8 @@ _HEADER_BYTES: Final = 632
 _HEADER_LINES: Final = 30
 _UNDEFINED: Final = "-12345"
 #: Places among the floats.
-_DELTA, _DEPMIN, _DEPMAX, _B, _E, _MAGNITUDE, _AZIMUTH, _INCIDENCE = 0, 1, 2, 5, 6, 39, 57, 58
+_DELTA, _DEPMIN, _DEPMAX, _SCALE, _B, _E, _MAGNITUDE = 0, 1, 2, 3, 5, 6, 39
+_DEPMEN, _AZIMUTH, _INCIDENCE = 56, 57, 58
 #: Places among the integers; the first six are the reference time.
 _VERSION, _COUNT, _FILE_TYPE, _QUANTITY, _EVEN = 6, 9, 15, 16, 35
 #: Places of the names, by character of the last 192.
@@ -38,6 +39,8 @@ _STATION, _EVENT, _COMPONENT, _NETWORK = (0, 8), (8, 24), (160, 168), (168, 176)
 _TIME_SERIES: Final = 1
 #: Share of the peak up to which a mean is no offset; corrected records stay below a thousandth.
 _NO_OFFSET: Final = 0.01
+#: A component with the letter N or E lies so near north or east [degree].
+_ASKEW: Final = 5.0
 _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
 
 
@@ -93,7 +96,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ------
     InputError
         If units are not given, NPTS is not the number of samples, IDEP says velocity or
-        displacement, the samples are uneven or not finite, or their extremes not those stated.
+        displacement, SCALE is not 1, the samples are uneven or not finite, their extremes or mean
+        not those stated, or component and direction contradict each other.
 
     Examples
     --------
@@ -116,7 +120,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             path, "acceleration units unstated, as in every SAC file. Must be given with --units."
         )
     component = file.name(_COMPONENT)
-    orientation, azimuth = _direction(file, component)
+    orientation, azimuth = _direction(path, file, component)
     return [
         Record(
             record_id=record_ids(with_ending(path, [".sac"]), [component])[0],
@@ -220,6 +224,10 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
             f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}. "
             "Must be 1 and 1: an evenly sampled time series.",
         )
+    scale = file.stated(_SCALE)
+    if scale not in (0.0, 1.0) and not math.isnan(scale):
+        message = f"SCALE {scale:.7g}. Must be 1 or undefined: samples that are accelerations."
+        raise InputError(path, message)
     if file.samples.size < 2:
         raise InputError(path, f"NPTS {file.samples.size}. Must be 2 or more.")
     if not are_finite(file.samples):
@@ -227,13 +235,13 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         message = f"sample {where + 1} is {file.samples[where]}. Must be finite and below 1e30."
         raise InputError(path, message)
     size = float(np.abs(file.samples).max())
-    for place, name, found in (
-        (_DEPMIN, "DEPMIN", float(file.samples.min())),
-        (_DEPMAX, "DEPMAX", float(file.samples.max())),
+    for place, name, found, slack in (
+        (_DEPMIN, "DEPMIN", file.samples.min(), 1e-6),  # alphanumeric headers have seven digits
+        (_DEPMAX, "DEPMAX", file.samples.max(), 1e-6),
+        (_DEPMEN, "DEPMEN", file.samples.mean(), 1e-4),  # sums in single precision
     ):
         stated = file.stated(place)
-        # Alphanumeric headers have seven digits.
-        if not math.isnan(stated) and abs(stated - found) > 1e-6 * max(size, abs(stated)):
+        if not math.isnan(stated) and abs(stated - found) > slack * max(size, abs(stated)):
             message = f"{name} {stated:.7g} in the header, {found:.7g} in the samples."
             raise InputError(path, f"{message} Must be equal.")
 
@@ -251,14 +259,22 @@ def _require_end(path: Path, file: _Sac) -> None:
         )
 
 
-def _direction(file: _Sac, component: str) -> tuple[Orientation, float]:
+def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
     """Direction as CMPINC (from the vertical up) and CMPAZ state it, else as the name does."""
     incidence, azimuth = file.stated(_INCIDENCE), file.stated(_AZIMUTH)
-    if incidence in (0.0, 180.0):
+    orientation, named = seed_direction(component)
+    upright = incidence in (0.0, 180.0)
+    if not (upright or (incidence == 90.0 and not math.isnan(azimuth))):
+        return orientation, named
+    # Positive motion may be toward the opposite side.
+    askew = 0.0 if upright else abs((azimuth - named + 90.0) % 180.0 - 90.0)
+    stated = orientation is not Orientation.UNSTATED
+    if stated and (orientation.upright != upright or askew > _ASKEW):
+        message = f"component {component!r}, but CMPINC {incidence:g} and CMPAZ {azimuth:g}."
+        raise InputError(path, f"{message} Must be the same direction.")
+    if upright:
         return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
-    if incidence == 90.0 and not math.isnan(azimuth):
-        return Orientation.HORIZONTAL, azimuth % 360.0
-    return seed_direction(component)
+    return Orientation.HORIZONTAL, azimuth % 360.0
 
 
 def _start_time(file: _Sac) -> str:

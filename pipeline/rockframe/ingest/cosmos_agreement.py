@@ -1,0 +1,105 @@
+"""What a COSMOS channel states twice, in words and in numbers: both must agree."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.cosmos_names import corners_of
+from rockframe.ingest.cosmos_sections import Channel
+from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
+
+#: Item of the integer header that states the stage of processing, and the words for it.
+_STAGE: Final = 1
+_STAGES: Final = {"raw": 0, "uncorrected": 1, "corrected": 2}
+_OTHER_QUANTITY: Final = re.compile(r"\b(?P<quantity>veloc|displ)", re.I)
+#: Codes of units, by the names that the line above the samples gives them.
+_GAL: Final = ("cm/sec2", "cm/sec/sec", "cm/s/s", "cm/s2", "gal", "gals")
+_CODES: Final = {"g": {2}, "counts": {50}, **{name: {4, 10} for name in _GAL}}
+#: Items of the real header: corners of the high-pass and of the low-pass [Hz].
+_CORNERS: Final = (54, 57)
+#: Indices of the lines that state the largest raw and the largest processed sample.
+_RAW_MAX, _MAX = 9, 10
+_MAXIMUM: Final = re.compile(
+    r"\bmax\s*=\s*(?P<peak>[-+]?\d+\.?\d*)\s*(?P<units>[^\s,]*?)\s*,?\s+at\s+"
+    r"(?P<time>\d+\.?\d*)\s*sec",
+    re.I,
+)
+
+
+def require_agreement(
+    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float
+) -> None:
+    """Refuse a channel of acceleration whose words and numbers contradict each other.
+
+    Parameters
+    ----------
+    channel : Channel
+        With its headers.
+    samples : array, shape (samples,)
+        In the units of the file.
+    step : float
+        Interval between them [s].
+    resolution : float
+        One unit of their last printed digit.
+
+    Raises
+    ------
+    InputError
+        If stage, quantity, units, filter corners, or the largest sample and its time differ.
+    """
+    path = channel.path
+    word = channel.text[0].split()[0].lower() if channel.text[0].split() else ""
+    stage = channel.integer(_STAGE)
+    if _STAGES.get(word, stage) != stage:
+        message = f"{word!r}, but stage {stage} in item {_STAGE} of the integer header."
+        raise InputError(path, f"{message} Must agree.", line=channel.first_line)
+    other = _OTHER_QUANTITY.search(channel.heading["what"])
+    if other:
+        message = f"{channel.heading['what']!r} under a header of acceleration. Must agree."
+        raise InputError(path, message, line=channel.sample_line)
+    name, code = channel.heading["units"].strip().lower(), int(channel.heading["code"])
+    if code not in _CODES.get(name, {code}):
+        message = f"units {channel.heading['units']!r}, but code {code}. Must agree."
+        raise InputError(path, message, line=channel.sample_line)
+    _require_corners(channel)
+    _require_maximum(channel, samples, step, resolution, raw=stage == 0)
+
+
+def _require_corners(channel: Channel) -> None:
+    for item, words in zip(_CORNERS, corners_of(channel.text), strict=True):
+        stated = channel.real(item)
+        if stated is None or stated.value <= 0.0 or math.isnan(words):
+            continue
+        if abs(stated.value - words) > 0.05 * words:
+            message = (
+                f"filter corner {words:g} Hz in words, but {stated.value:g} Hz in item {item} of "
+                "the real header. Must agree."
+            )
+            raise InputError(channel.path, message, line=channel.first_line + 11)
+
+
+def _require_maximum(
+    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, raw: bool
+) -> None:
+    index = _RAW_MAX if raw else _MAX
+    stated = _MAXIMUM.search(channel.text[index])
+    if not stated:
+        return
+    name, code = stated["units"].lower(), int(channel.heading["code"])
+    if code not in _CODES.get(name, set()):  # in other units, or in none
+        return
+    peak = StatedPeak(
+        value=Printed.of(stated["peak"]),
+        time=Printed.of(stated["time"]),
+        units=stated["units"],
+        line=channel.first_line + index,
+        # The size of raw counts is stated.
+        signed=not raw,
+    )
+    require_peak(channel.path, samples, step, peak, resolution)
