@@ -23,6 +23,7 @@ from rockframe.signals import (
     Passport,
     arias_intensity,
     clipped_samples,
+    closing_share,
     correct,
     integrate,
     longest_constant,
@@ -131,6 +132,12 @@ def test_the_peak_is_held_to_the_stated_one(ratio: float, expected: str) -> None
 def test_opening_share_is_that_of_a_record_cut_at_its_start() -> None:
     assert opening_share(shake(), STEP) == 0.0
     assert opening_share(shake()[1850:], STEP) > 0.5
+
+
+def test_closing_share_is_that_of_a_record_cut_at_its_end() -> None:
+    assert closing_share(shake(), STEP) < 1e-9
+    assert closing_share(shake()[:2150], STEP) > 0.5
+    assert "closing_share" in checked(shake()[:2150]).warnings
 
 
 def test_noise_before_the_event_has_the_level_that_was_put_in() -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -271,3 +273,49 @@ def test_options_of_the_command_line(write: Write, tmp_path: Path) -> None:
 def test_water_level(level: float) -> None:
     with pytest.raises(ParameterError, match=r"Invalid water level .* dB\. Must be positive"):
         ReadOptions(water_level=level)
+
+
+def long(write: Write) -> tuple[Path, bytes]:
+    """A file of many records, with its StationXML; its bytes."""
+    counts = (1000 * np.random.default_rng(1).standard_normal(3000)).astype(int)
+    data = mseed(trace(counts))
+    return write(data), data
+
+
+def test_the_first_half_lost_is_told(write: Write) -> None:
+    path, data = long(write)
+    assert len(data) // 512 > 4
+    path.write_bytes(data[1024:])
+    [record] = read_file(path)
+    assert record.processing[0] == "archive: begins with record 3 of its sequence"
+
+
+def test_a_record_lost_within_is_a_gap(write: Write) -> None:
+    path, data = long(write)
+    path.write_bytes(data[:512] + data[1024:])
+    with pytest.raises(InputError, match=r"gap in CI\.CLC\.\.HNE"):
+        read_file(path)
+
+
+@pytest.mark.parametrize(("bit", "said"), [(0, "clipping"), (1, "clipping"), (4, "")])
+def test_flags_of_data_quality(write: Write, bit: int, said: str) -> None:
+    path, data = long(write)
+    path.write_bytes(data[:512] + data[512 : 512 + 38] + bytes([1 << bit]) + data[512 + 39 :])
+    if said:
+        assert read_file(path)[0].processing[0] == f"archive: {said} flagged"
+    else:
+        with pytest.raises(InputError, match="missing or padded data, say its headers"):
+            read_file(path)
+
+
+def test_a_fetched_file_is_held_to_its_hash(write: Write) -> None:
+    path, data = long(write)
+    digest = hashlib.sha256(data).hexdigest()
+    files = {path.name: {"sha256": digest}, "lost.mseed": {"sha256": digest}}
+    (path.parent / "request.json").write_text(json.dumps({"files": files}))
+    [record], [rejection] = sorted_out(collect([path.parent]))
+    assert record.source_sha256 == digest
+    assert (rejection.file, rejection.reason) == ("lost.mseed", "no such file. Must exist.")
+    path.write_bytes(data[: len(data) // 1024 * 512])
+    [], rejections = sorted_out(collect([path.parent]))
+    assert rejections[0].reason.endswith("when it was fetched (request.json). Must be as received.")

@@ -181,7 +181,7 @@ def _settled(
     """What becomes of a file, named as tables name it; new identifiers are noted."""
     if not isinstance(outcome, Rejection | Unread):
         known = [_placed(record, source) for record in outcome]
-        outcome = _distinct(known, owners)
+        outcome = _altered(known, source) or _distinct(known, owners)
         if not isinstance(outcome, Rejection):
             return [with_facts(r, source.facts) for r in outcome] if source.facts else outcome
     else:
@@ -189,6 +189,18 @@ def _settled(
     if strict and isinstance(outcome, Rejection):
         raise InputError(outcome.file, outcome.reason, outcome.line)
     return [outcome]
+
+
+def _altered(records: list[Record], source: Source) -> Rejection | None:
+    """The reason why a file is not the one that was fetched, if it is not."""
+    if not source.sha256 or all(record.source_sha256 == source.sha256 for record in records):
+        return None
+    found = records[0].source_sha256[:12]
+    return Rejection(
+        source.name,
+        f"SHA-256 {found}..., but {source.sha256[:12]}... when it was fetched (request.json). "
+        "Must be as received.",
+    )
 
 
 def _within(file: str, source: Source) -> str:

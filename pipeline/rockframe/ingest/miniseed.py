@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,6 +26,10 @@ from rockframe.record import Record
 
 _ENDINGS: Final = (".mseed", ".miniseed", ".ms", ".msd", ".seed")
 _FIXED_HEADER: Final = 48
+#: Bytes of the number of a record in its sequence.
+_SEQUENCE: Final = 6
+#: Place of the flags of data quality, and their bits: saturated or clipped; missing or padded.
+_QUALITY, _CLIPPED, _PADDED = 38, 0b11, 0b10000
 _LENGTH_BLOCKETTE: Final = 1000
 #: Second letter of a channel code: seismometers of high gain record velocity.
 _SEISMOMETER: Final = "H"
@@ -72,8 +76,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a record is damaged or cut, a channel has a gap or an overlap, records velocity, or has
-        no StationXML of its time, or the rates of the two differ.
+        If a record is damaged or cut, or says that its data are padded, a channel has a gap or an
+        overlap, records velocity, or has no StationXML of its time, or the rates of the two differ.
 
     Examples
     --------
@@ -81,7 +85,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.mseed: no length in the record at byte 0. Must be stated in ...
     """
-    counted = sum(samples for _, samples in _records(path, data))
+    places = list(_records(path, data))
+    counted, said = sum(samples for _, samples in places), _said(path, data, places)
     traces = list(read_stream(path, data, "MSEED"))
     decoded = sum(trace.data.size for trace in traces)
     if counted != decoded or not traces:
@@ -90,7 +95,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_whole(path, traces)
     ids = record_ids(with_ending(path, _ENDINGS), [trace.id for trace in traces])
     return [
-        _record(path, trace, record_id, options)
+        _record(path, trace, record_id, options, said)
         for trace, record_id in zip(traces, ids, strict=True)
     ]
 
@@ -115,6 +120,21 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
             raise InputError(path, message)
         yield start, struct.unpack_from(f"{order}H", header, 30)[0]
         start += length
+
+
+def _said(path: Path, data: bytes, places: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """What the headers say of the whole: where the sequence begins, and of the data quality.
+
+    Nothing in a file says what came before its first record or after its last one.
+    """
+    first = data[:_SEQUENCE].decode("ascii").lstrip(" 0")
+    said = (
+        [f"archive: begins with record {first} of its sequence"] if first not in ("", "1") else []
+    )
+    flags = [data[place + _QUALITY] for place, _ in places]
+    if any(flag & _PADDED for flag in flags):
+        raise InputError(path, "missing or padded data, say its headers. Must be as recorded.")
+    return (*said, *(["archive: clipping flagged"] if any(f & _CLIPPED for f in flags) else []))
 
 
 def _length(data: bytes, start: int, order: str) -> int | None:
@@ -144,7 +164,9 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
         last[trace.id] = trace
 
 
-def _record(path: Path, trace: Any, record_id: str, options: ReadOptions) -> Record:
+def _record(
+    path: Path, trace: Any, record_id: str, options: ReadOptions, said: Sequence[str]
+) -> Record:
     stats = trace.stats
     counts = _counts(path, trace)
     if stats.channel[1:2] == _SEISMOMETER:
@@ -176,7 +198,7 @@ def _record(path: Path, trace: Any, record_id: str, options: ReadOptions) -> Rec
         start_time=str(stats.starttime),
         instrument_file=printable(instrument.source),
         instrument_sha256=instrument.sha256,
-        processing=(step,),
+        processing=(*said, step),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,10 +15,11 @@ from rockframe.ingest.stationxml import is_station_xml
 
 Catalogue = Mapping[str, CatalogueEntry]
 
+_REQUEST: Final = "request.json"
 #: What is said of files of a folder that tell of records and hold none.
 _BESIDE: Final = {
     CATALOGUE: "catalogue: facts about the files beside it.",
-    "request.json": "what a fetch asked for: not needed to read the records.",
+    _REQUEST: "what a fetch asked for: not needed to read the records.",
     "event.quakeml": "what a data centre stated of the event: its facts stand in the catalogue.",
     "channels.stationxml": "what a data centre stated of channels: not needed to read the records.",
 }
@@ -44,6 +46,8 @@ class Source:
         Why it is not read for records of its own; empty if it is.
     refusal : str
         Why it cannot be read, where that shows before it is opened.
+    sha256 : str
+        What it must be, as `rockframe fetch` received it; empty if nothing says so.
     """
 
     path: Path
@@ -51,6 +55,7 @@ class Source:
     facts: CatalogueEntry | None = None
     note: str = ""
     refusal: str = ""
+    sha256: str = ""
 
     @property
     def is_read(self) -> bool:
@@ -122,6 +127,7 @@ def _within(
     own: Catalogue = {}
     if catalogue is None and (folder / CATALOGUE).is_file():
         own = read_catalogue(folder / CATALOGUE)
+    received = _received(folder / _REQUEST)
     for path in entries:
         name = before + printable(path.name)
         if path.name.startswith("."):
@@ -132,16 +138,27 @@ def _within(
             facts = (own if catalogue is None else catalogue).get(path.name)
             note = _OUTPUT if path.resolve() in replaced else _note(path)
             refusal = "" if path.is_file() else "not a regular file. Must be one."
-            yield Source(path, name, facts, note, "" if note else refusal)
+            refusal = "" if note else refusal
+            yield Source(path, name, facts, note, refusal, received.get(path.name, ""))
     # A misspelt name must not lose its facts unseen.
     present = {path.name for path in entries}
-    for missing in own:
+    for missing in {**own, **received}:
         if missing not in present:
             path = folder / missing
             yield Source(path, before + printable(missing), refusal="no such file. Must exist.")
     for path in entries:
         if path.is_dir() and not path.is_symlink() and not path.name.startswith("."):
             yield from _within(path, f"{before}{printable(path.name)}/", catalogue, replaced)
+
+
+def _received(request: Path) -> dict[str, str]:
+    """SHA-256 of the files that a fetch left beside its request, by name."""
+    try:
+        document = json.loads(request.read_bytes())
+        files = document["files"]
+        return {str(name): str(file["sha256"]) for name, file in files.items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return {}  # there is none, or one of another making
 
 
 def _note(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from rockframe.signals.measures import arias_intensity as arias_intensity
 from rockframe.signals.measures import clipped_samples as clipped_samples
+from rockframe.signals.measures import closing_share as closing_share
 from rockframe.signals.measures import longest_constant as longest_constant
 from rockframe.signals.measures import opening_share as opening_share
 from rockframe.signals.measures import significant_duration as significant_duration

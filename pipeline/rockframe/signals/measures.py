@@ -14,8 +14,8 @@ from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
 
-#: The first instants of a record [s]: a few samples at any usual rate, so that one that happens to
-#: be near zero hides nothing, and short beside the time strong motion takes to build up.
+#: The first and the last instants of a record [s]: a few samples at any usual rate, so that one
+#: that happens to be near zero hides nothing, and short beside the time of strong motion.
 OPENING: Final = 0.1
 #: An extreme is one of the instrument's range only if it is comparable to the peak: the rest
 #: between and after the pulses of a one-sided motion is an extreme too.
@@ -164,6 +164,29 @@ def opening_share(acceleration: Float, time_step: float) -> float:
     """
     opening = acceleration[: max(1, round(OPENING / time_step))]
     return peak(opening) / _peak_of_motion(acceleration)
+
+
+def closing_share(acceleration: Float, time_step: float) -> float:
+    """Return the peak of the last 0.1 s over the peak of all [1].
+
+    A record that was cut ends in the midst of the motion.
+
+    Parameters
+    ----------
+    acceleration, time_step
+        As of `opening_share`.
+
+    Raises
+    ------
+    ParameterError
+        If all samples are zero.
+
+    Examples
+    --------
+    >>> closing_share(np.r_[1.0, np.full(100, 0.25)], 0.01)
+    0.25
+    """
+    return opening_share(acceleration[::-1], time_step)
 
 
 def _peak_of_motion(acceleration: Float) -> float:

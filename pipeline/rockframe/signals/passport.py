@@ -12,6 +12,7 @@ from rockframe.record import Record
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
+    closing_share,
     longest_constant,
     opening_share,
     significant_duration,
@@ -95,6 +96,8 @@ class Measures:
         intensity [s].
     opening_share : float
         Peak of the first 0.1 s over the peak, before the taper [1].
+    closing_share : float
+        Peak of the last 0.1 s over the peak, before the taper [1].
     pre_event : float
         Length of the noise before the event [s]; 0 if there is none.
     noise_level : float
@@ -118,6 +121,7 @@ class Measures:
     clipped_samples: int
     constant_time: float
     opening_share: float
+    closing_share: float
     pre_event: float
     noise_level: float
     stated_peak: float
@@ -218,6 +222,8 @@ def _measure(before: Record, after: Record, ratio: float) -> Measures:
     velocity = integrate(after.acceleration, step)
     displacement = integrate(velocity, step)
     raw = before.acceleration
+    # The offset of an uncorrected record is no motion.
+    motion = raw - raw.mean() if before.uncorrected else raw
     quiet, level = pre_event(raw, step)
     band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)
     corners = after.filter_low, after.filter_high
@@ -236,8 +242,8 @@ def _measure(before: Record, after: Record, ratio: float) -> Measures:
         end_displacement_share=_end_share(displacement),
         clipped_samples=clipped_samples(raw),
         constant_time=longest_constant(raw[strong], step),
-        # The offset of an uncorrected record is no motion.
-        opening_share=opening_share(raw - raw.mean() if before.uncorrected else raw, step),
+        opening_share=opening_share(motion, step),
+        closing_share=closing_share(motion, step),
         pre_event=quiet,
         noise_level=level,
         stated_peak=abs(before.peak_ratio - 1.0),
@@ -259,6 +265,7 @@ def _judge(measures: Measures, limits: PassportLimits) -> tuple[Check, ...]:
         _check("clipped_samples", measures.clipped_samples, "1", limits),
         _check("constant_time", measures.constant_time, "s", limits),
         _check("opening_share", measures.opening_share, "1", limits),
+        _check("closing_share", measures.closing_share, "1", limits),
         _check("end_velocity_share", measures.end_velocity_share, "1", limits),
         _check("end_displacement_share", measures.end_displacement_share, "1", limits),
         _check("signal_to_noise", pga / measures.noise_level, "1", limits, at_least=True),

@@ -52,6 +52,9 @@ class PassportLimits(Strict):
         Peak of the first 0.1 s over the peak [1], at most. A tenth is no longer the first arrival:
         the trigger was late. Never rejects by default, for most analogue records are so, and
         pulses in closed form begin at once.
+    closing_share_warn, closing_share_reject : float
+        Peak of the last 0.1 s over the peak [1], at most. A tenth is no coda: the record was cut,
+        or lost its end. Never rejects by default, as one that is cut late is of use.
     end_velocity_share_warn, end_velocity_share_reject : float
         Absolute velocity at the end over the peak [1], at most. The ground ends at rest; a tenth of
         the peak shows a baseline that drifts. Never rejects by default: a half-sine ends moving.
@@ -94,6 +97,8 @@ class PassportLimits(Strict):
     constant_time_reject: _Limit = 0.5
     opening_share_warn: _Limit = 0.1
     opening_share_reject: _Limit = math.inf
+    closing_share_warn: _Limit = 0.1
+    closing_share_reject: _Limit = math.inf
     end_velocity_share_warn: _Limit = 0.1
     end_velocity_share_reject: _Limit = math.inf
     end_displacement_share_warn: _Limit = 0.9
