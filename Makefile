@@ -6,6 +6,7 @@ BIN := $(VENV)/bin
 MADE := $(VENV)/.made
 OUTPUT ?= outputs/table1
 PAPER ?= outputs/paper
+DOCS ?= outputs/docs
 SECONDS ?= 30
 STUDY ?= workflows/studies/table1.toml
 PROFILE ?= workflows/profiles/default
@@ -14,7 +15,7 @@ WORKFLOW := .venv-workflow
 SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflows/Snakefile
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper test test-browser test-dask test-workflow test-faults check format bench fuzz clean
+.PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -26,10 +27,12 @@ help:
 	@echo "make paper    the paper, checked: its figures, and each number and claim beside ours, in $(PAPER)"
 	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
 	@echo "make test     run the tests"
+	@echo "make test-examples  run the examples of the README and the documentation as they stand"
 	@echo "make test-browser  run the tests of both pages in Chromium (Debian: apt-get install chromium)"
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
 	@echo "make test-faults  kill, starve and damage runs, and see that they are gone on with (5 minutes)"
+	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
@@ -81,6 +84,15 @@ report: $(MADE) $(OUTPUT)/manifest.json
 
 test: $(MADE)
 	@$(BIN)/python -m pytest -q
+
+test-examples: $(MADE)
+	@$(BIN)/python -m pytest -q tests/examples/examples.py
+
+docs: $(MADE)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
+	@rm -rf $(DOCS)
+	@$(BIN)/python -m sphinx -q -W --keep-going -b html -d outputs/.doctrees docs $(DOCS)
+	@$(BIN)/python docs/check.py $(DOCS)
 
 test-browser: $(MADE)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[browser,explorer]'

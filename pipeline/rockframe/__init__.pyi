@@ -14,6 +14,7 @@ from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
 from .frame import RockingFrame as RockingFrame
 from .frame import inertia_ratio_of as inertia_ratio_of
+from .ingest import ReadOptions as ReadOptions
 from .ingest import read_file as read_file
 from .matching import FindOptions as FindOptions
 from .matching import LikenessOptions as LikenessOptions

@@ -53,8 +53,9 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    whole = _Parser(
         prog="rockframe",
         description="From strong-motion records to the rocking response of free-standing frames: "
         "pulses, histories, stability verdicts.",
@@ -62,8 +63,8 @@ def _parser() -> argparse.ArgumentParser:
         "are listed); "
         "2 something for you to mend, said in one line.",
     )
-    parser.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
-    verbs = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    whole.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
+    verbs = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for module in _VERBS:
         name = module.__name__.rsplit(".", 1)[-1]
         summary = (module.__doc__ or "").split(": ", 1)[1].rstrip(".\n")
@@ -73,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
         module.add_arguments(verb)
         verb.add_argument("--json", action="store_true", help="print JSON instead of tables")
         verb.set_defaults(run=module.run)
-    return parser
+    return whole
 
 
 def _terminated(_signal: int, _frame: FrameType | None) -> NoReturn:
@@ -99,7 +100,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     RockframeError
         If there is something for the user to mend.
     """
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     status: int = options.run(options)
     return status
 

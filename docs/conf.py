@@ -1,0 +1,71 @@
+"""Sphinx: the documentation, built without a network and read without one."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from generate import write_all
+
+project = "rockframe"
+author = "The rockframe developers"
+copyright = "The rockframe developers, MIT licence"  # noqa: A001 -- Sphinx's name for it
+version = release = version_of("rockframe")
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["generated/*.txt"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+
+autodoc_typehints = "none"  # the docstrings say types, shapes and units
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True}
+napoleon_google_docstring = False
+napoleon_use_param = False
+napoleon_use_rtype = False
+default_role = "py:obj"
+
+html_theme = "furo"
+html_title = f"rockframe {version}"
+html_copy_source = False
+html_show_sourcelink = False
+html_math_renderer = "mathml"
+
+
+def literal_bars(
+    _app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]
+) -> None:
+    """Keep ``|theta|`` an absolute value: reStructuredText would take it for a substitution."""
+    for i, line in enumerate(lines):
+        if not line.lstrip().startswith((">>>", "...")):
+            lines[i] = line.replace("|", r"\|")
+
+
+def _mathml(translator: Any, node: nodes.Node, *, as_block: bool) -> None:
+    translator.body.append(tex2mathml(node.astext(), as_block=as_block))
+    raise nodes.SkipNode
+
+
+def inline_math(translator: Any, node: nodes.Node) -> None:
+    """Write MathML, which browsers draw themselves."""
+    _mathml(translator, node, as_block=False)
+
+
+def display_math(translator: Any, node: nodes.Node) -> None:
+    """Write MathML, as a line of its own."""
+    _mathml(translator, node, as_block=True)
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Connect what is generated from the package itself."""
+    write_all(Path(app.srcdir) / "generated")
+    app.add_html_math_renderer("mathml", (inline_math, None), (display_math, None))
+    app.connect("autodoc-process-docstring", literal_bars, priority=100)
+    return {"parallel_read_safe": True}

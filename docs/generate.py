@@ -1,0 +1,157 @@
+"""Pages that follow the package by themselves: all public names, all commands, all formats."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import os
+import re
+import shutil
+import tempfile
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import xarray
+
+import rockframe
+from rockframe.cli.main import parser
+from rockframe.ingest import FORMATS
+
+_STUB = Path(rockframe.__file__).with_suffix(".pyi")
+#: Rooms of the package, in the order in which a reader needs them, with what they are.
+_ROOMS: Mapping[str, str] = {
+    "record": "Records",
+    "ingest": "Reading",
+    "frame": "Frames",
+    "wavelets": "Wavelets and pulses",
+    "matching": "Pulses of records",
+    "rocking": "Response",
+    "risk": "Statistics of verdicts",
+    "components": "Components",
+    "signals": "Signals",
+    "stages": "Stages: path to path",
+    "results": "Files",
+    "study": "Files that a user writes",
+    "engines": "Engines",
+    "errors": "Errors",
+}
+
+
+def write_all(folder: Path) -> None:
+    """Write the generated pages anew."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    _write_names(folder)
+    _write_commands(folder)
+    _write_datasets(folder)
+    (folder / "formats.txt").write_text(_formats(), encoding="utf-8")
+
+
+def public_names() -> dict[str, list[str]]:
+    """Return the public names by the room they are from, as the stub of the package lists them."""
+    found = defaultdict(list)
+    stub = _STUB.read_text(encoding="utf-8")
+    for room, name in re.findall(r"^from \.(\w+) import (\w+) as", stub, re.MULTILINE):
+        found[room].append(name)
+    return dict(found)
+
+
+def _write_names(folder: Path) -> None:
+    names = public_names()
+    rooms = [*_ROOMS, *sorted(set(names) - set(_ROOMS))]
+    pages = []
+    for room in rooms:
+        if room not in names:
+            continue
+        title = _ROOMS.get(room, room)
+        directives = [_directive(name) for name in names[room]]
+        page = folder / f"api-{room}.rst"
+        page.write_text("\n".join([title, "=" * len(title), "", *directives]), encoding="utf-8")
+        pages.append(page.stem)
+    (folder / "api.md").write_text(_index("Python", _API, pages), encoding="utf-8")
+
+
+def _directive(name: str) -> str:
+    thing = getattr(rockframe, name)
+    if inspect.isclass(thing):
+        kind = "autoexception" if issubclass(thing, Exception) else "autoclass"
+    else:
+        kind = "autofunction" if inspect.isroutine(thing) else "autodata"
+    return f".. {kind}:: rockframe.{name}\n"
+
+
+def _write_commands(folder: Path) -> None:
+    # The help of a terminal of one width, whatever this one has.
+    os.environ["COLUMNS"] = "88"
+    whole = parser()
+    (verbs,) = (a for a in whole._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
+    pages = []
+    for name, verb in verbs.choices.items():
+        page = folder / f"command-{name}.md"
+        page.write_text(f"# rockframe {name}\n\n{_fenced(verb.format_help())}", encoding="utf-8")
+        pages.append(page.stem)
+    head = _COMMANDS + _fenced(whole.format_help())
+    (folder / "commands.md").write_text(_index("Commands", head, pages), encoding="utf-8")
+
+
+def _formats() -> str:
+    rows = [
+        f"| `{f.name}` | {', '.join(f.extensions)} | {f.description} | `{f.obspy_name}` |"
+        for f in FORMATS
+    ]
+    return "\n".join([_table("format", "usual endings", "what it is", "in obspy"), *rows, ""])
+
+
+def _write_datasets(folder: Path) -> None:
+    """Variables of the files that the stages write, as they are in files just written."""
+    with tempfile.TemporaryDirectory() as made:
+        home = Path(made)
+        records = home / "records.nc"
+        rockframe.ingest_stage([rockframe.bundled_records() / "Ridgecrest2019-CCC.V1"], records)
+        rockframe.pulse_stage(records, home / "pulses.nc")
+        rockframe.respond_stage(records, home / "response.nc")
+        for path in sorted(home.glob("*.nc")):
+            with xarray.open_dataset(path) as dataset:
+                text = _variables(dataset)
+            (folder / f"dataset-{path.stem}.txt").write_text(text, encoding="utf-8")
+
+
+def _variables(dataset: xarray.Dataset) -> str:
+    rows = [
+        f"| `{name}` | {', '.join(map(str, array.dims))} | {array.attrs.get('units', '')} "
+        f"| {_said(array)} |"
+        for name, array in dataset.variables.items()
+    ]
+    return "\n".join([_table("variable", "dimensions", "unit", "what it is"), *rows, ""])
+
+
+def _said(array: xarray.Variable) -> str:
+    flags = ""
+    if "flag_meanings" in array.attrs:
+        values = map(str, array.attrs["flag_values"])
+        meanings = array.attrs["flag_meanings"].split()
+        flags = ": " + ", ".join(f"{v} {m}" for v, m in zip(values, meanings, strict=True))
+    return (str(array.attrs.get("long_name", "")) + flags).replace("|", r"\|")
+
+
+def _table(*heads: str) -> str:
+    return f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}"
+
+
+def _fenced(text: str) -> str:
+    return f"```text\n{text.rstrip()}\n```\n"
+
+
+def _index(title: str, text: str, pages: Sequence[str]) -> str:
+    listed = "\n".join(pages)
+    return f"# {title}\n\n{text}\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
+
+
+_API = """All public names are in `rockframe` itself: `import rockframe`, then `rockframe.respond`.
+Arrays are of NumPy, in SI units; angles are in rad. What a user can mend is raised as a child of
+{py:class}`rockframe.RockframeError`, in one line that says what is wrong, and what it must be."""
+
+_COMMANDS = """What each command prints as its `--help`. All take `--json`.
+
+"""

@@ -1,0 +1,40 @@
+"""How examples are found in a page, and how what they print is compared."""
+
+from __future__ import annotations
+
+from .blocks import blocks, missing
+
+PAGE = """# A page
+
+```sh
+true
+```
+<!-- file: mine.toml -->
+```toml
+name = "mine"
+```
+<!-- before: touch
+here -->
+1. in a list
+   <!-- exit: 2 -->
+   ```sh
+   false
+   ```
+"""
+
+
+def test_blocks_come_with_their_marks() -> None:
+    found = [(block.kind, block.body, block.marks) for block in blocks(PAGE)]
+    assert found == [
+        ("sh", "true\n", {}),
+        ("toml", 'name = "mine"\n', {"file": "mine.toml"}),
+        ("sh", "touch\nhere", {}),
+        ("sh", "false\n", {"exit": "2"}),
+    ]
+
+
+def test_lines_are_compared_in_order() -> None:
+    assert missing("a\n...\nc\n", "a \nb\nc\n") is None
+    assert missing("c\na\n", "a\nb\nc\n") == "a"
+    assert missing("2 of ... files\n", "2 of 30 files\n") is None
+    assert missing("2 of 30\n", "2 of 30 files\n") == "2 of 30"
