@@ -19,10 +19,10 @@ from rockframe.components import pair_horizontals, rotate
 from rockframe.engines import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
 from rockframe.record import Record
-from rockframe.results import read_records, read_screening
-from rockframe.rocking import Design, margins, respond, respond_many
+from rockframe.results import read_records, read_screen_history, read_screening
+from rockframe.rocking import Design, Histories, as_ground, margins, respond, respond_many
 from rockframe.stages import Selection, pulse_stage, screen_stage
-from rockframe.study import read_structures
+from rockframe.study import Filters, read_structures
 
 Screen = Callable[..., xr.Dataset]
 
@@ -78,7 +78,14 @@ def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> No
     files = set()
     for engine in (OneProcess(), ProcessPool(2, patience=0.0), ProcessPool(3, patience=0.0)):
         output = tmp_path / "screen.nc"
-        screen_stage(records, output, scales=scales, margins=False, engine=engine)
+        screen_stage(
+            records,
+            output,
+            scales=scales,
+            margins=False,
+            histories=Histories.SELECTED if len(scales) == 1 else Histories.NONE,
+            engine=engine,
+        )
         files.add((output.read_bytes(), output.with_suffix(".csv").read_bytes()))
     assert len(files) == 1
 
@@ -139,36 +146,34 @@ def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
     done = screen_stage(
         stored(records, tmp_path),
         tmp_path / "screen.nc",
-        selection=Selection({"magnitude": (5.25, 9.0), "vs30": (0.0, 330.0)}),
+        selection=Selection(Filters(magnitude=(5.25, 9.0), vs30_m_s=(0.0, 330.0))),
         scales=[1.0],
         margins=False,
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == ["s03", "s04", "s05", "s06"]
-    assert done.left_out == {
-        "magnitude not in 5.25 to 9": 3,
-        "Vs30 not in 0 to 330 m/s": 3,
-        "magnitude unknown": 1,
-    }
+    assert done.left_out["s00"] == "magnitude 5. Must be from 5.25 to 9"
+    assert done.left_out["s09"] == "vs30_m_s 380. Must be from 0 to 330"
+    assert done.left_out["unknown"] == "magnitude unknown. Must be from 5.25 to 9"
+    assert len(done.left_out) == 7
     assert done.rejections == ()
+    assert json.loads(found.attrs["left_out"]) == done.left_out
 
 
 def test_empty_selection_is_named(screen: Screen) -> None:
-    with pytest.raises(ParameterError, match=r"no record is left .*3: PGA not in 50 to 60 m/s2"):
-        screen(site(3), selection=Selection({"pga": (50.0, 60.0)}))
+    with pytest.raises(ParameterError, match=r"no record is left to screen; 's00': pga_g 0.05"):
+        screen(site(3), selection=Selection(Filters(pga_g=(5.0, 6.0))))
 
 
-@pytest.mark.parametrize(
-    ("ranges", "message"),
-    [
-        ({"colour": (1.0, 2.0)}, "Invalid filter 'colour'. Must be one of magnitude"),
-        ({"pga": (2.0, 1.0)}, "Invalid range of PGA, 2 to 1 m/s2. Must increase"),
-        ({"T_p": (math.nan, 1.0)}, "Invalid range of T_p"),
-    ],
-)
-def test_selection_that_is_none(ranges: dict[str, tuple[float, float]], message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        Selection(ranges)
+def test_range_that_is_none() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid pulse_length_m 2 to 1. Must be the lower"):
+        Selection(pulse_length_m=(2.0, 1.0))
+
+
+@pytest.mark.parametrize("like", [True, False])
+def test_likeness_that_is_not_known_leaves_out(screen: Screen, like: bool) -> None:
+    with pytest.raises(ParameterError, match=r"pulse_like unknown. Must be"):
+        screen(site(1), selection=Selection(pulse_like=like))
 
 
 @pytest.mark.parametrize(
@@ -207,7 +212,7 @@ def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
     done = screen_stage(records, output, azimuths=[45.0], scales=[1.0], margins=False)
     assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
     assert json.loads(read_screening(output).attrs["left_out"])["alone"]
-    with pytest.raises(ParameterError, match=r"record 'alone': alone is the only horizontal"):
+    with pytest.raises(ParameterError, match=r"left to screen; 'alone': alone is the only hor"):
         screen_stage(stored([sine("alone", 3.0)], tmp_path), output, azimuths=[45.0])
 
 
@@ -239,7 +244,7 @@ def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> 
     pulses = tmp_path / "pulses.nc"
     pulse_stage(records, pulses)
     options: dict[str, Any] = {"pulses_path": pulses, "scales": [1.0], "margins": False}
-    screen_stage(records, output, selection=Selection({"T_p": (0.5, 2.0)}), **options)
+    screen_stage(records, output, selection=Selection(pulse_period_s=(0.5, 2.0)), **options)
     found = read_screening(output)
     assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
     with pytest.raises(InputError, match=r"pulses.nc: was made from other records"):
@@ -275,6 +280,37 @@ def test_ranks_put_the_strongest_first(screen: Screen) -> None:
     found = screen(site(6))
     assert int(np.argmin(found["mean_rank"].values)) == 5
     assert (found["demand_rank"].sum("record") == 21.0).all()
+
+
+@pytest.mark.parametrize("histories", ["selected", "all"])
+def test_histories_of_scenarios_are_kept(screen: Screen, tmp_path: Path, histories: str) -> None:
+    records = site(4)
+    found = screen(records, histories=Histories(histories))
+    plain = screen(records)
+    assert_array_equal(found["peak_rotation_ratio"], plain["peak_rotation_ratio"])
+    screen(records, histories=Histories(histories))
+    frame = read_structures(tmp_path / "structures.toml")[1]
+    near = found["peak_rotation_ratio"].values >= 0.5
+    assert found.sizes["history"] == (near.sum() if histories == "selected" else near.size)
+    history = read_screen_history(
+        tmp_path / "screen.nc", record="s03", structure="slender", scale=2.0
+    )
+    expected = respond(frame, as_ground(records[3]).scaled(2.0))
+    assert_array_equal(history["theta"].values, expected.theta)
+    assert_array_equal(history["time"].values, expected.time)
+
+
+def test_history_that_was_not_kept_is_refused(screen: Screen, tmp_path: Path) -> None:
+    screen(site(2), histories=Histories.SELECTED)
+    for record, structure, scale, message in (
+        ("s00", "stout", 0.5, r"no history of 'stout' under 's00' at scale 0.5 was kept"),
+        ("s09", "stout", 0.5, r"Invalid record 's09'. Must be one of: s00, s01"),
+        ("s00", "stout", 0.7, r"Invalid scale 0.7. Must be one of: 0.5, 1.0, 2.0"),
+    ):
+        with pytest.raises(ParameterError, match=message):
+            read_screen_history(
+                tmp_path / "screen.nc", record=record, structure=structure, scale=scale
+            )
 
 
 def test_hazard_of_a_measure_that_is_not_known(screen: Screen, tmp_path: Path) -> None:

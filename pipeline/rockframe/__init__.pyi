@@ -33,6 +33,7 @@ from .results import open_records as open_records
 from .results import open_response as open_response
 from .results import read_records as read_records
 from .results import read_rocking_spectrum as read_rocking_spectrum
+from .results import read_screen_history as read_screen_history
 from .results import read_screening as read_screening
 from .results import read_spectrum as read_spectrum
 from .risk import Fragility as Fragility

@@ -7,6 +7,8 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.arguments import (
+    add_filters,
+    add_histories,
     add_reading,
     add_scheduler,
     add_structures,
@@ -18,15 +20,6 @@ if TYPE_CHECKING:
     from rockframe.rocking import Design
     from rockframe.stages import Selection
 
-#: Filters: option, number of the record, what it is printed in over what it is stored in, help.
-_FILTERS: Final = (
-    ("magnitude", "magnitude", 1.0, "magnitude of the earthquake"),
-    ("distance", "epicentral_distance", 1.0, "distance to the epicentre, in km"),
-    ("vs30", "vs30", 1.0, "Vs30, in m/s"),
-    ("pga", "pga", 9.81, "peak ground acceleration, in g"),
-    ("pulse-period", "T_p", 1.0, "period T_p of the best pulse, in s"),
-    ("pulse-length", "L_p", 1.0, "length L_p = a_p T_p^2 of the best pulse, in m"),
-)
 _MOST_VALUES: Final = 10_000_000
 
 
@@ -64,19 +57,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="without critical scales and safe islands, which take most of the time",
     )
+    add_histories(parser, "none")
     _add_results(parser)
     add_reading(parser, "; and that compute")
     add_scheduler(parser)
 
 
 def _add_filters(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("filters: a record of which it is not known is left out")
-    for option, _, _, help_text in _FILTERS:
+    add_filters(parser)
+    group = parser.add_argument_group("filters by the pulse, with --pulses")
+    for option, what in (("period-s", "period T_p [s]"), ("length-m", "length a_p T_p^2 [m]")):
         group.add_argument(
-            f"--{option}", type=float, nargs=2, metavar=("LEAST", "LARGEST"), help=help_text
+            f"--pulse-{option}", type=float, nargs=2, metavar=("FROM", "TO"), help=f"only {what}"
         )
     group.add_argument(
-        "--pulse-like", choices=("yes", "no"), help="whether the pulse is more than chance"
+        "--pulse-like", choices=("yes", "no"), help="only if the pulse is (is not) more than chance"
     )
 
 
@@ -126,6 +121,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.cli.arguments import engine, records_file
     from rockframe.cli.console import progress_bar, show_rejections
     from rockframe.cli.screen_tables import draw, show
+    from rockframe.rocking import Histories
     from rockframe.stages import SCALES, screen_stage
     from rockframe.study import SHIPPED_STRUCTURES
 
@@ -145,6 +141,7 @@ def run(options: argparse.Namespace) -> int:
                 vertical=options.vertical,
                 scales=scales,
                 margins=not options.no_margins,
+                histories=Histories(options.histories),
                 hazard_path=options.hazard,
                 design=design,
                 seed=options.seed,
@@ -180,15 +177,16 @@ def values(text: str) -> list[float]:
 
 
 def _selection(options: argparse.Namespace) -> Selection:
+    from rockframe.cli.arguments import filters
     from rockframe.stages import Selection
 
-    ranges = {}
-    for option, name, factor, _ in _FILTERS:
-        stated = getattr(options, option.replace("-", "_"))
-        if stated is not None:
-            ranges[name] = (factor * stated[0], factor * stated[1])
-    like = None if options.pulse_like is None else options.pulse_like == "yes"
-    return Selection(ranges, like)
+    period, length = options.pulse_period_s, options.pulse_length_m
+    return Selection(
+        filters=filters(options),
+        pulse_period_s=None if period is None else (period[0], period[1]),
+        pulse_length_m=None if length is None else (length[0], length[1]),
+        pulse_like=None if options.pulse_like is None else options.pulse_like == "yes",
+    )
 
 
 def _design(options: argparse.Namespace) -> Design | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -184,8 +185,11 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
     )
     if recordings < FEWEST_MOTIONS:
         print(f"{recordings} recordings are few: fragility, bands and rates are rough.")
-    for reason, count in done.left_out.items():
-        print(f"left out by the filters: {count}: {reason}")
+    for name, reason in islice(done.left_out.items(), _SHOWN):
+        print(f"left out: {name}: {reason}")
+    more = len(done.left_out) - _SHOWN
+    if more > 0:
+        print(f"left out: {more} more; the file's attribute left_out has all")
 
 
 def draw(output: Path, folder: Path) -> list[Path]:

@@ -55,12 +55,14 @@ from rockframe.results.screen import scale_axis as scale_axis
 from rockframe.results.screen import structure_names as structure_names
 from rockframe.results.screen import write_screening as write_screening
 from rockframe.results.screen_facts import demand_variables as demand_variables
-from rockframe.results.screen_facts import design_variables as design_variables
 from rockframe.results.screen_facts import fragility_variables as fragility_variables
-from rockframe.results.screen_facts import hazard_variables as hazard_variables
 from rockframe.results.screen_facts import margin_variables as margin_variables
 from rockframe.results.screen_facts import motion_variables as motion_variables
 from rockframe.results.screen_facts import observed_variables as observed_variables
+from rockframe.results.screen_histories import KeptHistory as KeptHistory
+from rockframe.results.screen_histories import read_screen_history as read_screen_history
+from rockframe.results.screen_risk import design_variables as design_variables
+from rockframe.results.screen_risk import hazard_variables as hazard_variables
 from rockframe.results.screen_table import refuse_strange_table as refuse_strange_table
 from rockframe.results.screen_table import screen_rows as screen_rows
 from rockframe.results.screen_table import screen_summary as screen_summary

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 import netCDF4
 import numpy as np
@@ -17,18 +18,18 @@ from rockframe.results.files import CHUNK, COMPRESSED, as_os_error
 
 @contextmanager
 def growing(
-    partial: Path, series: Mapping[str, xr.Variable]
+    partial: Path, series: Mapping[str, xr.Variable], mode: Literal["w", "a"] = "w"
 ) -> Iterator[Callable[[Mapping[str, NDArray[np.float64]]], None]]:
     """Give a function that appends to variables along ``obs``; memory does not grow with them.
 
     Parameters
     ----------
     partial : Path
-        A file of `named`, that this begins; `put` adds the rest.
+        A file of `named`, that this begins (in mode ``a``, goes on with); `put` adds the rest.
     series : mapping of str to Variable
         What they are like: of double precision, ``obs`` their last dimension.
     """
-    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
+    file = netCDF4.Dataset(partial, mode, format="NETCDF4")
     try:
         file.createDimension("obs", None)
         for name, like in series.items():

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.results.files import CHUNK, COMPRESSED, SCREEN, as_os_error, named, opened, put
+from rockframe.results.screen_histories import KeptHistory, append_histories
 from rockframe.results.variables import flags, texts, variable
 from rockframe.rocking.response import Verdict
 
@@ -42,6 +43,7 @@ def write_screening(
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
     left_out: Mapping[str, str],
+    histories: Iterable[KeptHistory] | None = None,
 ) -> None:
     """Write the output of the screen stage, whole or not at all; holds one motion at a time.
 
@@ -59,6 +61,8 @@ def write_screening(
         Where it goes; an older file there is replaced.
     input_sha256, parameters, left_out : mapping
         As `write` takes them.
+    histories : iterable of KeptHistory, optional
+        Of single scenarios; taken after the last motion.
 
     Raises
     ------
@@ -72,8 +76,9 @@ def write_screening(
         with _filling(partial, shape) as fill:
             for row, scenario in enumerate(chain(first, source)):
                 fill(row, scenario)
+        kept = {} if histories is None else append_histories(partial, histories)
         put(
-            describe(),
+            describe().assign(kept),
             partial,
             SCREEN,
             input_sha256=input_sha256,
@@ -166,7 +171,8 @@ def read_screening(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``record_id`` is a coordinate, so that ``.set_index(record="record_id")`` selects by it.
+        All but histories, which `read_screen_history` reads one at a time. ``record_id`` is a
+        coordinate, so that ``.set_index(record="record_id")`` selects by it.
 
     Raises
     ------
@@ -180,4 +186,5 @@ def read_screening(path: str | Path) -> xr.Dataset:
     rockframe.errors.InputError: no-such-file.nc: no such file. Must be a screen file.
     """
     with opened(Path(path), SCREEN) as dataset:
-        return dataset.load().set_coords("record_id")
+        known = dataset.drop_dims("obs", errors="ignore")
+        return known.load().set_coords("record_id")

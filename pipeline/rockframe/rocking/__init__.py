@@ -9,6 +9,7 @@ from rockframe.rocking.design import Design as Design
 from rockframe.rocking.design import Found as Found
 from rockframe.rocking.design import smallest as smallest
 from rockframe.rocking.excitation import GroundAcceleration as GroundAcceleration
+from rockframe.rocking.histories import NEAR as NEAR
 from rockframe.rocking.histories import Histories as Histories
 from rockframe.rocking.impulses import Impulses as Impulses
 from rockframe.rocking.impulses import impact_friction_demand as impact_friction_demand
@@ -27,13 +28,16 @@ from rockframe.rocking.reactions import column_forces as column_forces
 from rockframe.rocking.reactions import reactions as reactions
 from rockframe.rocking.response import Response as Response
 from rockframe.rocking.response import Verdict as Verdict
+from rockframe.rocking.response import as_ground as as_ground
 from rockframe.rocking.response import refuse_flight as refuse_flight
 from rockframe.rocking.response import respond as respond
 from rockframe.rocking.rocking_spectra import RockingSpectrum as RockingSpectrum
 from rockframe.rocking.rocking_spectra import rocking_spectrum as rocking_spectrum
 from rockframe.rocking.screening import Part as Part
+from rockframe.rocking.screening import Scenario as Scenario
 from rockframe.rocking.screening import margins_of as margins_of
 from rockframe.rocking.screening import peaks_of as peaks_of
+from rockframe.rocking.screening import responses_of as responses_of
 from rockframe.rocking.spectra import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra import overturning_spectrum as overturning_spectrum
 from rockframe.rocking.surrogate import ToPulse as ToPulse

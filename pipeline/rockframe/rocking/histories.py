@@ -7,11 +7,13 @@ from enum import StrEnum
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.rocking.response import Response, Verdict
 
 #: From this share of the slenderness on a rotation is near overturning: its history is selected.
 NEAR: Final = 0.5
+_DECIDED: Final = (Verdict.NO_UPLIFT, Verdict.SAFE)
 
 
 class Histories(StrEnum):
@@ -52,7 +54,18 @@ class Histories(StrEnum):
             impact_velocities=none,
         )
 
+    def mask(self, verdict: NDArray[np.int8], ratio: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which scenarios are kept, of their verdicts and largest |theta| / alpha [1].
+
+        Examples
+        --------
+        >>> Histories.SELECTED.mask(np.array([1, 2], np.int8), np.array([0.4, 9.0])).tolist()
+        [False, True]
+        """
+        if self is Histories.SELECTED:
+            return ~np.isin(verdict, _DECIDED) | (ratio >= NEAR)
+        return np.full(verdict.shape, self is Histories.ALL)
+
 
 def _near(response: Response) -> bool:
-    decided = response.verdict in (Verdict.NO_UPLIFT, Verdict.SAFE)
-    return not decided or response.peak_rotation_ratio >= NEAR
+    return response.verdict not in _DECIDED or response.peak_rotation_ratio >= NEAR

@@ -13,6 +13,7 @@ from rockframe.record import Record
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins import margins
+from rockframe.rocking.response import Response, as_ground, respond
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -34,6 +35,28 @@ class Part:
     motions: tuple[Record | GroundAcceleration, ...]
     frames: tuple[RockingFrame, ...]
     scales: tuple[float, ...] = (1.0,)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One structure under one motion at one scale [1]."""
+
+    motion: Record | GroundAcceleration
+    frame: RockingFrame
+    scale: float
+
+
+def responses_of(scenarios: tuple[Scenario, ...]) -> list[Response]:
+    """Return the responses of scenarios, with their histories.
+
+    Examples
+    --------
+    >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
+    >>> scenario = Scenario(shake, RockingFrame(height=9.6, width=1.6), 0.1)
+    >>> [response.verdict.name for response in responses_of((scenario,))]
+    ['NO_UPLIFT']
+    """
+    return [respond(one.frame, as_ground(one.motion).scaled(one.scale)) for one in scenarios]
 
 
 def peaks_of(part: Part) -> Arrays:

@@ -24,7 +24,7 @@ from rockframe.results import (
     write_screening,
 )
 from rockframe.risk import HazardCurve, read_hazard
-from rockframe.rocking import Design
+from rockframe.rocking import Design, Histories
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screen_motions import Motions, Selection
@@ -46,8 +46,8 @@ class Screening:
         Motions; motions times structures times scales.
     rejections : tuple of Rejection
         Records without a partner or a vertical that was asked for.
-    left_out : mapping of str to int
-        How many motions the selection leaves out, by the reason.
+    left_out : mapping of str to str
+        Why motions are left out by the selection, by identifier.
     table : Path
         The summary: a row for each motion and structure.
     """
@@ -55,7 +55,7 @@ class Screening:
     motions: int
     scenarios: int
     rejections: tuple[Rejection, ...]
-    left_out: Mapping[str, int]
+    left_out: Mapping[str, str]
     table: Path
 
 
@@ -71,6 +71,7 @@ def screen_stage(
     vertical: bool = False,
     scales: ArrayLike = SCALES,
     margins: bool = True,
+    histories: Histories = Histories.NONE,
     hazard_path: Path | None = None,
     design: Design | None = None,
     seed: int = 0,
@@ -101,6 +102,8 @@ def screen_stage(
         Multiples of the motions [1], increasing.
     margins : bool
         Find critical scales and safe islands too; they take most of the time.
+    histories : Histories
+        Which scenarios' histories are kept in the file; `read_screen_history` reads them.
     hazard_path : Path, optional
         CSV of the site's hazard curve, as `read_hazard` takes it.
     design : Design, optional
@@ -127,7 +130,9 @@ def screen_stage(
     refuse_strange_table(table)
     frames = tuple(choose_structures(structures_path, structure))
     candidates = [frame for one in frames for frame in (design.candidates(one) if design else ())]
-    asked = Asked(frames, tuple(candidates), _require_increasing(scales), margins)
+    asked = Asked(
+        frames, tuple(candidates), _require_increasing(scales), margins, Histories(histories)
+    )
     hazard = _hazard(hazard_path, pulses_path)
     facts = read_facts(records_path, pulses_path)
     with open_records(records_path) as file:
@@ -149,14 +154,16 @@ def screen_stage(
             parameters={
                 "azimuths": [float(azimuth) for azimuth in azimuths],
                 "design": asdict(design) if design else None,
+                "histories": str(histories),
                 "margins": margins,
                 "scales": asked.scales.tolist(),
                 "seed": seed,
-                "selection": asdict(selection) if selection else {},
+                "selection": (selection or Selection()).stated(),
                 "structures": [frame.name for frame in frames],
                 "vertical": vertical,
             },
-            left_out={rejection.file: rejection.reason for rejection in chosen.rejections},
+            left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
+            histories=None if asked.histories is Histories.NONE else run.histories(),
         )
     write_screen_table(output, table)
     batches.sweep()

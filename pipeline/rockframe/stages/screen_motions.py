@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,73 +20,79 @@ from rockframe.rocking import GroundAcceleration, refuse_flight
 from rockframe.signals import integrate, peak
 from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
+from rockframe.study import Filters
+from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
-
-#: What a selection may be made by: number of a record, words, unit.
-RANGES: Final = {
-    "magnitude": ("magnitude", ""),
-    "epicentral_distance": ("epicentral distance", " km"),
-    "vs30": ("Vs30", " m/s"),
-    "pga": ("PGA", " m/s2"),
-    "T_p": ("T_p", " s"),
-    "L_p": ("L_p", " m"),
-}
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Which records are screened; a record of which a number is not known is left out by it.
+    """Which motions are screened; one of which a number is not known is left out by its filter.
 
     Parameters
     ----------
-    ranges : mapping of str to (float, float)
-        Least and largest value, in SI units, of any of `RANGES`: ``magnitude``,
-        ``epicentral_distance`` [km], ``vs30`` [m s-1], ``pga`` [m s-2], ``T_p`` [s], ``L_p`` [m].
+    filters : Filters
+        Ranges of magnitude, distance, Vs30, PGA and PGV.
+    pulse_period_s, pulse_length_m : (float, float), optional
+        Ranges of T_p [s] and L_p [m] of the best pulse.
     pulse_like : bool, optional
-        Only records whose pulse is (is not) more than chance.
+        Only motions whose pulse is (is not) more than chance.
 
     Raises
     ------
     ParameterError
-        If a name is unknown, or a range is none.
+        If a range does not increase.
 
     Examples
     --------
-    >>> Selection({"magnitude": (8.0, 6.0)})
+    >>> Selection(pulse_period_s=(2.0, 1.0))
     Traceback (most recent call last):
-    rockframe.errors.ParameterError: Invalid range of magnitude, 8 to 6. Must increase.
+    rockframe.errors.ParameterError: Invalid pulse_period_s 2 to 1. Must be the lower bound first.
     """
 
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    filters: Filters = field(default_factory=Filters)
+    pulse_period_s: tuple[float, float] | None = None
+    pulse_length_m: tuple[float, float] | None = None
     pulse_like: bool | None = None
 
     def __post_init__(self) -> None:
-        for name, (least, largest) in self.ranges.items():
-            if name not in RANGES:
+        for name in ("pulse_period_s", "pulse_length_m"):
+            low, high = getattr(self, name) or (0.0, 0.0)
+            if not low <= high:
                 raise ParameterError(
-                    f"Invalid filter {name!r}. Must be one of {', '.join(RANGES)}."
-                )
-            words, unit = RANGES[name]
-            if not least <= largest:
-                raise ParameterError(
-                    f"Invalid range of {words}, {least:g} to {largest:g}{unit}. Must increase."
+                    f"Invalid {name} {low:g} to {high:g}. Must be the lower bound first."
                 )
 
-    def reason_against(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
-        """Return why a record is left out; an empty text if it is not."""
-        for name, (least, largest) in self.ranges.items():
-            words, unit = RANGES[name]
-            value = numbers[name]
-            if math.isnan(value):
-                return f"{words} unknown"
-            if not least <= value <= largest:
-                return f"{words} not in {least:g} to {largest:g}{unit}"
+    def refusal(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
+        """Return why a motion is left out; an empty text if it is not."""
+        reason = self.filters.refusal(
+            magnitude=numbers["magnitude"],
+            epicentral_distance_km=numbers["epicentral_distance"],
+            vs30_m_s=numbers["vs30"],
+            pga_g=numbers["pga"] / GRAVITY,
+            pgv_m_s=numbers["pgv"],
+        )
+        if reason:
+            return reason
+        for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
+            bounds, value = getattr(self, name), numbers[number]
+            if bounds is not None and not bounds[0] <= value <= bounds[1]:
+                said = "unknown" if math.isnan(value) else f"{value:g}"
+                return f"{name} {said}. Must be from {bounds[0]:g} to {bounds[1]:g}"
         if self.pulse_like is not None and pulse_like is not self.pulse_like:
-            if pulse_like is None:
-                return "likeness of the pulse unknown"
-            return "pulse within chance" if self.pulse_like else "pulse more than chance"
+            said = "unknown" if pulse_like is None else "yes" if pulse_like else "no"
+            return f"pulse_like {said}. Must be {'yes' if self.pulse_like else 'no'}"
         return ""
+
+    def stated(self) -> dict[str, Any]:
+        """Return what is stated, as JSON has it."""
+        own = {
+            "pulse_period_s": self.pulse_period_s,
+            "pulse_length_m": self.pulse_length_m,
+            "pulse_like": self.pulse_like,
+        }
+        return self.filters.stated() | {k: v for k, v in own.items() if v is not None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +133,7 @@ class Motions:
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
         self.rejections: list[Rejection] = []
-        self.left_out: Counter[str] = Counter()
+        self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
 
     def choose(self, selection: Selection, azimuths: Sequence[float], scale: float) -> None:
@@ -145,9 +151,9 @@ class Motions:
         found = self._swept(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in found:
             like = None if azimuths else self._facts.pulse_like[motion.row]
-            reason = selection.reason_against(motion.numbers, like)
+            reason = selection.refusal(motion.numbers, like)
             if reason:
-                self.left_out[reason] += 1
+                self.left_out[motion.name] = reason
                 continue
             try:
                 if self._vertical:
@@ -239,8 +245,6 @@ class Motions:
                 cluster += 1
 
     def _why_empty(self) -> str:
-        if self.rejections:
-            first = self.rejections[0]
-            return f"record {first.file!r}: {first.reason}"
-        reasons = "; ".join(f"{count}: {reason}" for reason, count in self.left_out.items())
-        return f"no record is left to screen ({reasons}). Must be one or more."
+        reasons = {r.file: r.reason for r in self.rejections} | self.left_out
+        name, reason = next(iter(reasons.items()))
+        return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."

@@ -9,11 +9,21 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.engines import Engine
+from rockframe.engines import Engine, map_batches
 from rockframe.frame import RockingFrame
-from rockframe.results import Batches, Facts, peaks_of_frames
+from rockframe.results import Batches, Facts, KeptHistory, peaks_of_frames
 from rockframe.risk import HazardCurve
-from rockframe.rocking import Design, Part, Verdict, margins_of, peaks_of
+from rockframe.rocking import (
+    Design,
+    Histories,
+    Part,
+    Scenario,
+    Verdict,
+    as_ground,
+    margins_of,
+    peaks_of,
+    responses_of,
+)
 from rockframe.stages.common import Progress
 from rockframe.stages.screen_motions import Motion, Motions
 from rockframe.stages.screen_statistics import Screened
@@ -25,6 +35,8 @@ Task = tuple[str, Callable[[], Part]]
 _SCENARIOS: Final = 2048
 #: Motions of a batch at most: they are held together.
 _TOGETHER: Final = 64
+#: Nodes of the histories of a batch, about.
+_NODES: Final = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +53,15 @@ class Asked:
         Multiples of the motions [1].
     margins : bool
         Whether critical scales are.
+    histories : Histories
+        Which scenarios' histories are.
     """
 
     frames: tuple[RockingFrame, ...]
     candidates: tuple[RockingFrame, ...]
     scales: NDArray[np.float64]
     margins: bool
+    histories: Histories = Histories.NONE
 
     @property
     def reference(self) -> int:
@@ -82,6 +97,7 @@ class Run:
         shape = (len(chosen.motions), len(asked.frames), asked.scales.size)
         self.verdicts = np.empty(shape, dtype=np.int8)
         self.ratio = np.empty(shape[:2])
+        self._kept: list[NDArray[np.intp]] = []
 
     def rows(self) -> Iterator[Arrays]:
         """Give the scenarios of one motion after the other; `verdicts` and `ratio` fill up."""
@@ -90,8 +106,36 @@ class Run:
             row = peaks_of_frames(frames, verdict, peak)
             self.verdicts[i] = verdict
             fell = verdict[:, at] == Verdict.OVERTURNED
-            self.ratio[i] = np.where(fell, np.inf, row["peak_rotation_ratio"][:, at])
+            ratio = row["peak_rotation_ratio"]
+            self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
+            self._kept.append(np.argwhere(self._asked.histories.mask(verdict, ratio)))
             yield row
+
+    def histories(self) -> Iterator[KeptHistory]:
+        """Give the histories that are kept, of one motion after the other; after all rows."""
+        where = self._where()
+        for responses in map_batches(responses_of, self._scenarios(), engine=self._engine):
+            for response in responses:
+                yield KeptHistory(next(where), response)
+
+    def _where(self) -> Iterator[tuple[int, int, int]]:
+        for i, kept in enumerate(self._kept):
+            for k, s in kept.tolist():
+                yield i, k, s
+
+    def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
+        """Scenarios of some samples together; their motion is read once."""
+        frames, scales = self._asked.frames, self._asked.scales
+        for motion, kept in zip(self._chosen.motions, self._kept, strict=True):
+            if not len(kept):
+                continue
+            ground = as_ground(self._chosen.read(motion))
+            together = max(1, _NODES // ground.coefficients.shape[0])
+            for start in range(0, len(kept), together):
+                yield tuple(
+                    Scenario(ground, frames[k], float(scales[s]))
+                    for k, s in kept[start : start + together].tolist()
+                )
 
     def screened(
         self, facts: Facts, hazard: HazardCurve | None, design: Design | None, seed: int
