@@ -23,6 +23,7 @@ from rockframe.results import read_records, read_screen_history, read_screening
 from rockframe.rocking import Design, Histories, as_ground, margins, respond, respond_many
 from rockframe.stages import Selection, pulse_stage, screen_stage
 from rockframe.study import Filters, read_structures
+from rockframe.wavelets import Pulse
 
 Screen = Callable[..., xr.Dataset]
 
@@ -249,6 +250,30 @@ def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> 
     assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
     with pytest.raises(InputError, match=r"pulses.nc: was made from other records"):
         screen_stage(stored(site(5), tmp_path), output, **options)
+
+
+def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> None:
+    """A Ricker pulse is one; noise of the same length is none."""
+    time = 0.01 * np.arange(2000)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.0, time=10.0)
+    noise = np.random.default_rng(3).normal(size=time.size)
+    records = [
+        sine("pulse", 0.0, acceleration=pulse.acceleration(time)),
+        sine("noise", 0.0, acceleration=noise),
+    ]
+    path, pulses = stored(records, tmp_path), tmp_path / "pulses.nc"
+    pulse_stage(path, pulses)
+    for like, name in ((True, "pulse"), (False, "noise")):
+        done = screen_stage(
+            path,
+            tmp_path / "screen.nc",
+            pulses_path=pulses,
+            selection=Selection(pulse_like=like),
+            margins=False,
+        )
+        found = read_screening(tmp_path / "screen.nc")
+        assert found["record_id"].values.tolist() == [name]
+        assert len(done.left_out) == 1
 
 
 def test_fragility_rate_and_design_are_in_the_file(screen: Screen, tmp_path: Path) -> None:

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.engines.test_engines import DIES, once
+from tests.screening import site, stored
 
-from rockframe.engines import DaskScheduler, OneProcess, map_batches
+from rockframe.engines import DaskScheduler, OneProcess, ProcessPool, map_batches
 from rockframe.errors import EngineError, InputError
 from rockframe.provenance import sha256_of
+from rockframe.rocking import Histories
+from rockframe.stages import respond_stage, screen_stage
 
 distributed = pytest.importorskip("distributed", reason="needs the extra dask: make test-dask")
 
@@ -31,6 +34,24 @@ def test_cluster_gives_the_bits_of_one_process(address: str) -> None:
     here = list(map_batches(np.cumsum, batches, engine=OneProcess()))
     there = list(map_batches(np.cumsum, batches, engine=DaskScheduler(address)))
     assert [array.tobytes() for array in here] == [array.tobytes() for array in there]
+
+
+def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
+    """The threads of a Dask worker share netCDF's library: no batch may touch it."""
+    records = stored(site(12), tmp_path)
+    files = []
+    for engine in (OneProcess(), ProcessPool(2, patience=0.0), DaskScheduler(address)):
+        respond_stage(records, tmp_path / "response.nc", engine=engine)
+        screen_stage(
+            records,
+            tmp_path / "screen.nc",
+            scales=np.linspace(0.5, 2.0, 800),
+            margins=False,
+            histories=Histories.NONE,
+            engine=engine,
+        )
+        files.append([(tmp_path / f"{name}.nc").read_bytes() for name in ("response", "screen")])
+    assert files[0] == files[1] == files[2]
 
 
 def test_killed_worker_costs_its_batch(address: str, tmp_path: Path) -> None:

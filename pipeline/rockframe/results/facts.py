@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.matching import PulseVerdict
 from rockframe.provenance import sha256_of
 from rockframe.results.files import PULSES, RECORDS, opened
 
@@ -19,6 +20,13 @@ Float = NDArray[np.float64]
 #: Numbers of a record, and of the best pulse in it.
 NUMBERS: Final = ("magnitude", "epicentral_distance", "vs30", "azimuth", "pga", "pgv")
 PULSE_NUMBERS: Final = ("a_p", "T_p", "L_p")
+#: What the test against noise says; without one it is not known.
+_LIKE: Final = {
+    PulseVerdict.UNTESTED: None,
+    PulseVerdict.PULSE: True,
+    PulseVerdict.NOISE: False,
+    PulseVerdict.AT_BOUND: False,
+}
 _TEXTS: Final = ("event", "network", "station", "start_time", "component")
 
 
@@ -75,14 +83,16 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
     )
 
 
-def _pulses(path: Path, records: str, names: list[str]) -> tuple[dict[str, Float], list[Any]]:
+def _pulses(
+    path: Path, records: str, names: list[str]
+) -> tuple[dict[str, Float], list[bool | None]]:
     """Numbers of the best pulse of each record, and whether it is one."""
     with opened(path, PULSES) as file:
         if records not in json.loads(file.attrs["input_sha256"]).values():
             raise InputError(path, "was made from other records. Must be of the same records.")
         pulses = file.load()
     values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}
-    like: list[Any] = [None] * len(names)
+    like: list[bool | None] = [None] * len(names)
     row_of = {name: row for row, name in enumerate(names)}
     if "record_id" not in pulses:  # of a batch in which no record came through
         return values, like
@@ -91,4 +101,6 @@ def _pulses(path: Path, records: str, names: list[str]) -> tuple[dict[str, Float
         best = wavelets.index(str(pulses["best_wavelet"].values[row]))
         for quantity, numbers in values.items():
             numbers[row_of[str(name)]] = pulses[quantity].values[row, best]
+        told = PulseVerdict(int(pulses["pulse_verdict"].values[row, best]))
+        like[row_of[str(name)]] = _LIKE[told]
     return values, like

@@ -1,0 +1,84 @@
+"""What screening costs: scenarios a second, memory over the number of scenarios, and the engines.
+
+``python -m tests.benchmarks.screening`` prints one flat JSON object; ``--output FILE`` writes it
+too. The bundled records with the shipped structures, without margins. Each screening is a process
+of its own: its time holds Python's start, its memory is the peak of the parent.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rockframe.study import bundled_records
+
+COMMAND = str(Path(sys.executable).parent / "rockframe")
+#: Structures that are shipped, and bundled records that are horizontal.
+PAIRS = 5 * 6
+
+
+def timed(words: Sequence[str]) -> dict[str, float]:
+    """Time, processor time of all processes, and peak memory of a command."""
+    begin = time.perf_counter()
+    process = subprocess.Popen([COMMAND, *words], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise SystemExit(f"rockframe {' '.join(words)}: status {process.returncode}")
+    return {
+        "s": time.perf_counter() - begin,
+        "processor_s": usage.ru_utime + usage.ru_stime,
+        "memory_mb": usage.ru_maxrss / 1024.0,
+    }
+
+
+def screened(folder: Path, scales: int, *words: str) -> dict[str, float]:
+    """A screening at so many scales."""
+    output = ["--output", str(folder / "screen.nc"), "--no-margins"]
+    stated = ["--scales", f"0.25:3:{scales}"] if scales > 1 else ["--scales", "1"]
+    return timed(["screen", str(folder / "records.nc"), *output, *stated, *words])
+
+
+def measure(repeats: int) -> dict[str, float]:
+    """Least times of so many repeats, peak memories, and ratios."""
+    found: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        timed(["ingest", str(bundled_records()), "--output", str(folder / "records.nc")])
+        for workers in (1, 2):
+            runs = [screened(folder, 4000, "--workers", str(workers)) for _ in range(repeats)]
+            found[f"screen_120000_{workers}_workers_s"] = min(run["s"] for run in runs)
+            found[f"screen_120000_{workers}_workers_processor_s"] = min(
+                run["processor_s"] for run in runs
+            )
+        start = min(screened(folder, 1)["s"] for _ in range(repeats))
+        found["screen_30_s"] = start
+        one = found["screen_120000_1_workers_s"]
+        found["screen_scenarios_per_s"] = PAIRS * 4000 / one
+        found["screen_pool_over_one_process"] = one / found["screen_120000_2_workers_s"]
+        for scales in (20, 2_000, 20_000):
+            found[f"screen_memory_{PAIRS * scales}_mb"] = screened(folder, scales)["memory_mb"]
+    return found
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--output", type=Path)
+    options = parser.parse_args()
+    text = json.dumps({k: round(v, 3) for k, v in measure(options.repeats).items()}, indent=2)
+    print(text)
+    if options.output:
+        options.output.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
