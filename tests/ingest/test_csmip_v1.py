@@ -40,8 +40,11 @@ def test_touching_numbers(v1: Callable[..., bytes], channel: Callable[..., Lines
 def test_channels_of_one_name_are_numbered(
     v1: Callable[..., bytes], channel: Callable[..., Lines]
 ) -> None:
-    records = read_bytes(PATH, v1(channel(), channel("Up"), channel()))
+    other = channel(samples=(0.1, -0.2, 0.25))
+    records = read_bytes(PATH, v1(channel(), channel("Up"), other))
     assert [record.record_id for record in records] == ["CCC-090-1", "CCC-UP", "CCC-090-3"]
+    with pytest.raises(InputError, match=r"channel '090' is there twice. Must be once"):
+        read_bytes(PATH, v1(channel(), channel("Up"), channel()))
 
 
 def test_station_number(v1: Callable[..., bytes], channel: Callable[..., Lines]) -> None:

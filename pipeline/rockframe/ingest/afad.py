@@ -146,10 +146,14 @@ def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
     body = rest[header.count].rstrip() if len(rest) > header.count else b""
     values = parse_numbers(header.path, body, header.count + 1)
     # A number lost here and one gained there would shift what lies between into other columns.
-    for line, row in enumerate(body.split(b"\n") if body else [], header.count + 1):
-        found = len(row.split())
-        if found != len(_COMPONENTS):
-            raise InputError(header.path, f"{found} columns. Must be 3.", line=line)
+    lines = body.split(b"\n") if body else []
+    for line, row in enumerate(lines, header.count + 1):
+        tokens = row.split()
+        if len(tokens) != len(_COMPONENTS):
+            raise InputError(header.path, f"{len(tokens)} columns. Must be 3.", line=line)
+        if (found := _places(tokens)) != (must := _places(lines[0].split())):
+            message = f"{found} decimals. Must be {must}, as in the first row."
+            raise InputError(header.path, message, line=line)
     stated = header.require(_COUNT)
     if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
         raise header.invalid(_COUNT, "a whole number of 2 or more")
@@ -158,6 +162,11 @@ def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
         message = f"{_COUNT} {stated} in the header, {rows} rows in the file. Must be equal."
         raise InputError(header.path, message, line=header.lines[_COUNT])
     return values.reshape(rows, len(_COMPONENTS))
+
+
+def _places(tokens: list[bytes]) -> list[int]:
+    """Digits behind the decimal points."""
+    return [len(token.partition(b".")[2]) for token in tokens]
 
 
 def _peak_ratios(header: _Header, table: NDArray[np.float64]) -> list[float]:

@@ -26,7 +26,7 @@ from rockframe.ingest.cosmos_names import (
     station_of,
 )
 from rockframe.ingest.cosmos_sections import TOP, Channel, channels_of
-from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest.identify import direction, record_ids, require_distinct
 from rockframe.ingest.lines import head_lines, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import StatedPeak, require_peak
@@ -108,7 +108,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     for one in found:
         require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
     ids = record_ids(path, [_component(one) for one in channels])
-    return [_record(one, record_id, options) for one, record_id in zip(channels, ids, strict=True)]
+    records = [_record(one, name, options) for one, name in zip(channels, ids, strict=True)]
+    require_distinct(path, records)
+    return records
 
 
 def _samples(channel: Channel) -> int:

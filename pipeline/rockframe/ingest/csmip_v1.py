@@ -22,7 +22,7 @@ from rockframe.ingest.csmip import (
     require_header,
 )
 from rockframe.ingest.csmip_agreement import require_agreement
-from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest.identify import direction, record_ids, require_distinct
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
@@ -114,10 +114,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     channels = _channels(path, text_of(path, data).split(b"\n"))
     require_channels(path, channels[0].lines[4], len(channels), 5)
     ids = record_ids(path, [channel.component for channel in channels])
-    return [
-        _record(channel, record_id, options)
-        for channel, record_id in zip(channels, ids, strict=True)
-    ]
+    records = [_record(one, name, options) for one, name in zip(channels, ids, strict=True)]
+    require_distinct(path, records)
+    return records
 
 
 def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:

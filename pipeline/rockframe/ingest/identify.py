@@ -10,7 +10,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
-from rockframe.record import Orientation
+from rockframe.errors import InputError
+from rockframe.record import Orientation, Record
 
 _LONGEST: Final = 64
 _VERTICAL: Final = frozenset(["UP", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"])
@@ -91,6 +92,37 @@ def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
     stems = [_safe(file), *([f"{deeper}{stem}", f"{deeper}{file}"] if deeper else [])]
     for other in (_safe(candidate).lstrip("._-") for candidate in stems):
         yield [other[: _LONGEST - len(end)] + end for end in ends]
+
+
+def require_distinct(path: Path, records: Sequence[Record]) -> None:
+    """Refuse a file that holds a channel twice.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    records : sequence of Record
+        Its channels.
+
+    Raises
+    ------
+    InputError
+        If two of the same component have the same samples.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> one = Record(record_id="a-1", acceleration=[0.0, 1.0], time_step=0.1, component="UP")
+    >>> require_distinct(Path("a.V2"), [one, replace(one, record_id="a-2")])
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.V2: channel 'UP' is there twice. Must be once.
+    """
+    seen = set()
+    for record in records:
+        channel = record.component, record.acceleration.tobytes()
+        if channel in seen:
+            raise InputError(path, f"channel {record.component!r} is there twice. Must be once.")
+        seen.add(channel)
 
 
 def with_ending(path: Path, endings: Sequence[str]) -> Path:

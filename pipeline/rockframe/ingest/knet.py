@@ -49,6 +49,8 @@ _KIK_NET: Final = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "
 _PLACES: Final = {"1": " (borehole)", "2": " (surface)"}
 _SCALE: Final = re.compile(r"(?P<gal>[\d.]+)\(gal\)/(?P<counts>[\d.]+)")
 _RATE: Final = re.compile(r"(?P<rate>\d{1,5})\s*Hz", re.I)
+#: Characters of a sample, with the blank between two.
+_WIDTH: Final = 9
 #: The network removes an offset of its own before it states the peak.
 _PEAK_SHARE: Final = 0.01
 
@@ -128,7 +130,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     units = settle_units(path, "gal", options, header.line("Scale Factor"))
     factor = acceleration_factor(units) * _scale(header)
     magnitude, component = header.number("Mag."), _component(header)
-    counts = parse_numbers(path, text.split(b"\n", len(_KEYS))[-1], len(_KEYS) + 1)
+    body = text.split(b"\n", len(_KEYS))[-1]
+    counts = parse_numbers(path, body, len(_KEYS) + 1)
+    _require_columns(path, body)
     _require_count(header, counts.size, rate)
     trace = read_stream(path, text, "KNET")[0]
     acceleration = _same(path, np.asarray(trace.data, dtype=np.float64) * factor, counts * factor)
@@ -191,6 +195,18 @@ def _require_count(header: _Header, samples: int, rate: int) -> None:
         )
     if samples < 2:
         raise header.invalid("Duration Time(s)", "2 samples or more")
+
+
+def _require_columns(path: Path, body: bytes) -> None:
+    """Refuse lines in which a number is longer or shorter than its column: a digit is lost."""
+    rows = [row.rstrip() for row in body.rstrip().split(b"\n")]
+    # The blank that follows each number is cut off at the end, or stands before the number.
+    short = len(rows[0]) % _WIDTH == _WIDTH - 1
+    for line, row in enumerate(rows, len(_KEYS) + 1):
+        must = _WIDTH * len(row.split()) - short
+        if len(row) != must:
+            message = f"{len(row)} characters of samples. Must be {must}: columns of {_WIDTH}."
+            raise InputError(path, message, line=line)
 
 
 def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> NDArray[np.float64]:
