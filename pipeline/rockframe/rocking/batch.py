@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,16 +13,13 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import as_ground, refuse_flight, vertical_in_g
-from rockframe.units import GRAVITY
+from rockframe.rocking.gathering import AT_A_TIME, Answers
+from rockframe.rocking.response import as_ground, refuse_flight
 from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 Motion = Record | Pulse | GroundAcceleration
-
-#: Scenarios that the kernel is given at a time, so that its working memory stays small.
-_AT_A_TIME: Final = 16384
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,22 +124,31 @@ def respond_scenarios(
     array([0.    , 0.6517, 9.5114])
     """
     which, whose, factors = _asked(len(grounds), len(frames), ground, frame, scale)
-    found = _empty(factors.size)
     constants = np.array(
         [(f.slenderness, f.effective_frequency_parameter, f.restitution) for f in frames]
     ).reshape(-1, 3)
     order = np.argsort(which, kind="stable")
     ends = np.searchsorted(which, np.arange(len(grounds) + 1), sorter=order)
+    answers = Answers(factors.size)
     for motion, first, last in zip(grounds, ends[:-1], ends[1:], strict=True):
         if first == last:
             continue
         shaking = as_ground(motion)
         for factor in (factors[order[first:last]].min(), factors[order[first:last]].max()):
             refuse_flight(shaking, float(factor))
-        for start in range(first, last, _AT_A_TIME):
-            asked = order[start : min(start + _AT_A_TIME, last)]
-            _fill(found, asked, shaking, factors[asked], constants[whose[asked]])
-    return found
+        for start in range(first, last, AT_A_TIME):
+            asked = order[start : min(start + AT_A_TIME, last)]
+            answers.ask(asked, shaking, factors[asked], constants[whose[asked]])
+    answers.complete()
+    return Scenarios(
+        verdict=answers.verdicts,
+        peak_rotation=answers.summaries[:, kernel.PEAK].copy(),
+        peak_rotation_ratio=answers.summaries[:, kernel.PEAK] / constants[whose, 0],
+        peak_velocity=answers.summaries[:, kernel.PEAK_VELOCITY].copy(),
+        uplift_time=answers.summaries[:, kernel.UPLIFT_TIME].copy(),
+        overturning_time=answers.summaries[:, kernel.OVERTURNING_TIME].copy(),
+        impacts=answers.summaries[:, kernel.IMPACTS].astype(np.int32),
+    )
 
 
 def respond_many(
@@ -234,44 +239,3 @@ def _asked(
             f"Invalid scale {factors[wrong[0]]} of scenario {wrong[0]}. Must be finite."
         )
     return indices[0], indices[1], factors
-
-
-def _empty(scenarios: int) -> Scenarios:
-    numbers = iter(np.empty((5, scenarios)))
-    return Scenarios(
-        verdict=np.empty(scenarios, dtype=np.int8),
-        peak_rotation=next(numbers),
-        peak_rotation_ratio=next(numbers),
-        peak_velocity=next(numbers),
-        uplift_time=next(numbers),
-        overturning_time=next(numbers),
-        impacts=np.empty(scenarios, dtype=np.int32),
-    )
-
-
-def _fill(
-    found: Scenarios, asked: Index, ground: GroundAcceleration, scale: Float, constants: Float
-) -> None:
-    """Let the kernel answer the scenarios `asked`, all of one ground, and file what it says."""
-    slenderness, frequency_parameter, restitution = np.ascontiguousarray(constants.T)
-    verdicts = np.empty(asked.size, dtype=np.int8)
-    summaries = np.empty((asked.size, kernel.SUMMARY_SIZE))
-    kernel.integrate_many(
-        ground.coefficients / GRAVITY,
-        vertical_in_g(ground),
-        ground.time_step,
-        ground.start_time,
-        scale,
-        slenderness,
-        frequency_parameter,
-        restitution,
-        verdicts,
-        summaries,
-    )
-    found.verdict[asked] = verdicts
-    found.peak_rotation[asked] = summaries[:, kernel.PEAK]
-    found.peak_rotation_ratio[asked] = summaries[:, kernel.PEAK] / slenderness
-    found.peak_velocity[asked] = summaries[:, kernel.PEAK_VELOCITY]
-    found.uplift_time[asked] = summaries[:, kernel.UPLIFT_TIME]
-    found.overturning_time[asked] = summaries[:, kernel.OVERTURNING_TIME]
-    found.impacts[asked] = summaries[:, kernel.IMPACTS]

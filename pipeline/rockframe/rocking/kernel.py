@@ -4,7 +4,8 @@ With vertical ground acceleration a_v eq (26) becomes (re-derived: gravity is g 
 theta'' = -p_hat^2 [(1 + a_v/g) sin(alpha s - theta) + (a_h/g) cos(alpha s - theta)].
 
 Plain arrays in, plain arrays out, no checks: `rockframe.rocking.response` is the shell around it.
-All jitted functions live in this one file because numba's cache does not see a change in another.
+This is the kernel to read, and the reference for the one in lanes, which calls its functions for
+whatever happens seldom.
 
 Within an interval the ground acceleration is a polynomial in time, so the rotation has a Taylor
 series whose coefficients follow from a recurrence. Uplift, impact, peak and overturning are roots
@@ -20,17 +21,21 @@ an array passed down costs two atomic operations a call, which at first took 80 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, Final, TypeAlias, TypeVar, cast
+from typing import Final, TypeAlias
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.rocking.compiled import compiled, inlined
+
 Float = NDArray[np.float64]
-F = TypeVar("F", bound=Callable[..., Any])
 #: Coefficients of a polynomial of degree 9, the constant term first.
 Polynomial: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float]
+
+#: A switch that is known when a function is compiled: on if it is not empty.
+Marker: TypeAlias = tuple[()] | tuple[int]
+NO: Final = ()
+YES: Final = (1,)
 
 # Outcomes, the values of the flag variable `verdict`.
 NO_UPLIFT: Final = 0
@@ -55,35 +60,27 @@ MAX_GROUND_DEGREE: Final = 5
 #: Largest (rate x step) of one Taylor step; longer intervals are divided. What is left out of the
 #: series of degree 9 matters most in the first small bounces after an uplift, whose relative error
 #: the next ones magnify: with this stride it stays below 1e-8 after 50 impacts in rough motions.
-_MAX_STRIDE: Final = 0.03
+MAX_STRIDE: Final = 0.03
 #: Relative size of the last Newton step; its error is the square of it, so round-off.
 _ROOT_TOLERANCE: Final = 1e-13
 #: A frame balanced on the barrier to round-off is left falling after so many steps, no time given.
 _MAX_TAIL: Final = 100_000
-_HALF_PI: Final = math.pi / 2.0
-_NEVER: Final = -1.0
+HALF_PI: Final = math.pi / 2.0
+NEVER: Final = -1.0
 
 # How a step starts: what vanishes exactly at its first instant.
-_MOVING: Final = 0  # nothing, or the rotation alone, after an impact
-_FROM_REST: Final = 1  # rotation and rate; the ground is already beyond the uplift acceleration
-_FROM_UPLIFT: Final = 2  # their derivative too; the ground passes the uplift acceleration now
+MOVING: Final = 0  # nothing, or the rotation alone, after an impact
+FROM_REST: Final = 1  # rotation and rate; the ground is already beyond the uplift acceleration
+FROM_UPLIFT: Final = 2  # their derivative too; the ground passes the uplift acceleration now
 
 # How a step ends.
-_ALOFT: Final = 0
-_LANDED: Final = 1
-_FALLEN: Final = 2
+ALOFT: Final = 0
+LANDED: Final = 1
+FALLEN: Final = 2
 
 
-def _jit(function: F) -> F:
-    """Compile, with numba's cache on disk where one can be written."""
-    try:
-        return cast("F", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
-    except RuntimeError:  # no folder to cache in: a read-only installation
-        return cast("F", numba.njit(nogil=True, error_model="numpy")(function))
-
-
-@_jit
-def _derivatives(c: Polynomial, t: float) -> tuple[float, float, float, float]:
+@compiled
+def derivatives(c: Polynomial, t: float) -> tuple[float, float, float, float]:
     """Value and first three derivatives of a polynomial at t.
 
     Estrin's scheme: half the waiting of Horner's, where each product needs the one before.
@@ -106,8 +103,8 @@ def _derivatives(c: Polynomial, t: float) -> tuple[float, float, float, float]:
     return value, d1, d2, d3
 
 
-@_jit
-def _shift(a: Polynomial, t: float) -> Polynomial:
+@inlined
+def shift(a: Polynomial, t: float) -> Polynomial:
     """The ground's polynomial, of degree 5 at most, about t (repeated synthetic division)."""
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
     a4 += t * a5
@@ -128,20 +125,20 @@ def _shift(a: Polynomial, t: float) -> Polynomial:
     return a0, a1, a2, a3, a4, a5, 0.0, 0.0, 0.0, 0.0
 
 
-@_jit
+@compiled
 def _root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess: float) -> float:
     """Root in (a, b] of the derivative-th derivative minus level; its sign changes in between.
 
     Newton's method from a guess, kept inside a bracket that bisection shrinks whenever a step
     would leave it or converges too slowly.
     """
-    end = _derivatives(c, b)[derivative] - level
+    end = derivatives(c, b)[derivative] - level
     if end == 0.0:
         return b
     t = guess if a < guess < b else 0.5 * (a + b)
     last = b - a
     for _ in range(200):
-        at_t = _derivatives(c, t)
+        at_t = derivatives(c, t)
         value = at_t[derivative] - level
         if value == 0.0:
             return t
@@ -162,16 +159,16 @@ def _root(c: Polynomial, derivative: int, level: float, a: float, b: float, gues
     return t
 
 
-@_jit
+@compiled
 def _inflexion(c: Polynomial, h: float, bend_0: float, bend_h: float) -> float:
     """Where in [0, h] the second derivative changes its sign; h if nowhere.
 
     It is taken to do so at most once in so short an interval. `bend_0` gives its sign just after 0.
     """
-    return _root(c, 2, 0.0, 0.0, h, _NEVER) if bend_0 * bend_h < 0.0 else h
+    return _root(c, 2, 0.0, 0.0, h, NEVER) if bend_0 * bend_h < 0.0 else h
 
 
-@_jit
+@compiled
 def _marks(
     c: Polynomial, h: float, slope_0: float, slope_h: float, bend_0: float, middle: float
 ) -> tuple[float, float, float, float]:
@@ -180,32 +177,32 @@ def _marks(
     `slope_0` and `bend_0` give the signs of the first and second derivatives just after 0;
     `middle` is the inflexion, or h.
     """
-    slope_middle = slope_h if middle == h else _derivatives(c, middle)[1]
+    slope_middle = slope_h if middle == h else derivatives(c, middle)[1]
     one = 0.0
     two = 0.0
     if slope_0 * slope_middle < 0.0:
         one = _root(c, 1, 0.0, 0.0, middle, -slope_0 / bend_0)
     if slope_middle * slope_h < 0.0:
-        two = _root(c, 1, 0.0, middle, h, _NEVER)
+        two = _root(c, 1, 0.0, middle, h, NEVER)
     return one, two, h, h
 
 
-@_jit
+@compiled
 def _first_rise(a: Polynomial, limit: float, h: float) -> float:
     """First time in [0, h] at which a polynomial exceeds limit, given that it does not at 0."""
-    _, slope_0, bend_0, _ = _derivatives(a, 0.0)
-    _, slope_h, bend_h, _ = _derivatives(a, h)
+    _, slope_0, bend_0, _ = derivatives(a, 0.0)
+    _, slope_h, bend_h, _ = derivatives(a, h)
     left = 0.0
     middle = _inflexion(a, h, bend_0, bend_h)
     for right in _marks(a, h, slope_0, slope_h, bend_0, middle):
         if right > left:
-            if _derivatives(a, right)[0] > limit:
-                return _root(a, 0, limit, left, right, _NEVER)
+            if derivatives(a, right)[0] > limit:
+                return _root(a, 0, limit, left, right, NEVER)
             left = right
-    return _NEVER
+    return NEVER
 
 
-@_jit
+@compiled
 def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynomial:
     """What must exceed limit for uplift against a ground of this sign: sign a - limit v."""
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
@@ -224,19 +221,108 @@ def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynom
     )
 
 
-@_jit
-def _first_exceedance(a: Polynomial, v: Polynomial, limit: float, h: float) -> float:
+@compiled
+def first_exceedance(a: Polynomial, v: Polynomial, limit: float, h: float) -> float:
     """First time in [0, h] at which |a| exceeds limit (1 + v), given that it does not at 0."""
-    first = _NEVER
+    first = NEVER
     for sign in (1.0, -1.0):
         t = _first_rise(_driving(sign, a, limit, v), limit, h)
-        if t != _NEVER and (first == _NEVER or t < first):
+        if t != NEVER and (first == NEVER or t < first):
             first = t
     return first
 
 
-@_jit
-def _series(
+@inlined
+def _push(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
+    """One term of the right-hand side, of a coefficient of the ground and one of sin and cos."""
+    return a * k + v * s if len(lifts) > 0 else a * k
+
+
+@inlined
+def series(
+    w0: float,
+    w1: float,
+    s0: float,
+    k0: float,
+    a: Polynomial,
+    v: Polynomial,
+    curved: Marker,
+    lifts: Marker,
+) -> tuple[float, float, float, float, float, float, float]:
+    """Taylor coefficients w2 to w8 of the rate omega = w0 + w1 t + ..., from eq (26).
+
+    With psi = alpha s - theta, omega, sin(psi) and cos(psi) have the coefficients w, s and k:
+    omega' = -(v sin + a cos), sin' = -cos omega, cos' = sin omega; a and v are p_hat^2 times the
+    horizontal and one plus the vertical ground acceleration [g]. Written out so that all of it
+    stays in registers; in each sum the newest terms come last, so that none waits for another.
+    `curved` marks a ground of a degree above 1, `lifts` one with vertical acceleration.
+    """
+    a0, a1, a2, a3, a4, a5, _, _, _, _ = a
+    v0, v1, v2, v3, v4, v5, _, _, _, _ = v
+    s1 = -k0 * w0
+    k1 = s0 * w0
+    x = _push(a1, v1, s0, k0, lifts)
+    w2 = -1.0 / 2.0 * (x + a0 * k1 + v0 * s1)
+    s2 = -1.0 / 2.0 * (k0 * w1 + k1 * w0)
+    k2 = 1.0 / 2.0 * (s0 * w1 + s1 * w0)
+    x = _push(a1, v1, s1, k1, lifts)
+    if len(curved) > 0:
+        x += _push(a2, v2, s0, k0, lifts)
+    w3 = -1.0 / 3.0 * (x + a0 * k2 + v0 * s2)
+    s3 = -1.0 / 3.0 * (k1 * w1 + k0 * w2 + k2 * w0)
+    k3 = 1.0 / 3.0 * (s1 * w1 + s0 * w2 + s2 * w0)
+    x = _push(a1, v1, s2, k2, lifts)
+    if len(curved) > 0:
+        x += _push(a3, v3, s0, k0, lifts) + _push(a2, v2, s1, k1, lifts)
+    w4 = -1.0 / 4.0 * (x + a0 * k3 + v0 * s3)
+    s4 = -1.0 / 4.0 * (k1 * w2 + k2 * w1 + k0 * w3 + k3 * w0)
+    k4 = 1.0 / 4.0 * (s1 * w2 + s2 * w1 + s0 * w3 + s3 * w0)
+    x = _push(a1, v1, s3, k3, lifts)
+    if len(curved) > 0:
+        x += (
+            _push(a4, v4, s0, k0, lifts)
+            + _push(a3, v3, s1, k1, lifts)
+            + _push(a2, v2, s2, k2, lifts)
+        )
+    w5 = -1.0 / 5.0 * (x + a0 * k4 + v0 * s4)
+    s5 = -1.0 / 5.0 * (k2 * w2 + k1 * w3 + k3 * w1 + k0 * w4 + k4 * w0)
+    k5 = 1.0 / 5.0 * (s2 * w2 + s1 * w3 + s3 * w1 + s0 * w4 + s4 * w0)
+    x = _push(a1, v1, s4, k4, lifts)
+    if len(curved) > 0:
+        x += (
+            _push(a5, v5, s0, k0, lifts)
+            + _push(a4, v4, s1, k1, lifts)
+            + _push(a3, v3, s2, k2, lifts)
+            + _push(a2, v2, s3, k3, lifts)
+        )
+    w6 = -1.0 / 6.0 * (x + a0 * k5 + v0 * s5)
+    s6 = -1.0 / 6.0 * (k2 * w3 + k3 * w2 + k1 * w4 + k4 * w1 + k0 * w5 + k5 * w0)
+    k6 = 1.0 / 6.0 * (s2 * w3 + s3 * w2 + s1 * w4 + s4 * w1 + s0 * w5 + s5 * w0)
+    x = _push(a1, v1, s5, k5, lifts)
+    if len(curved) > 0:
+        x += (
+            _push(a5, v5, s1, k1, lifts)
+            + _push(a4, v4, s2, k2, lifts)
+            + _push(a3, v3, s3, k3, lifts)
+            + _push(a2, v2, s4, k4, lifts)
+        )
+    w7 = -1.0 / 7.0 * (x + a0 * k6 + v0 * s6)
+    s7 = -1.0 / 7.0 * (k3 * w3 + k2 * w4 + k4 * w2 + k1 * w5 + k5 * w1 + k0 * w6 + k6 * w0)
+    k7 = 1.0 / 7.0 * (s3 * w3 + s2 * w4 + s4 * w2 + s1 * w5 + s5 * w1 + s0 * w6 + s6 * w0)
+    x = _push(a1, v1, s6, k6, lifts)
+    if len(curved) > 0:
+        x += (
+            _push(a5, v5, s2, k2, lifts)
+            + _push(a4, v4, s3, k3, lifts)
+            + _push(a3, v3, s4, k4, lifts)
+            + _push(a2, v2, s5, k5, lifts)
+        )
+    w8 = -1.0 / 8.0 * (x + a0 * k7 + v0 * s7)
+    return w2, w3, w4, w5, w6, w7, w8
+
+
+@compiled
+def taylor(
     theta: float,
     omega: float,
     s: float,
@@ -246,116 +332,18 @@ def _series(
     p2: float,
     start: int,
 ) -> Polynomial:
-    """Taylor coefficients of theta from eq (26), the ground accelerations a, v [g] polynomials.
-
-    With psi = alpha s - theta, omega, sin(psi) and cos(psi) have the coefficients w, s and k:
-    omega' = -p2 ((1 + v) sin + a cos), sin' = -cos omega, cos' = sin omega. Written out so that
-    all of it stays in registers; in each sum the newest terms come last, so that none waits for
-    another.
-    """
-    a0, a1, a2, a3, a4, a5, _, _, _, _ = a
-    v0, v1, v2, v3, v4, v5, _, _, _, _ = v
-    v0 += 1.0
-    w0 = omega
+    """Taylor coefficients of theta from eq (26), the ground accelerations a, v [g] polynomials."""
+    a = (p2 * a[0], p2 * a[1], p2 * a[2], p2 * a[3], p2 * a[4], p2 * a[5], 0.0, 0.0, 0.0, 0.0)
+    v = (p2 + p2 * v[0], p2 * v[1], p2 * v[2], p2 * v[3], p2 * v[4], p2 * v[5], 0.0, 0.0, 0.0, 0.0)
     s0 = math.sin(alpha * s - theta)
     k0 = math.sqrt(1.0 - s0 * s0)  # psi is within +-pi/2
-    w1 = -p2 * (v0 * s0 + a0 * k0)
-    if start == _FROM_UPLIFT:
+    w1 = -(v[0] * s0 + a[0] * k0)
+    if start == FROM_UPLIFT:
         w1 = 0.0  # the two terms cancel at this instant; keep round-off from starting it
-    s1 = -k0 * w0
-    k1 = s0 * w0
-    w2 = -p2 * (1.0 / 2.0) * (v1 * s0 + a1 * k0 + v0 * s1 + a0 * k1)
-    s2 = -1.0 / 2.0 * (k0 * w1 + k1 * w0)
-    k2 = 1.0 / 2.0 * (s0 * w1 + s1 * w0)
-    w3 = -p2 * (1.0 / 3.0) * (v2 * s0 + a2 * k0 + v1 * s1 + a1 * k1 + v0 * s2 + a0 * k2)
-    s3 = -1.0 / 3.0 * (k1 * w1 + k0 * w2 + k2 * w0)
-    k3 = 1.0 / 3.0 * (s1 * w1 + s0 * w2 + s2 * w0)
-    w4 = (
-        -p2
-        * (1.0 / 4.0)
-        * (v3 * s0 + a3 * k0 + v2 * s1 + a2 * k1 + v1 * s2 + a1 * k2 + v0 * s3 + a0 * k3)
-    )
-    s4 = -1.0 / 4.0 * (k2 * w1 + k1 * w2 + k0 * w3 + k3 * w0)
-    k4 = 1.0 / 4.0 * (s2 * w1 + s1 * w2 + s0 * w3 + s3 * w0)
-    w5 = (
-        -p2
-        * (1.0 / 5.0)
-        * (
-            v4 * s0
-            + a4 * k0
-            + v3 * s1
-            + a3 * k1
-            + v2 * s2
-            + a2 * k2
-            + v1 * s3
-            + a1 * k3
-            + v0 * s4
-            + a0 * k4
-        )
-    )
-    s5 = -1.0 / 5.0 * (k3 * w1 + k2 * w2 + k1 * w3 + k0 * w4 + k4 * w0)
-    k5 = 1.0 / 5.0 * (s3 * w1 + s2 * w2 + s1 * w3 + s0 * w4 + s4 * w0)
-    w6 = (
-        -p2
-        * (1.0 / 6.0)
-        * (
-            v5 * s0
-            + a5 * k0
-            + v4 * s1
-            + a4 * k1
-            + v3 * s2
-            + a3 * k2
-            + v2 * s3
-            + a2 * k3
-            + v1 * s4
-            + a1 * k4
-            + v0 * s5
-            + a0 * k5
-        )
-    )
-    s6 = -1.0 / 6.0 * (k4 * w1 + k3 * w2 + k2 * w3 + k1 * w4 + k0 * w5 + k5 * w0)
-    k6 = 1.0 / 6.0 * (s4 * w1 + s3 * w2 + s2 * w3 + s1 * w4 + s0 * w5 + s5 * w0)
-    w7 = (
-        -p2
-        * (1.0 / 7.0)
-        * (
-            v5 * s1
-            + a5 * k1
-            + v4 * s2
-            + a4 * k2
-            + v3 * s3
-            + a3 * k3
-            + v2 * s4
-            + a2 * k4
-            + v1 * s5
-            + a1 * k5
-            + v0 * s6
-            + a0 * k6
-        )
-    )
-    s7 = -1.0 / 7.0 * (k5 * w1 + k4 * w2 + k3 * w3 + k2 * w4 + k1 * w5 + k0 * w6 + k6 * w0)
-    k7 = 1.0 / 7.0 * (s5 * w1 + s4 * w2 + s3 * w3 + s2 * w4 + s1 * w5 + s0 * w6 + s6 * w0)
-    w8 = (
-        -p2
-        * (1.0 / 8.0)
-        * (
-            v5 * s2
-            + a5 * k2
-            + v4 * s3
-            + a4 * k3
-            + v3 * s4
-            + a3 * k4
-            + v2 * s5
-            + a2 * k5
-            + v1 * s6
-            + a1 * k6
-            + v0 * s7
-            + a0 * k7
-        )
-    )
+    w2, w3, w4, w5, w6, w7, w8 = series(omega, w1, s0, k0, a, v, YES, YES)
     return (
         theta,
-        w0,
+        omega,
         w1 * (1.0 / 2.0),
         w2 * (1.0 / 3.0),
         w3 * (1.0 / 4.0),
@@ -367,8 +355,8 @@ def _series(
     )
 
 
-@_jit
-def _flight(
+@compiled
+def flight(
     c: Polynomial, s: float, h: float, start: int, peak_so_far: float
 ) -> tuple[int, float, float, float, float, float, float]:
     """Follow one Taylor step to its first impact or overturning, or else to its end h.
@@ -377,26 +365,26 @@ def _flight(
     and when, the latter only if it may exceed `peak_so_far`; and the largest |omega|. Theta is
     monotone on each piece between marks, so that a change of sign there is the one root.
     """
-    theta_h, omega_h, bend_h, _ = _derivatives(c, h)
-    omega_0 = c[1] if start == _MOVING else s
-    bend_0 = s if start == _FROM_UPLIFT else c[2]
+    theta_h, omega_h, bend_h, _ = derivatives(c, h)
+    omega_0 = c[1] if start == MOVING else s
+    bend_0 = s if start == FROM_UPLIFT else c[2]
     if (
         s * theta_h > 0.0
-        and abs(theta_h) < _HALF_PI
+        and abs(theta_h) < HALF_PI
         and omega_0 * omega_h > 0.0
         and bend_0 * bend_h > 0.0
     ):
-        return _ALOFT, h, theta_h, omega_h, abs(theta_h), h, abs(omega_h)
-    if start == _MOVING and c[0] == 0.0 and s * theta_h < 0.0 and s * bend_0 < 0.0 > s * bend_h:
+        return ALOFT, h, theta_h, omega_h, abs(theta_h), h, abs(omega_h)
+    if start == MOVING and c[0] == 0.0 and s * theta_h < 0.0 and s * bend_0 < 0.0 > s * bend_h:
         # a bounce: theta is concave, so one landing, at about twice the time of the peak
         crest = -c[1] / (2.0 * c[2])
-        if s * c[1] * h <= peak_so_far and crest < h and s * _derivatives(c, crest)[0] > 0.0:
+        if s * c[1] * h <= peak_so_far and crest < h and s * derivatives(c, crest)[0] > 0.0:
             t = _root(c, 0, 0.0, crest, h, 2.0 * crest)
-            omega = _derivatives(c, t)[1]
-            return _LANDED, t, 0.0, omega, 0.0, 0.0, abs(omega)
+            omega = derivatives(c, t)[1]
+            return LANDED, t, 0.0, omega, 0.0, 0.0, abs(omega)
     peak = 0.0
     peak_time = 0.0
-    ended = _ALOFT
+    ended = ALOFT
     t = h
     theta = theta_h
     left = 0.0
@@ -404,28 +392,28 @@ def _flight(
     for right in _marks(c, h, omega_0, omega_h, bend_0, middle):
         if right <= left:
             continue
-        reached = _derivatives(c, right)[0]
+        reached = derivatives(c, right)[0]
         if s * reached <= 0.0:
             # a flight that started at 0 is nearly a parabola: it lands at twice its peak's time
-            guess = 2.0 * left if c[0] == 0.0 else _NEVER
-            ended, t, theta = _LANDED, _root(c, 0, 0.0, left, right, guess), 0.0
+            guess = 2.0 * left if c[0] == 0.0 else NEVER
+            ended, t, theta = LANDED, _root(c, 0, 0.0, left, right, guess), 0.0
             break
-        if abs(reached) >= _HALF_PI:
-            ended, t, theta = _FALLEN, _root(c, 0, s * _HALF_PI, left, right, _NEVER), s * _HALF_PI
-            peak, peak_time = _HALF_PI, t
+        if abs(reached) >= HALF_PI:
+            ended, t, theta = FALLEN, _root(c, 0, s * HALF_PI, left, right, NEVER), s * HALF_PI
+            peak, peak_time = HALF_PI, t
             break
         if abs(reached) > peak:
             peak = abs(reached)
             peak_time = right
         left = right
-    omega = omega_h if ended == _ALOFT else _derivatives(c, t)[1]
+    omega = omega_h if ended == ALOFT else derivatives(c, t)[1]
     fastest = abs(omega)
     if middle < t:
-        fastest = max(fastest, abs(_derivatives(c, middle)[1]))
+        fastest = max(fastest, abs(derivatives(c, middle)[1]))
     return ended, t, theta, omega, peak, peak_time, fastest
 
 
-@_jit
+@compiled
 def _free_rocking(
     theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
 ) -> tuple[bool, float, float]:
@@ -442,16 +430,60 @@ def _free_rocking(
     excess = 0.5 * omega * omega - 2.0 * p2 * math.sin(0.5 * (alpha - abs(theta))) ** 2
     outward = s * omega >= 0.0
     if abs(theta) >= alpha and (outward or excess < 0.0):
-        return True, _HALF_PI, 0.0
+        return True, HALF_PI, 0.0
     landing = math.sqrt(2.0 * max(0.0, excess + barrier))
     if not outward:  # over to the other side, with what the impact leaves
         excess = restitution * restitution * (excess + barrier) - barrier
     if excess >= 0.0:
-        return True, _HALF_PI, 0.0
+        return True, HALF_PI, 0.0
     return False, alpha - 2.0 * math.asin(math.sqrt(-excess / (2.0 * p2))), landing
 
 
-@_jit
+@compiled
+def lift_off(a: Polynomial, v: Polynomial, limit: float, span: float) -> tuple[float, int]:
+    """When within the span a frame at rest uplifts, and how it starts; NEVER if it does not."""
+    if abs(a[0]) > limit * (1.0 + v[0]):
+        return 0.0, FROM_REST
+    wait = first_exceedance(a, v, limit, span)
+    return (wait, FROM_UPLIFT) if wait < span else (NEVER, FROM_UPLIFT)
+
+
+@compiled
+def tail(
+    theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
+) -> tuple[bool, float, float, float, float, float]:
+    """What comes when the ground is still, from this state.
+
+    Returns whether the frame overturns, how long after [s], NaN if not, and the largest |theta|,
+    |omega|; then when it landed before it overturned on the other side, NaN if it did not, and the
+    rate just before. A frame balanced on the barrier to round-off overturns at no time, NaN.
+    """
+    overturns, peak, fastest = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
+    if not overturns:
+        return False, math.nan, peak, fastest, math.nan, 0.0
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    h = MAX_STRIDE / p_hat
+    landed = math.nan
+    landing = 0.0
+    for i in range(_MAX_TAIL):
+        elapsed = 0.0
+        while elapsed < h:
+            c = taylor(theta, omega, s, zero, zero, alpha, p_hat * p_hat, MOVING)
+            ended, t, theta, omega, _, _, fast = flight(c, s, h - elapsed, MOVING, HALF_PI)
+            fastest = max(fastest, fast)
+            elapsed += t
+            if ended == ALOFT:
+                break
+            if ended == FALLEN:
+                return True, i * h + elapsed, HALF_PI, fastest, landed, landing
+            landed = i * h + elapsed
+            landing = omega
+            omega *= restitution
+            s = -s
+    return True, math.nan, HALF_PI, fastest, landed, landing
+
+
+@compiled
 def integrate(  # noqa: C901  one loop over arrays, see above
     ground: Float,
     vertical: Float,
@@ -513,7 +545,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     p2 = p_hat * p_hat
     # each derivative of theta grows by at most about this rate
     rate = p_hat * (1.0 + strongest)
-    pieces = max(1, math.ceil(rate * time_step / _MAX_STRIDE))
+    pieces = max(1, math.ceil(rate * time_step / MAX_STRIDE))
     h = time_step / pieces
 
     theta = theta_0
@@ -525,94 +557,69 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     overturning_time = math.nan
     fastest = abs(omega)
     count = 0
-    verdict = NO_UPLIFT
     if keeps:
         thetas[0] = theta
         omegas[0] = omega
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    a = zero
     v = zero
-    i = 0
-    while True:
-        if i >= intervals:  # the ground is still: the energy decides
-            overturns, to_come, landing = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
-            if not overturns:
-                if i == intervals and not math.isnan(uplift_time):
-                    verdict = SAFE
-                if to_come > peak:
-                    peak = to_come
-                    peak_time = math.nan
-                fastest = max(fastest, landing)
-                break
-            verdict = OVERTURNED  # follow the fall for the time of overturning
-            if i - intervals > _MAX_TAIL:
-                break
-            pieces = 1
-            h = _MAX_STRIDE / p_hat
-            a = zero
-            v = zero
-            time = start_time + intervals * time_step + (i - intervals) * h
-        else:
-            time = start_time + i * time_step
-            if s == 0.0:
-                largest = 0.0
-                for j in range(coefficients - 1, -1, -1):
-                    largest = largest * time_step + abs(ground[i, j])
-                    if lifts:
-                        largest += limit * abs(vertical[i, j])
-                if abs(scale) * largest <= limit:
-                    if keeps:
-                        thetas[i + 1] = 0.0
-                        omegas[i + 1] = 0.0
-                    i += 1
-                    continue
-            a = (
-                scale * ground[i, 0],
-                scale * ground[i, 1] if coefficients > 1 else 0.0,
-                scale * ground[i, 2] if coefficients > 2 else 0.0,
-                scale * ground[i, 3] if coefficients > 3 else 0.0,
-                scale * ground[i, 4] if coefficients > 4 else 0.0,
-                scale * ground[i, 5] if coefficients > 5 else 0.0,
+    for i in range(intervals):
+        time = start_time + i * time_step
+        if s == 0.0:
+            largest = 0.0
+            for j in range(coefficients - 1, -1, -1):
+                largest = largest * time_step + abs(ground[i, j])
+                if lifts:
+                    largest += limit * abs(vertical[i, j])
+            if abs(scale) * largest <= limit:
+                if keeps:
+                    thetas[i + 1] = 0.0
+                    omegas[i + 1] = 0.0
+                continue
+        a = (
+            scale * ground[i, 0],
+            scale * ground[i, 1] if coefficients > 1 else 0.0,
+            scale * ground[i, 2] if coefficients > 2 else 0.0,
+            scale * ground[i, 3] if coefficients > 3 else 0.0,
+            scale * ground[i, 4] if coefficients > 4 else 0.0,
+            scale * ground[i, 5] if coefficients > 5 else 0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )
+        if lifts:
+            v = (
+                scale * vertical[i, 0],
+                scale * vertical[i, 1] if coefficients > 1 else 0.0,
+                scale * vertical[i, 2] if coefficients > 2 else 0.0,
+                scale * vertical[i, 3] if coefficients > 3 else 0.0,
+                scale * vertical[i, 4] if coefficients > 4 else 0.0,
+                scale * vertical[i, 5] if coefficients > 5 else 0.0,
                 0.0,
                 0.0,
                 0.0,
                 0.0,
             )
-            if lifts:
-                v = (
-                    scale * vertical[i, 0],
-                    scale * vertical[i, 1] if coefficients > 1 else 0.0,
-                    scale * vertical[i, 2] if coefficients > 2 else 0.0,
-                    scale * vertical[i, 3] if coefficients > 3 else 0.0,
-                    scale * vertical[i, 4] if coefficients > 4 else 0.0,
-                    scale * vertical[i, 5] if coefficients > 5 else 0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                )
         for k in range(pieces):
             elapsed = k * h
             end = elapsed + h
-            start = _MOVING
+            start = MOVING
             while elapsed < end:
-                now = _shift(a, elapsed) if elapsed > 0.0 else a
-                lift = _shift(v, elapsed) if lifts and elapsed > 0.0 else v
+                now = shift(a, elapsed) if elapsed > 0.0 else a
+                lift = shift(v, elapsed) if lifts and elapsed > 0.0 else v
                 if s == 0.0:
-                    start = _FROM_REST
-                    if abs(now[0]) <= limit * (1.0 + lift[0]):
-                        wait = _first_exceedance(now, lift, limit, end - elapsed)
-                        if wait == _NEVER or elapsed + wait >= end:
-                            break
+                    wait, start = lift_off(now, lift, limit, end - elapsed)
+                    if wait == NEVER:
+                        break
+                    if wait > 0.0:
                         elapsed += wait
-                        now = _shift(a, elapsed)
-                        lift = _shift(v, elapsed) if lifts else v
-                        start = _FROM_UPLIFT
+                        now = shift(a, elapsed)
+                        lift = shift(v, elapsed) if lifts else v
                     s = -1.0 if now[0] > 0.0 else 1.0
                     if math.isnan(uplift_time):
                         uplift_time = time + elapsed
-                c = _series(theta, omega, s, now, lift, alpha, p2, start)
-                ended, t, theta, omega, high, high_time, fast = _flight(
+                c = taylor(theta, omega, s, now, lift, alpha, p2, start)
+                ended, t, theta, omega, high, high_time, fast = flight(
                     c, s, end - elapsed, start, peak
                 )
                 fastest = max(fastest, fast)
@@ -620,12 +627,12 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                     peak = high
                     peak_time = time + elapsed + high_time
                 elapsed += t
-                if ended == _ALOFT:
+                if ended == ALOFT:
                     break
-                if ended == _FALLEN:
+                if ended == FALLEN:
                     overturning_time = time + elapsed
                     break
-                start = _MOVING
+                start = MOVING
                 if count < impacts.shape[0]:
                     impacts[count, 0] = time + elapsed
                     impacts[count, 1] = omega
@@ -633,28 +640,44 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                 omega *= restitution
                 s = -s
                 if abs(omega) < REST_VELOCITY_RATIO * p_hat:
-                    needed = limit * (1.0 + _derivatives(v, elapsed)[0])
-                    if abs(_derivatives(a, elapsed)[0]) <= needed:
+                    needed = limit * (1.0 + derivatives(v, elapsed)[0])
+                    if abs(derivatives(a, elapsed)[0]) <= needed:
                         omega = 0.0
                     if omega == 0.0:
                         s = 0.0
             if not math.isnan(overturning_time):
                 break
-        i += 1
         if not math.isnan(overturning_time):
-            verdict = OVERTURNED
             if keeps:
-                for j in range(i, intervals + 1):
+                for j in range(i + 1, intervals + 1):
                     thetas[j] = math.nan
                     omegas[j] = math.nan
             break
-        if keeps and i <= intervals:
-            thetas[i] = theta
-            omegas[i] = omega
+        if keeps:
+            thetas[i + 1] = theta
+            omegas[i + 1] = omega
 
-    if verdict == OVERTURNED and math.isnan(overturning_time):
-        peak = _HALF_PI
-        peak_time = math.nan
+    verdict = NO_UPLIFT if math.isnan(uplift_time) else SAFE
+    if not math.isnan(overturning_time):
+        verdict = OVERTURNED
+    else:  # the ground is still: the energy decides
+        end_time = start_time + intervals * time_step
+        overturns, after, high, fast, landed, landing = tail(
+            theta, omega, s, alpha, p_hat, restitution
+        )
+        fastest = max(fastest, fast)
+        if not math.isnan(landed):
+            if count < impacts.shape[0]:
+                impacts[count, 0] = end_time + landed
+                impacts[count, 1] = landing
+            count += 1
+        if high > peak:
+            peak = high
+            peak_time = math.nan
+        if overturns:
+            verdict = OVERTURNED
+            overturning_time = end_time + after
+            peak_time = overturning_time
     summary[PEAK] = peak
     summary[PEAK_TIME] = peak_time
     summary[UPLIFT_TIME] = uplift_time
@@ -664,7 +687,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     return verdict
 
 
-@_jit
+@compiled
 def integrate_many(
     ground: Float,
     vertical: Float,

@@ -1,0 +1,56 @@
+"""How the numerical functions of this room are compiled, and where the outcome is kept."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_SOURCES = tuple(
+    Path(__file__).with_name(name)
+    for name in ("compiled.py", "kernel.py", "vectors.py", "lanes.py")
+)
+
+
+def _fingerprint() -> str:
+    """Of all that is compiled here: numba sees no change of a function in another file."""
+    digest = hashlib.sha256()
+    for path in _SOURCES:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+_FINGERPRINT = _fingerprint()
+
+
+def compiled(function: F) -> F:
+    """Compile when it is first called, with numba's cache on disk where one can be written.
+
+    The names of its files there hold the fingerprint of the sources. Products and sums may be
+    fused (one rounding instead of two); nothing else is left to the compiler.
+    """
+    return _compile(function, forceinline=False)
+
+
+def inlined(function: F) -> F:
+    """Compile into each caller: what a loop must contain for the compiler to make it of vectors."""
+    return _compile(function, forceinline=True)
+
+
+def _compile(function: F, *, forceinline: bool) -> F:
+    function.__qualname__ = f"{function.__qualname__}-{_FINGERPRINT}"
+    options: dict[str, Any] = {
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": {"contract"},
+        "forceinline": forceinline,
+    }
+    try:
+        return cast("F", numba.njit(cache=True, **options)(function))
+    except RuntimeError:  # no folder to cache in: a read-only installation
+        return cast("F", numba.njit(**options)(function))

@@ -1,0 +1,155 @@
+"""The lanes against the scalar kernel, on ten thousand scenarios of every kind.
+
+Small bounces magnify differences from one to the next, up to a billionfold in rough motions: there
+both kernels are right, and differ. So what the scalar kernel itself makes of scales that differ by
+1e-13 is set beside what the lanes make of the same scale.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rockframe import (
+    GroundAcceleration,
+    Pulse,
+    RockingFrame,
+    Scenarios,
+    inertia_ratio_of,
+    respond_scenarios,
+)
+from rockframe.rocking import kernel
+from rockframe.rocking.response import as_ground, vertical_in_g
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+FRAMES = (
+    RockingFrame(height=9.6, width=1.6, mass_ratio=4.0),
+    RockingFrame(height=9.6, width=1.6),
+    RockingFrame(height=2.0, width=0.4),
+    RockingFrame(height=0.3, width=0.1, mass_ratio=1.0),
+    RockingFrame(height=20.0, width=2.0, restitution_factor=0.8),
+    RockingFrame(height=2.0, width=1.5),
+    RockingFrame(height=4.0, width=0.6, inertia_ratio=inertia_ratio_of("circular", 4.0, 0.6)),
+)
+COUNT = 10_000
+
+
+def noise(seed: int, samples: int, step: float, window: int) -> GroundAcceleration:
+    """White noise of 1 g, smoothed over a window of samples."""
+    white = np.random.default_rng(seed).normal(size=samples)
+    smooth = np.convolve(white, np.hanning(window + 2)[1:-1], "same")
+    return GroundAcceleration.from_samples(GRAVITY * smooth / np.abs(smooth).max(), step)
+
+
+def motions() -> list[GroundAcceleration]:
+    """Rough and smooth records of four time steps, pulses, and some of them with a vertical."""
+    steps, windows = (0.0025, 0.005, 0.01, 0.02), (1, 5, 21)
+    found = [noise(k, 400, steps[k % 4], windows[k % 3]) for k in range(12)]
+    found += [
+        noise(50 + k, 300, 0.01, 9).with_vertical(noise(70 + k, 300, 0.01, 5).scaled(0.25))
+        for k in range(4)
+    ]
+    pulses = [
+        as_ground(Pulse(wavelet=wavelet, a_p=GRAVITY, T_p=period))
+        for wavelet in ("symmetric_ricker", "antisymmetric_ricker")
+        for period in (0.4, 1.0, 2.5)
+    ]
+    return [*found, *pulses, pulses[1].with_vertical(pulses[4].scaled(0.25))]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The scenarios, and what both kernels make of them."""
+
+    ground: Index
+    frame: Index
+    scale: Float
+    lanes: Scenarios
+
+    def scalar(self, factor: float = 1.0) -> tuple[NDArray[np.int8], Float]:
+        """Verdicts and summaries of the scalar kernel, the scales times a factor."""
+        verdicts = np.empty(COUNT, dtype=np.int8)
+        summaries = np.empty((COUNT, kernel.SUMMARY_SIZE))
+        constants = np.array(
+            [(f.slenderness, f.effective_frequency_parameter, f.restitution) for f in FRAMES]
+        )
+        for k, motion in enumerate(motions()):
+            some = np.flatnonzero(self.ground == k)
+            verdict = np.empty(some.size, dtype=np.int8)
+            summary = np.empty((some.size, kernel.SUMMARY_SIZE))
+            slenderness, frequency, restitution = np.ascontiguousarray(
+                constants[self.frame[some]].T
+            )
+            kernel.integrate_many(
+                motion.coefficients / GRAVITY,
+                vertical_in_g(motion),
+                motion.time_step,
+                motion.start_time,
+                factor * self.scale[some],
+                slenderness,
+                frequency,
+                restitution,
+                verdict,
+                summary,
+            )
+            verdicts[some], summaries[some] = verdict, summary
+        return verdicts, summaries
+
+
+@pytest.fixture(scope="module")
+def asked() -> Asked:
+    rng = np.random.default_rng(20)
+    ground = rng.integers(0, len(motions()), COUNT)
+    frame = rng.integers(0, len(FRAMES), COUNT)
+    slenderness = np.array([f.slenderness for f in FRAMES])
+    scale = np.minimum(slenderness[frame] * rng.uniform(0.8, 4.0, COUNT), 3.5)
+    return Asked(ground, frame, scale, respond_scenarios(motions(), FRAMES, ground, frame, scale))
+
+
+def relative(ours: Float, theirs: Float) -> Float:
+    return np.abs(ours - theirs) / np.maximum(np.abs(theirs), np.finfo(np.float64).tiny)
+
+
+def test_same_verdicts_and_times(asked: Asked) -> None:
+    verdict, summary = asked.scalar()
+    nearby, _ = asked.scalar(1.0 + 1e-13)
+    counts = np.bincount(verdict)
+    assert counts.min() > 500, "too few of one kind to tell anything"
+    np.testing.assert_array_equal(
+        asked.lanes.verdict[verdict == nearby], verdict[verdict == nearby]
+    )
+    np.testing.assert_allclose(
+        asked.lanes.uplift_time, summary[:, kernel.UPLIFT_TIME], rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        asked.lanes.overturning_time, summary[:, kernel.OVERTURNING_TIME], rtol=0, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(("field", "slot"), [("peak_rotation", 0), ("peak_velocity", 5)])
+def test_same_peaks(asked: Asked, field: str, slot: int) -> None:
+    _, summary = asked.scalar()
+    difference = relative(getattr(asked.lanes, field), summary[:, slot])
+    others = np.array(
+        [
+            relative(asked.scalar(factor)[1][:, slot], summary[:, slot])
+            for factor in (1.0 + 1e-13, 1.0 - 1e-13, 1.0 + 3e-13)
+        ]
+    )
+    well_posed = others.max(axis=0) < 1e-11
+    assert well_posed.sum() > 0.75 * COUNT
+    assert difference[well_posed].max() < 1e-10
+    assert np.median(difference) < 1e-12
+    assert (difference > 1e-9).sum() < 1.5 * (others[2] > 1e-9).sum()
+
+
+def test_same_impacts(asked: Asked) -> None:
+    _, summary = asked.scalar()
+    same = asked.lanes.impacts == summary[:, kernel.IMPACTS]
+    assert same.mean() > 0.995
