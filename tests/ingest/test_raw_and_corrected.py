@@ -58,3 +58,19 @@ def test_agree_less_without_the_sensor_delay(shared_records: Path, channel: int)
     ours, theirs = pair(shared_records, channel)
     ours = ours[: theirs.acceleration.size]
     assert 0.993 < np.corrcoef(ours, theirs.acceleration)[0, 1] < 0.997
+
+
+@pytest.mark.parametrize(("channel", "code"), [(0, "HNE"), (1, "HNN"), (2, "HNZ")])
+def test_one_recording_from_two_archives(shared_records: Path, channel: int, code: str) -> None:
+    """CI.CLC as miniSEED with StationXML, and as V1 with a nominal sensitivity: one gain apart."""
+    counted = read_file(shared_records / "formats" / "miniseed" / f"CI.CLC..{code}.mseed")[0]
+    nominal = read_file(shared_records / "ridgecrest2019" / "CICLC.v1")[channel]
+    later = 19503  # samples: 03:19:23.0383 after 03:16:08.0, stated to a tenth of a second
+    one = nominal.acceleration[later:]
+    other = counted.acceleration[: one.size]
+    one, other = one - one.mean(), other - other.mean()
+    largest = np.abs(one).max()
+    assert 0.0030 < np.abs(one - other).max() / largest < 0.00302
+    gain = float(one @ other / (other @ other))
+    assert gain == pytest.approx(1.00302, abs=1e-5)
+    assert np.abs(one - gain * other).max() / largest < 3e-6
