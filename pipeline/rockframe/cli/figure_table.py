@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
+from rockframe.cli import pulse_figures
 from rockframe.cli.arguments import records_file
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     frame = _structure(options)
     with records_file(options) as (given, status), tempfile.TemporaryDirectory() as folder:
         with open_records(given) as file:
-            names = _chosen(options, file)
+            names = chosen(options, file)
             if len(names) > _MOST_RECORDS:
                 raise ParameterError(
                     f"Invalid number of records, {len(names)}. Must be at most {_MOST_RECORDS}: "
@@ -84,7 +85,7 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
         with open_response(response_file) as response:
             histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]
     accelerations = {record.record_id: record.acceleration for record in records}
-    titles = {record.record_id: _title(record) for record in records}
+    titles = {record.record_id: title_of(record) for record in records}
     drawn = draw_response_grid(accelerations, histories, titles, vertical=options.vertical)
     return drawn, 1 if missing else status
 
@@ -128,9 +129,12 @@ FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
     {
         "5": Entry("size of the equivalent column", _draw_5),
         "7": Entry("largest restitution", _draw_7),
+        "8": Entry("records and the pulses in them", pulse_figures.draw_8),
         "11": Entry("histories under records", _draw_11),
         "moment-rotation": Entry("restoring moment and the part reached", _draw_moment_rotation),
         "phase-portrait": Entry("rate over rotation, impacts, barrier", _draw_phase_portrait),
+        "scalogram": Entry("wavelet transform of a record", pulse_figures.draw_scalogram),
+        "match-index": Entry("match index against period", pulse_figures.draw_match_curves),
         "joints": Entry("friction demand and vertical forces", _draw_joints),
     }
 )
@@ -158,13 +162,13 @@ def _pair(options: argparse.Namespace) -> _Pair:
             f"Invalid number of records, {len(options.record)}. Must be one for this figure."
         )
     with records_file(options) as (given, status), open_records(given) as file:
-        record = _furthest(file, _chosen(options, file), frame)
+        record = _furthest(file, chosen(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None
     return _Pair(record, frame, motion, status)
 
 
-def _chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:
+def chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:
     """Names of the horizontal records, or of those that were asked for."""
     from rockframe.errors import ParameterError
     from rockframe.stages.common import horizontal
@@ -197,7 +201,8 @@ def _structure(options: argparse.Namespace) -> RockingFrame:
     return choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)[0]
 
 
-def _title(record: Record) -> str:
+def title_of(record: Record) -> str:
+    """Return the names of event and record, in two lines."""
     from rockframe.paper import paper_record_of
 
     printed = paper_record_of(record.source_file)

@@ -8,6 +8,7 @@ from typing import Final
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
@@ -24,6 +25,7 @@ LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 #: histories of those that stand.
 DRAWN_TO: Final = 1.3
 
+_PERIOD_TICKS: Final = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 
 
@@ -52,3 +54,10 @@ def times_gravity(acceleration: ArrayLike) -> ArrayLike:
 def over_gravity(acceleration: ArrayLike) -> ArrayLike:
     """Return accelerations in g of those in m s-2."""
     return np.asarray(acceleration) / GRAVITY
+
+
+def period_ticks(axis: Axis, low: float, high: float) -> None:
+    """Set plain ticks on a logarithmic axis of periods [s]."""
+    ticks = [tick for tick in _PERIOD_TICKS if low <= 1.001 * tick and tick <= 1.001 * high]
+    axis.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axis.minorticks_off()

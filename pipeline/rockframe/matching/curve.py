@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,9 @@ from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import require_record
 
 Float = NDArray[np.float64]
+
+#: Times in a period, so that a curve is within 0.1 % of the maxima.
+_FINENESS: Final = 24
 
 
 def match_curve(
@@ -51,7 +56,7 @@ def match_curve(
     low, high = period_range(samples.size, time_step, options)
     signal = prepared(samples, time_step, options, high)
     periods = ladder(low, high)
-    found = search(signal, periods, options.wavelets, options.half_cycles)
+    found = search(signal, periods, options.wavelets, options.half_cycles, _FINENESS)
     return periods, {
         name: np.sqrt(np.minimum(1.0, heights.power[0].max(axis=1) / signal.energy))
         for name, heights in found.items()

@@ -77,7 +77,11 @@ def ladder(low: float, high: float, per_octave: int = PERIODS_PER_OCTAVE) -> Flo
 
 
 def search(
-    signal: Signal, periods: Float, wavelets: Sequence[str], half_cycles: Sequence[float]
+    signal: Signal,
+    periods: Float,
+    wavelets: Sequence[str],
+    half_cycles: Sequence[float],
+    fineness: int = _SAMPLES_PER_PERIOD,
 ) -> dict[str, Heights]:
     """Return the largest coefficients of each wavelet over periods and half-cycle numbers.
 
@@ -91,10 +95,12 @@ def search(
         Names of wavelets.
     half_cycles : sequence of float
         Numbers to be searched, of wavelets that have one.
+    fineness : int
+        Times at which the coefficients are wanted, in the shortest period of an octave.
     """
     spans = [(span, number) for span in _spans(wavelets) for number in _numbers(span, half_cycles)]
     found: dict[str, list[Float]] = {name: [] for name in wavelets}
-    for octave in octaves(signal, periods):
+    for octave in octaves(signal, periods, fineness):
         columns: dict[str, list[Float]] = {name: [] for name in wavelets}
         for span, number in spans:
             products = correlations(octave, span, number)[..., : octave.within]
@@ -138,14 +144,14 @@ class Octave:
     of_velocity: bool
 
 
-def octaves(signal: Signal, periods: Float) -> Iterator[Octave]:
+def octaves(signal: Signal, periods: Float, fineness: int) -> Iterator[Octave]:
     """Cut the periods into octaves, and for each the signal down to what its wavelets see."""
     numbers = np.floor(np.log2(periods / periods[0]) + 1e-9).astype(int)
     for number in range(int(numbers[-1]) + 1):
         chosen = periods[numbers == number]
         if chosen.size == 0:
             continue
-        wanted = padded_size(math.ceil(_SAMPLES_PER_PERIOD * signal.period / float(chosen[0])))
+        wanted = padded_size(math.ceil(fineness * signal.period / float(chosen[0])))
         count = min(wanted, signal.padded)
         highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(chosen[-1]))
         bins = min(count // 2, highest)

@@ -30,6 +30,9 @@ from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
 from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
+from rockframe.results.pulse_pictures import match_curve_dataset as match_curve_dataset
+from rockframe.results.pulse_pictures import pulse_dataset as pulse_dataset
+from rockframe.results.pulse_pictures import scalogram_dataset as scalogram_dataset
 from rockframe.results.pulse_rows import pulse_rows as pulse_rows
 from rockframe.results.pulses import write_pulses as write_pulses
 from rockframe.results.recorded import RecordsFile as RecordsFile

@@ -16,7 +16,7 @@ from rockframe.matching import best_match, match_pulse, scalogram
 from rockframe.wavelets import RICKERS, Pulse
 
 TIME = 0.01 * np.arange(1001, dtype=np.float64)
-EXPECTED = json.loads((Path(__file__).parent / "expected" / "f_wavelet.json").read_text())
+EXPECTED = json.loads((Path(__file__).parents[1] / "expected" / "f_wavelet.json").read_text())
 OTHER = {
     "symmetric_ricker": "antisymmetric_ricker",
     "antisymmetric_ricker": "symmetric_ricker",

@@ -1,0 +1,122 @@
+"""The figures of pulses that `rockframe figure` draws."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from rockframe.figures import Captioned
+    from rockframe.matching import MatchOptions, PulseMatch
+    from rockframe.record import Record
+
+#: The records of the paper's Figure 8, as its Table 1 names them, and the wavelet of each.
+_PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymmetric_ricker"}
+#: A page of more records than these could not be read.
+_MOST_RECORDS: Final = 6
+
+
+def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the paper's two records, those that were asked for, or the two that fit best."""
+    from rockframe.cli.figure_table import title_of
+    from rockframe.errors import ParameterError
+    from rockframe.figures import draw_record_and_pulse
+    from rockframe.results import pulse_dataset
+
+    records, status = _records(options)
+    if options.record and len(records) > _MOST_RECORDS:
+        raise ParameterError(
+            f"Invalid number of records, {len(records)}. Must be at most {_MOST_RECORDS}."
+        )
+    matches = [_rickers(record, matching) for record, matching in records]
+    chosen = _asked(matches) if options.record else _shown([r for r, _ in records], matches)
+    datasets = [pulse_dataset(records[i][0], matches[i][wavelet]) for i, wavelet in chosen]
+    titles = {record.record_id: title_of(record).replace("\n", ", ") for record, _ in records}
+    return draw_record_and_pulse(datasets, titles), status
+
+
+def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the transform by the better of the two Ricker wavelets."""
+    from rockframe.figures import draw_scalogram as draw
+    from rockframe.matching import best_ricker
+    from rockframe.results import scalogram_dataset
+
+    (record, matching), status = _clearest(options)
+    matches = _rickers(record, matching)
+    return draw(scalogram_dataset(record, matches[best_ricker(matches)], matching)), status
+
+
+def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the match index of all wavelets against period."""
+    from rockframe.figures import draw_match_curves as draw
+    from rockframe.matching import match_pulses
+    from rockframe.results import match_curve_dataset
+
+    (record, matching), status = _clearest(options)
+    matches = match_pulses(record.acceleration, record.time_step, matching)
+    return draw(match_curve_dataset(record, matches, matching)), status
+
+
+def _records(
+    options: argparse.Namespace,
+) -> tuple[list[tuple[Record, MatchOptions]], int]:
+    """The records that were asked for, each with the periods that may be searched."""
+    from rockframe.cli.arguments import records_file
+    from rockframe.cli.figure_table import chosen
+    from rockframe.matching import FindOptions
+    from rockframe.results import open_records
+    from rockframe.stages import usable
+
+    with records_file(options) as (path, status), open_records(path) as file:
+        return [
+            (file.read(name), usable(name, file, FindOptions()).matching)
+            for name in chosen(options, file)
+        ], status
+
+
+def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, MatchOptions], int]:
+    """The one record that was asked for, or the one that a Ricker wavelet explains best."""
+    from rockframe.errors import ParameterError
+    from rockframe.matching import best_ricker
+
+    records, status = _records(options)
+    if options.record and len(records) > 1:
+        raise ParameterError(
+            f"Invalid number of records, {len(records)}. Must be one for this figure."
+        )
+
+    def index(pair: tuple[Record, MatchOptions]) -> float:
+        matches = _rickers(*pair)
+        return matches[best_ricker(matches)].match_index
+
+    return max(records, key=index) if len(records) > 1 else records[0], status
+
+
+def _rickers(record: Record, matching: MatchOptions) -> dict[str, PulseMatch]:
+    from dataclasses import replace
+
+    from rockframe.matching import match_pulses
+    from rockframe.wavelets import RICKERS
+
+    alone = replace(matching, wavelets=tuple(RICKERS))
+    return match_pulses(record.acceleration, record.time_step, alone)
+
+
+def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+    from rockframe.matching import best_ricker
+
+    return [(i, best_ricker(found)) for i, found in enumerate(matches)]
+
+
+def _shown(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+    """The paper's two records if both are there; else the best one for each wavelet."""
+    from rockframe.paper import paper_record_of
+
+    printed = [paper_record_of(record.source_file) for record in records]
+    named = {paper.record: i for i, paper in enumerate(printed) if paper is not None}
+    if all(name in named for name in _PAPER):
+        return [(named[name], wavelet) for name, wavelet in _PAPER.items()]
+    return [
+        (max(range(len(matches)), key=lambda i: matches[i][wavelet].match_index), wavelet)
+        for wavelet in _PAPER.values()
+    ]

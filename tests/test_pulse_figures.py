@@ -1,0 +1,70 @@
+"""Figures of pulses: what is drawn is what the formulas give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rockframe.figures import draw_match_curves, draw_record_and_pulse, draw_scalogram
+from rockframe.matching import MatchOptions, PulseMatch, match_pulses
+from rockframe.record import Record
+from rockframe.results import match_curve_dataset, pulse_dataset, scalogram_dataset
+from rockframe.wavelets import Pulse
+
+TIME = 0.01 * np.arange(1200, dtype=np.float64)
+PLANTED = Pulse(wavelet="antisymmetric_ricker", a_p=3.0, T_p=0.9, time=5.0)
+OPTIONS = MatchOptions()
+
+
+@pytest.fixture(scope="module")
+def record() -> Record:
+    noise = 0.2 * np.sin(25.0 * TIME) * np.exp(-(((TIME - 6.0) / 2.0) ** 2))
+    return Record(
+        record_id="shake", acceleration=PLANTED.acceleration(TIME) + noise, time_step=0.01
+    )
+
+
+@pytest.fixture(scope="module")
+def matches(record: Record) -> dict[str, PulseMatch]:
+    return match_pulses(record.acceleration, record.time_step, OPTIONS)
+
+
+def test_figure_8_draws_the_record_and_its_pulse(
+    record: Record, matches: dict[str, PulseMatch]
+) -> None:
+    match = matches["antisymmetric_ricker"]
+    drawn = draw_record_and_pulse([pulse_dataset(record, match)], {"shake": "Shake"})
+    thin, heavy = drawn.figure.axes[0].get_lines()
+    seen = np.isin(record.time, np.asarray(thin.get_xdata()))
+    np.testing.assert_array_equal(thin.get_ydata(), record.acceleration[seen] / 9.81)
+    x = 2.0 * np.pi * (np.asarray(heavy.get_xdata()) - match.pulse.time)
+    x /= np.sqrt(3.0) * match.pulse.T_p
+    formula = match.pulse.a_p / 1.380119 * (x**2 - 3.0) * x * np.exp(-0.5 * x**2) / 9.81
+    np.testing.assert_allclose(np.asarray(heavy.get_ydata()), formula, atol=1e-6)
+    assert f"T_p = {match.pulse.T_p:.3f} s" in drawn.caption
+
+
+def test_scalogram_is_darkest_where_the_cross_is(
+    record: Record, matches: dict[str, PulseMatch]
+) -> None:
+    dataset = scalogram_dataset(record, matches["antisymmetric_ricker"], OPTIONS)
+    picture = dataset["match_index"].values
+    row, column = np.unravel_index(picture.argmax(), picture.shape)
+    drawn = draw_scalogram(dataset)
+    x, y = np.asarray(drawn.figure.axes[0].get_lines()[0].get_xydata())[0]
+    assert x == pytest.approx(float(dataset["time"][column]), abs=0.02)
+    assert y == pytest.approx(float(dataset["period"][row]), rel=0.03)
+    assert picture.max() == pytest.approx(float(dataset["best_match"]), rel=0.01)
+
+
+def test_best_matches_lie_on_top_of_their_curves(
+    record: Record, matches: dict[str, PulseMatch]
+) -> None:
+    dataset = match_curve_dataset(record, matches, OPTIONS)
+    lines = draw_match_curves(dataset).figure.axes[0].get_lines()
+    assert len(lines) == 8
+    for curve, dot in zip(lines[::2], lines[1::2], strict=True):
+        heights = np.asarray(curve.get_ydata())
+        assert heights.max() == pytest.approx(float(np.asarray(dot.get_ydata())[0]), rel=2e-3)
+        best = np.asarray(curve.get_xdata())[heights.argmax()]
+        assert best == pytest.approx(float(np.asarray(dot.get_xdata())[0]), rel=0.08)
