@@ -30,6 +30,8 @@ class Column:
         What a number is multiplied by for its unit.
     minor : bool
         Left out where the page is narrow.
+    wraps : bool
+        Its text may take more than one line.
     """
 
     key: str
@@ -38,6 +40,7 @@ class Column:
     decimals: int | None = None
     factor: float = 1.0
     minor: bool = False
+    wraps: bool = False
 
     def cell(self, row: Mapping[str, str]) -> str:
         """Return what is shown; a dash for what is not known.
@@ -64,14 +67,14 @@ class Column:
 
 #: All that can be shown, the answer first; `margin` as soon as the table has it.
 COLUMNS: Final = (
-    Column("record", "Record"),
+    Column("record", "Record", wraps=True),
     Column("structure", "Structure"),
     Column("verdict", "Verdict"),
     Column("margin", "Margin", "", 2),
     Column("peak_rotation_ratio", "θ/α", "", 3),
     Column("u_max_m", "u", "cm", 1, 100.0, minor=True),
     Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
-    Column("event", "Earthquake", minor=True),
+    Column("event", "Earthquake", minor=True, wraps=True),
     Column("magnitude", "M", "", 1, minor=True),
     Column("epicentral_distance_km", "R", "km", 1, minor=True),
     Column("pga_g", "PGA", "g", 2, minor=True),

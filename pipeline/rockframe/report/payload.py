@@ -65,8 +65,8 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     run : Run
         The run.
     limit : int
-        How many at most. If there are more: those that stand with the largest rotation first, then
-        those that overturned, then those that never uplifted.
+        How many at most. If there are more: those that stand or are undecided with the largest
+        rotation first, then those that overturned, then those that never uplifted.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     """
 
     def rank(row: Mapping[str, str]) -> tuple[int, float]:
-        kind = {"safe": 0, "overturned": 1}.get(row["verdict"], 2)
+        kind = {"undecided": 0, "safe": 0, "overturned": 1}.get(row["verdict"], 2)
         return kind, -float(row["peak_rotation_ratio"])
 
     held = {

@@ -1,6 +1,7 @@
 // One history of the run: the player with its motion, and what is said of it.
 function said({ pair }) {
   if (pair.verdict === "overturned") return `overturns at ${pair.overturning.toFixed(1)} s`;
+  if (pair.verdict === "undecided") return "is near its limit: a little more or less decides";
   if (pair.verdict === "no_uplift") return "does not uplift";
   return `rocks to ${pair.peak.toFixed(3)} of its slenderness and stands`;
 }
@@ -39,6 +40,7 @@ class Detail {
     at("passport-verdict").className = `badge ${ground.passport}`;
     at("checks").replaceChildren(...ground.checks.map(([name, value, limit, verdict]) =>
       element("tr", { class: verdict }, element("th", { scope: "row" }, name),
-        element("td", {}, value), element("td", {}, limit), element("td", {}, verdict))));
+        element("td", {}, value), element("td", {}, limit),
+        element("td", {}, verdict.replace("_", " ")))));
   }
 }

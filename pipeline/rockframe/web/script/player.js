@@ -26,7 +26,7 @@ class Player {
     for (const [name, printing] of [["beforeprint", true], ["afterprint", false]]) {
       addEventListener(name, () => {
         document.documentElement.classList.toggle("printing", printing);
-        redraw();
+        this.plots?.print(printing);
       });
     }
   }

@@ -3,6 +3,9 @@
 const DRAWN_TO = 1.3;
 const VISIBLE = 0.005;
 const MARGIN = 3;
+// Width on a sheet of A4 beside the frame, and height over that on the screen.
+const SHEET_WIDTH = 450;
+const SHEET_HEIGHT = 0.72;
 
 const colour = (name) => () =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -104,13 +107,21 @@ function linkedPlots(motion, onCursor) {
     host.plot = new uPlot(options(panel, number, host.clientWidth), dataOf(panel), host);
     plots.push(host.plot);
   });
-  const observer = new ResizeObserver(() => {
-    for (const plot of plots) {
-      const width = plot.root.parentElement.clientWidth;
-      if (width > 0 && width !== plot.width) plot.setSize({ width, height: plot.height });
-    }
-    place();
-  });
+  let printing = false;
+  function fit() {
+    plots.forEach((plot, number) => {
+      const width = printing ? SHEET_WIDTH : plot.root.parentElement.clientWidth;
+      const height = (printing ? SHEET_HEIGHT : 1) * list[number].height;
+      if (width > 0 && (width !== plot.width || height !== plot.height)) plot.setSize({ width, height });
+    });
+    queueMicrotask(place);
+  }
+  function print(begins) {
+    printing = begins;
+    fit();
+    plots.forEach((plot) => plot.redraw(false));
+  }
+  const observer = new ResizeObserver(fit);
   observer.observe(document.getElementById("graphs"));
 
   const end = () => motion.time[motion.time.length - 1];
@@ -140,7 +151,7 @@ function linkedPlots(motion, onCursor) {
   const showRocking = () => show(motionWindow(motion, ratio));
   showRocking();
   return {
-    show, showRocking, zoom, update,
+    show, showRocking, zoom, update, print,
     all: () => show([0, end()]),
     window: () => [plots[0].scales.x.min, plots[0].scales.x.max],
     move: (index) => { point = index; place(); },
