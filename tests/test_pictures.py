@@ -1,0 +1,56 @@
+"""Figures beside pictures of them that somebody has looked at, on the platform that drew those.
+
+Elsewhere fonts and rasterisers differ; there the curves are held by test_figures.py. After a change
+that is meant, ROCKFRAME_PICTURES=draw draws them anew; look at each.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from rockframe.cli.figure_table import FIGURES
+from rockframe.cli.main import main
+from rockframe.wavelets import Pulse
+
+PICTURES: Final = Path(__file__).parent / "pictures"
+#: Root mean square of the differences of all pixels and colours, of 255.
+TOLERANCE: Final = 1.0
+HERE: Final = f"{platform.system()} {platform.machine()}, matplotlib {version('matplotlib')}\n"
+DRAW: Final = os.environ.get("ROCKFRAME_PICTURES") == "draw"
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One record that nobody's archive changes: a pulse."""
+    home = tmp_path_factory.mktemp("records")
+    pulse = Pulse(wavelet="antisymmetric_ricker", a_p=0.45, T_p=1.0, time=3.0)
+    samples = pulse.acceleration(0.01 * np.arange(801))
+    np.savetxt(home / "motion.csv", samples, fmt="%.8f")
+    words = ["--units", "g", "--time-step", "0.01", "--workers", "0"]
+    assert main(["ingest", str(home / "motion.csv"), *words, "--output", f"{home}/records.nc"]) == 0
+    return home / "records.nc"
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_looks_as_it_did(name: str, records: Path, tmp_path: Path) -> None:
+    if not DRAW and (PICTURES / "drawn-by.txt").read_text(encoding="utf-8") != HERE:
+        pytest.skip("the pictures were drawn on another platform")
+    known = PICTURES / f"figure-{name}.png"
+    if not DRAW and not known.is_file():
+        pytest.skip("nobody has kept a picture of this figure")
+    drawn = tmp_path / "figure.png"
+    assert main(["figure", name, "--records", str(records), "--output", str(drawn)]) == 0
+    if DRAW:
+        known.write_bytes(drawn.read_bytes())
+        (PICTURES / "drawn-by.txt").write_text(HERE, encoding="utf-8")
+    wanted, found = (np.asarray(imread(path), dtype=np.float64) for path in (known, drawn))
+    assert found.shape == wanted.shape
+    assert 255.0 * np.sqrt(np.mean((found - wanted) ** 2)) <= TOLERANCE
