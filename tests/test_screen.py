@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -77,7 +79,7 @@ def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> No
     """Batches of several motions, and of a part of the scales of one."""
     records = stored(site(6 if len(scales) == 1 else 1), tmp_path)
     files = set()
-    for engine in (OneProcess(), ProcessPool(2, patience=0.0), ProcessPool(3, patience=0.0)):
+    for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
         output = tmp_path / "screen.nc"
         screen_stage(
             records,
@@ -121,6 +123,28 @@ def test_interrupted_run_leaves_batches_and_goes_on(
     assert total - 4 <= len(calls) - begun <= total - 2
     assert output.read_bytes() == (tmp_path / "whole.nc").read_bytes()
     assert not list(tmp_path.glob(".screen-*"))
+
+
+def test_killed_worker_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    records = stored(site(1), tmp_path)
+    options: dict[str, Any] = {"scales": np.linspace(0.5, 2.0, 4000), "margins": False}
+    screen_stage(records, tmp_path / "whole.nc", **options, engine=OneProcess())
+    workers: list[subprocess.Popen[bytes]] = []
+
+    def started(*words: Any, **how: Any) -> subprocess.Popen[bytes]:
+        workers.append(subprocess.Popen(*words, **how))
+        return workers[-1]
+
+    def kill(done: int, _: int) -> None:
+        if done == 3:
+            workers[0].kill()
+
+    module = SimpleNamespace(Popen=started, PIPE=subprocess.PIPE)
+    monkeypatch.setattr("rockframe.engines.pool.subprocess", module)
+    engine = ProcessPool(2, patience=0.0)
+    screen_stage(records, tmp_path / "screen.nc", **options, engine=engine, progress=kill)
+    assert len(workers) == 3
+    assert (tmp_path / "screen.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 
 def test_batches_of_other_inputs_are_not_taken(
