@@ -170,7 +170,10 @@ def sample_files(samples: int) -> dict[str, bytes]:
     fixed = [f"{a:.6f}".replace("0.", ".", 1).rjust(9) for a in noise]
     v1 = (bundled_records() / "Ridgecrest2019-CCC.V1").read_bytes().split(b"\r\n")[:28]
     v1[10] = v1[10].replace(b"10000", b"%5d" % samples)
+    v1[10] = v1[10].replace(b"Length =100.000", b"Length =%7.3f" % (samples / 100))
+    v1[11] = b"Units of uncor data are sec and g."
     v1[13:20] = [b"".join([b"    0"] * 16)] * 7
+    v1[20:27] = [b"      .000" * 8] * 7
     v1[27] = v1[27].replace(b"10000", b"%5d" % samples)
     v1 += ["".join(fixed[i : i + 8]).encode() for i in range(0, samples, 8)] + [b"/&", b""]
     counts = [f"{round(1e6 * a):9d}" for a in noise]

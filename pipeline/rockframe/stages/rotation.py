@@ -10,7 +10,7 @@ import numpy as np
 
 from rockframe.components import HorizontalPair, Rotation, motion_of, pair_horizontals, rotate, rotd
 from rockframe.errors import InputError
-from rockframe.record import Record
+from rockframe.record import Orientation, Record
 from rockframe.results import Entry, RecordsFile
 from rockframe.signals import Passport, integrate
 from rockframe.stages.intake import Intake, checked
@@ -33,10 +33,13 @@ def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, 
         By variable, a number a record: RotD50 and RotD100 of PGA [m s-2] and PGV [m s-1], and the
         azimuth of the largest acceleration [degree]; NaN for verticals and what is of no pair.
     """
+    source = recorded or file
+    across = dict(zip(source.names, source.orientations, strict=True))
     of_motion = {
         motion_of(pair.first): _swept(pair)
-        for records in _motions(recorded or file)
-        for pair in pair_horizontals(records)[0]
+        for names in _motions(source)
+        if sum(across[name] is Orientation.HORIZONTAL for name in names) == 2
+        for pair in pair_horizontals(map(source.read, names))[0]
     }
     found = [
         {} if record.orientation.upright else of_motion.get(motion_of(record), {})
@@ -69,7 +72,8 @@ def rotated(
     corrected = {one.record_id for one in intake.accepted if one.corrected_here}
     intake.accepted.clear()
     intake.entries[:] = [row for row in intake.entries if row.record_id not in recorded]
-    for records in _motions(file):
+    for names in _motions(file):
+        records = [file.read(name) for name in names]
         pairs, unpaired = pair_horizontals(records)
         for one in unpaired:
             row = recorded[one.record_id]
@@ -120,10 +124,9 @@ def _swept(pair: HorizontalPair) -> dict[str, float]:
     }
 
 
-def _motions(file: RecordsFile) -> Iterator[list[Record]]:
-    """The records of each motion, in the order of the first ones."""
+def _motions(file: RecordsFile) -> list[list[str]]:
+    """The identifiers of the records of each motion, in the order of the first ones."""
     names: defaultdict[Hashable, list[str]] = defaultdict(list)
     for record in file:
         names[motion_of(record)].append(record.record_id)
-    for of_motion in names.values():
-        yield [file.read(name) for name in of_motion]
+    return list(names.values())
