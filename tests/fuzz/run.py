@@ -28,11 +28,28 @@ def good_files() -> Iterator[bytes]:
     damage = import_module("damage")
     v1 = "\r\n".join(import_module("conftest").v1_channel()).encode()
     yield from (damage.good_at2(), damage.good_table(), b"0.1\n-0.2\n0.3\n", v1)
+    yield from small_files()
     folders = (ROOT / "records" / "ridgecrest2019", ROOT.parent / "shared" / "records" / "formats")
     for folder in folders:
         for path in sorted(folder.rglob("*")):
             if path.is_file():
                 yield path.read_bytes()
+
+
+def small_files() -> Iterator[bytes]:
+    """Files of the archives' formats with a few samples: what is small is fed often."""
+    names = ("afad", "cosmos", "csmip_v2", "esm", "geonet", "knet", "sac", "smc")
+    tests = {name: import_module(f"test_{name}") for name in names}
+    yield tests["afad"].afad().encode("latin-1")
+    yield tests["cosmos"].cosmos(tests["cosmos"].channel())
+    counts = tests["cosmos"].channel((1.0, -3.0), stage=0, units="counts (50)", reals={34: 0.005})
+    yield tests["cosmos"].cosmos(counts)
+    yield tests["csmip_v2"].v2(tests["csmip_v2"].channel())
+    yield tests["esm"].esm().encode()
+    yield tests["geonet"].geonet()
+    yield tests["knet"].knet().encode()
+    yield tests["sac"].sac()
+    yield tests["smc"].joined(tests["smc"].smc())
 
 
 def seeds(target: str) -> list[bytes]:

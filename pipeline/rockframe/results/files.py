@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
 
+import netCDF4
 import numpy as np
 import xarray as xr
 
@@ -192,6 +193,8 @@ def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
         what = "a folder" if path.is_dir() else "no such file"
         raise InputError(path, f"{what}. Must be a {kind} file.")
     must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
+    # The default of 64 MB a variable would fill with samples that are read once.
+    netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     try:
         dataset = xr.open_dataset(path, engine="netcdf4")
     except _UNREADABLE as error:
