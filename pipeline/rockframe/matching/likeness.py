@@ -31,9 +31,10 @@ Float = NDArray[np.float64]
 #: The level of the verdict, and the fewest surrogates that can reach it.
 LEVEL: Final = 0.05
 _FEWEST: Final = 19
-#: The ladder and the half cycles of surrogates and, for the comparison, of the record too.
-_PER_OCTAVE: Final = 6
-_HALF_CYCLES: Final = 4
+#: The ladder, half cycles and times of surrogates and, for the comparison, of the record too.
+_PER_OCTAVE: Final = 5
+_HALF_CYCLES: Final = 3
+_FINENESS: Final = 6
 #: Surrogates that are searched together.
 _BATCH: Final = 10
 #: Width of the Gaussian that smooths the squared record into its envelope, over the time in which
@@ -252,7 +253,7 @@ def _indices(samples: Float, time_step: float, options: MatchOptions) -> dict[st
     signal: Signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()
     rungs = ladder(*periods, _PER_OCTAVE)
-    found = search(signal, rungs, options.wavelets, half_cycles)
+    found = search(signal, rungs, options.wavelets, half_cycles, _FINENESS)
     energy = np.einsum("ij,ij->i", signal.samples, signal.samples) * time_step
     indices = {}
     for name, heights in found.items():

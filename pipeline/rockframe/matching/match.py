@@ -200,12 +200,8 @@ def _best(
     rungs = [crest(signal, wavelet, *start) for start in _candidates(heights, options.weighting)]
     highest = max(rung.weighted for rung in rungs)
     close = _CLOSE_SHAPES if WAVELETS[wavelet].has_half_cycles else _CLOSE
-    found = [
-        refine(signal, rung, periods, (1.0, options.most_half_cycles))
-        for rung in rungs
-        if rung.weighted >= close * highest
-    ]
-    best = max(found, key=lambda refined: refined.weighted)
+    open_ones = [rung for rung in rungs if rung.weighted >= close * highest]
+    best = refine(signal, open_ones, periods, (1.0, options.most_half_cycles))
     number = best.half_cycles
     ends = (best.period / periods[0] - 1.0, 1.0 - best.period / periods[1])
     pulse = pulse_of(best, options.weighting)

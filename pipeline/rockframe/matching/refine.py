@@ -8,6 +8,7 @@ Taylor series of the products around a time nearby: Newton's method has one or t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,18 +21,30 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 #: Spectra of wavelets are summed up to this frequency times T_p; beyond it a Ricker wavelet is
-#: below 1e-16, and the tail of one with kinks, times that of a record, below 1e-3 of the product.
-_HIGHEST: Final = 16.0
+#: below 1e-16, and one with kinks has a tail that moves flat maxima by up to a percent.
+_HIGHEST: Final = 8.0
 #: Terms of the Taylor series over time, and how far it is trusted, over T_p.
 _TERMS: Final = 6
+_SIGNS: Final = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])
 _NEAR: Final = 0.06
+#: The same where all lines are summed: fewer terms, as those of high frequency grow fast.
+_WHOLE_TERMS: Final = 3
+_WHOLE_NEAR: Final = 1e-3
+_MOST_SHIFTS: Final = 30
 #: Steps of the differences over ln T_p and half cycles: first, and least; errors of T_p of 1e-8.
 _FIRST_STEP: Final = 4e-3
 _LAST_STEP: Final = 1e-4
 #: Longest move of Newton's method, and the one at which it has arrived.
-_LONGEST_MOVE: Final = 0.05
-_ARRIVED: Final = 1e-8
-_MOST_MOVES: Final = 30
+_LONGEST_MOVE: Final = 0.1
+_ARRIVED: Final = 1e-6
+#: A move that leads down is cut to a quarter so often.
+_MOST_CUTS: Final = 6
+#: Maxima with so much of the highest are polished, unless they differ by less than that.
+_OPEN: Final = 0.998
+_ALIKE: Final = 0.05
+#: After a move shorter than this the curvature is still good.
+_NEARBY: Final = 0.01
+_MOST_MOVES: Final = 40
 
 
 @dataclass(frozen=True)
@@ -52,6 +65,8 @@ class Refined:
         Square of the coefficient with its weight: what is largest.
     explained : float
         Energy of the signal that the wavelet explains.
+    lines : int
+        Lines of the spectrum that were summed.
     """
 
     wavelet: str
@@ -61,47 +76,99 @@ class Refined:
     factors: tuple[float, ...]
     weighted: float
     explained: float
+    lines: int
 
 
 def refine(
-    signal: Signal, start: Refined, periods: tuple[float, float], half_cycles: tuple[float, float]
+    signal: Signal,
+    starts: Sequence[Refined],
+    periods: tuple[float, float],
+    half_cycles: tuple[float, float],
 ) -> Refined:
-    """Climb from a point to the maximum near it, by Newton's method with differences.
+    """Climb from several points to the maxima near them, and return the highest.
 
     Parameters
     ----------
     signal : Signal
         What is searched.
-    start : Refined
-        What `crest` gives at a point of the grid.
+    starts : sequence of Refined
+        What `crest` gives at points of the grid.
     periods, half_cycles : tuple of float
         Bounds of the two.
     """
-    here, step = start, _FIRST_STEP
-    low = np.array([math.log(periods[0]), half_cycles[0]])
-    high = np.array([math.log(periods[1]), half_cycles[1]])
-    count = 1 if start.half_cycles is None else 2
-    low, high = low[:count], high[:count]
+    count = 1 if starts[0].half_cycles is None else 2
+    low = np.array([math.log(periods[0]), half_cycles[0]])[:count]
+    high = np.array([math.log(periods[1]), half_cycles[1]])[:count]
+    tops = [_climbed(signal, start, (low, high), _FIRST_STEP, None) for start in starts]
+    tops.sort(key=lambda top: -top[0].weighted)
+    if starts[0].half_cycles is None:
+        return tops[0][0]
+    # kinks: what is beyond the lines that were summed moves flat maxima by up to a percent
+    polished: list[Refined] = []
+    for top, bend in tops:
+        near = any(_alike(top, other) for other in polished)
+        if near or top.weighted < _OPEN * tops[0][0].weighted:
+            continue
+        whole = crest(
+            signal, top.wavelet, top.period, top.time, top.half_cycles, signal.spectrum.size
+        )
+        polished.append(_climbed(signal, whole, (low, high), _LAST_STEP, bend)[0])
+    return max(polished, key=lambda top: top.weighted)
+
+
+def _alike(one: Refined, other: Refined) -> bool:
+    """Whether two points are on one maximum, as far as can be told before it is polished."""
+    apart = np.abs(_variables(one) - _variables(other)).max()
+    return bool(apart < _ALIKE and abs(one.time - other.time) < _ALIKE * one.period)
+
+
+def _climbed(
+    signal: Signal,
+    start: Refined,
+    bounds: tuple[Float, Float],
+    step: float,
+    bend: Float | None,
+) -> tuple[Refined, Float | None]:
+    """The maximum near a point, and the last curvature; `bend` is one that is good already."""
+    here, latest = start, bend
     for _ in range(_MOST_MOVES):
         x = _variables(here)
-        move = _newton_move(signal, here, step, low, high)
-        there = _at(signal, here, np.clip(x + move, low, high))
-        if there.weighted < here.weighted:
-            if step == _LAST_STEP:
-                move *= 0.25
-                there = _at(signal, here, np.clip(x + move, low, high))
-            if there.weighted <= here.weighted and step == _LAST_STEP:
-                return here
+        move, latest = _newton_move(signal, here, step, bounds, bend)
+        there = _uphill_of(signal, here, move, bounds)
+        if there is None:
+            if step == _LAST_STEP and bend is None:
+                break
+            step, bend = max(_LAST_STEP, 0.2 * step), None
+            continue
         moved = float(np.abs(_variables(there) - x).max())
-        here = there if there.weighted >= here.weighted else here
+        here = there
         if moved < _ARRIVED and step == _LAST_STEP:
-            return here
-        step = min(step, max(_LAST_STEP, 0.1 * moved))
-    return here
+            break
+        step = max(_LAST_STEP, min(step, 0.1 * moved))
+        bend = latest if moved < _NEARBY else None
+    return here, latest
+
+
+def _uphill_of(
+    signal: Signal, here: Refined, move: Float, bounds: tuple[Float, Float]
+) -> Refined | None:
+    """The point that a move leads to, shortened until it leads up; none if it never does."""
+    x = _variables(here)
+    for _ in range(_MOST_CUTS):
+        there = _at(signal, here, np.clip(x + move, *bounds))
+        if there.weighted >= here.weighted:
+            return there
+        move = 0.25 * move
+    return None
 
 
 def crest(
-    signal: Signal, wavelet: str, period: float, time: float, half_cycles: float | None
+    signal: Signal,
+    wavelet: str,
+    period: float,
+    time: float,
+    half_cycles: float | None,
+    lines: int | None = None,
 ) -> Refined:
     """Return the best time near a given one, phase and amplitude of a wavelet of this period.
 
@@ -115,20 +182,26 @@ def crest(
         T_p and the time from which to climb [s].
     half_cycles : float or None
         Number of half cycles [1].
+    lines : int, optional
+        Lines of the spectrum to be summed; the same ones for all points that are compared, or a
+        line more or less would be a step.
     """
     velocity = signal.weighting.of_velocity
-    bins = min(signal.spectrum.size, math.floor(_HIGHEST * signal.period / period) + 1)
+    seen = math.floor(_HIGHEST * signal.period / period) + 1
+    bins = min(signal.spectrum.size, seen if lines is None else lines)
     nu = np.arange(bins, dtype=np.float64) * (period / signal.period)
     energies = part_energies(wavelet, half_cycles, velocity)
     spectra = part_spectra(wavelet, half_cycles, nu, velocity)
     matched = np.conj(np.stack(spectra)) * signal.spectrum[:bins]
-    for _ in range(_MOST_MOVES):
-        series = _taylor(matched, nu, time / period) * (2.0 * period / signal.period)
-        shift = _climb(series, energies, (-time / period, (signal.duration - time) / period))
+    terms, near = (_TERMS, _NEAR) if bins <= seen else (_WHOLE_TERMS, _WHOLE_NEAR)
+    for _ in range(_MOST_SHIFTS):
+        series = _taylor(matched, nu, time / period, terms) * (2.0 * period / signal.period)
+        ends = (-time / period, (signal.duration - time) / period)
+        shift = _climb(series, energies, (max(ends[0], -near), min(ends[1], near)))
         time += period * shift
-        if abs(shift) < _NEAR:
+        if abs(shift) < near:
             break
-    powers = shift ** np.arange(_TERMS)
+    powers = shift ** np.arange(terms)
     products = series @ powers
     explained = float((products**2 / (period * np.array(energies))).sum())
     return Refined(
@@ -139,39 +212,48 @@ def crest(
         tuple((products / (period * np.array(energies))).tolist()),
         explained * period ** (1.0 - 2.0 * signal.weighting.exponent),
         explained,
+        bins,
     )
 
 
-def _taylor(matched: Complex, nu: Float, tau: float) -> Float:
+def _taylor(matched: Complex, nu: Float, tau: float, terms: int) -> Float:
     """Coefficients of the products in powers of the time around tau, over T_p; (parts, terms)."""
     turned = matched * np.exp(2j * math.pi * tau * nu)
-    powers = np.empty((_TERMS, nu.size))
+    powers = np.empty((terms, nu.size))
     powers[0] = 1.0
-    for k in range(1, _TERMS):
-        powers[k] = powers[k - 1] * (2.0 * math.pi / k) * nu
-    # i^k: the real part of the even terms, minus the imaginary of the odd ones
-    real, imaginary = turned.real @ powers.T, turned.imag @ powers.T
-    columns = [real, -imaginary, -real, imaginary]
-    return np.stack([columns[k % 4][:, k] for k in range(_TERMS)], axis=1)
+    for k in range(1, terms):
+        np.multiply(powers[k - 1], (2.0 * math.pi / k) * nu, out=powers[k])
+    # i^k: the real part of the even terms, minus the imaginary of the odd ones, in turn
+    series = np.empty((matched.shape[0], terms))
+    series[:, 0::2] = np.ascontiguousarray(turned.real) @ powers[0::2].T
+    series[:, 1::2] = np.ascontiguousarray(turned.imag) @ powers[1::2].T
+    return np.asarray(series * _SIGNS[:terms])
 
 
 def _climb(series: Float, energies: tuple[float, ...], bounds: tuple[float, float]) -> float:
     """Time of the maximum of the sum of squares near 0, over T_p, no further than is trusted."""
-    total = sum(
-        np.polynomial.polynomial.polymul(row, row) / energy
-        for row, energy in zip(series, energies, strict=True)
-    )[:_TERMS]
-    low, high = max(bounds[0], -_NEAR), min(bounds[1], _NEAR)
-    slope = np.polynomial.polynomial.polyder(total)
-    bend = np.polynomial.polynomial.polyder(slope)
+    terms = series.shape[1]
+    total = np.zeros(2 * terms - 1)
+    for row, energy in zip(series, energies, strict=True):
+        total += np.convolve(row, row) / energy
+    slope = [k * c for k, c in enumerate(total[:terms].tolist())][1:]
+    bend = [k * c for k, c in enumerate(slope)][1:]
+    low, high = bounds
     x = 0.0
     for _ in range(8):
-        rise, curve = (float(np.polynomial.polynomial.polyval(x, p)) for p in (slope, bend))
-        move = -rise / curve if curve < 0.0 else math.copysign(_NEAR, rise)
+        rise, curve = _polynomial(slope, x), _polynomial(bend, x)
+        move = -rise / curve if curve < 0.0 else math.copysign(high - low, rise)
         x, last = min(max(x + move, low), high), x
         if abs(x - last) < 1e-14:
             break
     return x
+
+
+def _polynomial(coefficients: list[float], x: float) -> float:
+    value = 0.0
+    for coefficient in reversed(coefficients):
+        value = value * x + coefficient
+    return value
 
 
 def _variables(point: Refined) -> Float:
@@ -181,42 +263,44 @@ def _variables(point: Refined) -> Float:
 
 def _at(signal: Signal, near: Refined, x: Float) -> Refined:
     number = None if near.half_cycles is None else float(x[1])
-    return crest(signal, near.wavelet, math.exp(x[0]), near.time, number)
+    return crest(signal, near.wavelet, math.exp(x[0]), near.time, number, near.lines)
 
 
-def _newton_move(signal: Signal, here: Refined, step: float, low: Float, high: Float) -> Float:
-    """Move to the top of the parabola through neighbours; what a bound forbids stays."""
-    x = np.clip(_variables(here), low + step, high - step)  # so that the neighbours are within
+def _newton_move(
+    signal: Signal,
+    here: Refined,
+    step: float,
+    bounds: tuple[Float, Float],
+    bend: Float | None,
+) -> tuple[Float, Float]:
+    """Move to the top of the parabola through neighbours, and its curvature, unless it is known."""
+    low, high = bounds
+    start = _variables(here)
+    x = np.clip(start, low + step, high - step)  # so that the neighbours are within
+    axes = np.eye(x.size)
 
-    def height(*offset: float) -> float:
-        return math.log(max(_at(signal, here, x + step * np.array(offset)).weighted, 1e-300))
+    def height(offset: Float) -> float:
+        return math.log(max(_at(signal, here, x + step * offset).weighted, 1e-300))
 
-    if x.size == 1:
-        before, middle, after = height(-1.0), height(0.0), height(1.0)
-        slope = np.array([after - before]) / (2.0 * step)
-        bend = np.array([[after - 2.0 * middle + before]]) / step**2
-    else:
-        middle = height(0.0, 0.0)
-        left, right, down, up = height(-1, 0), height(1, 0), height(0, -1), height(0, 1)
-        corners = height(1, 1) + height(-1, -1) - left - right - down - up + 2.0 * middle
-        slope = np.array([right - left, up - down]) / (2.0 * step)
-        cross = 0.5 * corners / step**2
-        bend = np.array(
-            [
-                [(right - 2.0 * middle + left) / step**2, cross],
-                [cross, (up - 2.0 * middle + down) / step**2],
-            ]
-        )
+    after = np.array([height(axis) for axis in axes])
+    before = np.array([height(-axis) for axis in axes])
+    slope = (after - before) / (2.0 * step)
+    if bend is None:
+        middle = height(0.0 * axes[0])
+        bend = np.diag(after - 2.0 * middle + before) / step**2
+        if x.size == 2:
+            corners = height(axes[0] + axes[1]) + height(-axes[0] - axes[1])
+            cross = corners - after.sum() - before.sum() + 2.0 * middle
+            bend += 0.5 * cross / step**2 * (1.0 - axes)
     move = _uphill(slope, bend)
-    offset = x - _variables(here)
     target = np.clip(x + move, low, high)
-    held = (target != x + move) & (np.abs(slope) > 0.0)
+    held = target != x + move
     if held.any() and not held.all():  # slide along the bound
         free = ~held
         rest = slope[free] + bend[np.ix_(free, held)] @ (target - x)[held]
         move[free] = _uphill(rest, bend[np.ix_(free, free)])
         move[held] = (target - x)[held]
-    return move + offset
+    return move + x - start, bend
 
 
 def _uphill(slope: Float, bend: Float) -> Float:
