@@ -24,6 +24,7 @@ import numpy as np
 import pandas
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from tests.benchmarks import pulse_search
 
 from rockframe import Pulse, RockingFrame, bundled_records, read_file, respond
 from rockframe.ingest import read_bytes
@@ -254,7 +255,15 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True)
     output: Path = parser.parse_args().output
     results: dict[str, float] = {}
-    for part in (commands, kernel, continuous_pulse, parsing, ingesting):
+    for part in (
+        commands,
+        kernel,
+        continuous_pulse,
+        parsing,
+        ingesting,
+        pulse_search.family,
+        pulse_search.archive,
+    ):
         measured = part()
         results |= measured
         for name, value in measured.items():

@@ -1,6 +1,6 @@
 """Speed of the search for pulses, beside PyWavelets and a grid of phases, and of whole commands.
 
-Run alone: ``python tests/benchmarks/pulse_search.py``.
+Run alone: ``python -m tests.benchmarks.pulse_search [RECORDS]``.
 """
 
 from __future__ import annotations
