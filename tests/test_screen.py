@@ -229,6 +229,11 @@ def test_azimuths_turn_the_pairs(screen: Screen, tmp_path: Path) -> None:
     assert str(one["record_id"].item()) == turned.record_id
     assert float(one["pga"]) == float(np.abs(turned.acceleration).max())
     assert_allclose(float(one["peak_rotation_ratio"]), respond(frame, turned).peak_rotation_ratio)
+    at = found.sel(scale=1.0).isel(record=slice(3))
+    ratios = np.where(at["verdict"] == 2, math.inf, at["peak_rotation_ratio"])
+    for name, expected in (("00", ratios.min(axis=0)), ("100", ratios.max(axis=0))):
+        assert_array_equal(found[f"rotd{name}_peak_rotation_ratio"].values[0], expected)
+    assert found["recording"].size == 2
 
 
 def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ def show(output: Path, done: Screening, drawn: Sequence[Path], *, as_json: bool)
     """Print the screening as tables, or as JSON."""
     from rockframe.results import read_screening, screen_rows, screen_summary
 
-    screening = read_screening(output)
+    screening = read_screening(output, every_scale=False)
     summary = screen_summary(screening)
     if as_json:
         show_json(
@@ -41,6 +41,7 @@ def show(output: Path, done: Screening, drawn: Sequence[Path], *, as_json: bool)
         return
     _show_verdicts(screening)
     _show_ranking(screening)
+    _show_azimuths(screening)
     _show_fragility(summary)
     _show_rates(summary)
     _show_design(screening, summary)
@@ -85,6 +86,26 @@ def _show_ranking(screening: xr.Dataset) -> None:
         ["record", "mean rank>", *(f"{name}>" for name in structures)],
         cells,
     )
+
+
+def _show_azimuths(screening: xr.Dataset) -> None:
+    if "recording" not in screening:
+        return
+    parts = [screening[f"rotd{part}_peak_rotation_ratio"].values for part in ("00", "50", "100")]
+    rows = []
+    for i, recording in enumerate(screening["recording"].values[:_SHOWN]):
+        for k, structure in enumerate(screening["structure"].values):
+            name = str(recording) if k == 0 else ""
+            rows.append([name, str(structure), *(_turned(float(p[i, k])) for p in parts)])
+    show_table(
+        "θ/α over the azimuths of a recording: least, median, largest",
+        ["recording", "structure", "RotD00>", "RotD50>", "RotD100>"],
+        rows,
+    )
+
+
+def _turned(ratio: float) -> str:
+    return "overturned" if ratio == float("inf") else number(ratio, 3)
 
 
 def _ratio(row: dict[str, Any]) -> str:
@@ -197,7 +218,7 @@ def draw(output: Path, folder: Path) -> list[Path]:
     from rockframe.figures import draw_fragility, draw_peak_distribution, save_captioned
     from rockframe.results import read_screening
 
-    screening = read_screening(output)
+    screening = read_screening(output, every_scale=False)
     drawn = []
     for structure in screening["structure"].values:
         one = screening.sel(structure=structure)

@@ -16,7 +16,7 @@ Batch = TypeVar("Batch")
 Result = TypeVar("Result")
 
 #: What the start of a pool costs: Python, numba and the compiled kernels in each worker [s].
-_START: Final = 2.0
+_START: Final = 1.0
 
 
 class Engine(ABC):

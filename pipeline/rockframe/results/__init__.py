@@ -57,6 +57,7 @@ from rockframe.results.screen import read_screening as read_screening
 from rockframe.results.screen import scale_axis as scale_axis
 from rockframe.results.screen import structure_names as structure_names
 from rockframe.results.screen import write_screening as write_screening
+from rockframe.results.screen_facts import azimuth_variables as azimuth_variables
 from rockframe.results.screen_facts import demand_variables as demand_variables
 from rockframe.results.screen_facts import fragility_variables as fragility_variables
 from rockframe.results.screen_facts import margin_variables as margin_variables

@@ -160,13 +160,15 @@ def structure_names(frames: Sequence[RockingFrame]) -> xr.Variable:
     return texts("structure", [frame.name for frame in frames], "name of the structure")
 
 
-def read_screening(path: str | Path) -> xr.Dataset:
+def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     """Read the output of the screen stage.
 
     Parameters
     ----------
     path : str or Path
         Output of ``rockframe screen``.
+    every_scale : bool
+        Or verdicts and peaks at the reference scale alone: so many scales need no memory.
 
     Returns
     -------
@@ -187,4 +189,9 @@ def read_screening(path: str | Path) -> xr.Dataset:
     """
     with opened(Path(path), SCREEN) as dataset:
         known = dataset.drop_dims("obs", errors="ignore")
+        if not every_scale:
+            scale = float(known["reference_scale"])
+            at = int(np.flatnonzero(known["scale"].values == scale)[0])
+            one = {name: known[name].isel(scale=at, drop=True) for name in ("verdict", *_PEAKS)}
+            known = known.assign(one)
         return known.load().set_coords("record_id")

@@ -155,6 +155,34 @@ def demand_variables(
     }
 
 
+def azimuth_variables(names: Sequence[str], percentiles: Float) -> dict[str, xr.Variable]:
+    """Return the percentiles over azimuths of each recording.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Its first motion.
+    percentiles : array, shape (3, recordings, structures)
+        RotD00, RotD50 and RotD100 of |theta| / alpha [1]; infinite where it overturns.
+    """
+    words = ("the least over the azimuths", "their median", "the largest over the azimuths")
+    return {
+        "recording": texts("recording", names, "first motion of the recording"),
+        **{
+            f"{name}_peak_rotation_ratio": variable(
+                ("recording", "structure"),
+                values,
+                "1",
+                f"largest |theta| / slenderness at the reference scale, {said}",
+                comment="infinite: it overturns",
+            )
+            for name, values, said in zip(
+                ("rotd00", "rotd50", "rotd100"), percentiles, words, strict=True
+            )
+        },
+    }
+
+
 def fragility_variables(
     fits: Sequence[Mapping[str, Fragility]],
     better: Sequence[tuple[str, str]],

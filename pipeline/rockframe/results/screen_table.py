@@ -47,7 +47,9 @@ def screen_rows(screening: xr.Dataset) -> list[dict[str, Any]]:
         What `read_screening` returned.
     """
     reference = float(screening["reference_scale"])
-    at = screening.isel(scale=int(np.flatnonzero(screening["scale"].values == reference)[0]))
+    at = screening
+    if "scale" in screening["verdict"].dims:
+        at = screening.isel(scale=int(np.flatnonzero(screening["scale"].values == reference)[0]))
     columns = {name: at[name].values for name in at.variables}
     order = np.argsort(columns["mean_rank"], kind="stable")
     rows = []
@@ -159,7 +161,7 @@ def write_screen_table(screen_path: Path, path: Path) -> None:
     InputError
         If the screening cannot be read, or the table not written.
     """
-    rows = screen_rows(read_screening(screen_path))
+    rows = screen_rows(read_screening(screen_path, every_scale=False))
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(rows[0])

@@ -6,6 +6,7 @@ from rockframe.risk.comparison import compared_motions as compared_motions
 from rockframe.risk.distribution import Band as Band
 from rockframe.risk.distribution import demand_ranks as demand_ranks
 from rockframe.risk.distribution import observed_shares as observed_shares
+from rockframe.risk.distribution import over_azimuths as over_azimuths
 from rockframe.risk.distribution import peak_distribution as peak_distribution
 from rockframe.risk.distribution import wilson as wilson
 from rockframe.risk.fragility import Fragility as Fragility

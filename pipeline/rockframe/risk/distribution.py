@@ -79,6 +79,41 @@ def peak_distribution(
     return Band(share, np.minimum(low, least), np.maximum(high, most))
 
 
+def over_azimuths(
+    peaks: ArrayLike, clusters: ArrayLike, shares: ArrayLike = (0.0, 50.0, 100.0)
+) -> Float:
+    """Return percentiles of the peaks over the azimuths of each recording: RotD00, 50 and 100.
+
+    Parameters
+    ----------
+    peaks : array_like, shape (motions, structures)
+        Largest |theta| / alpha [1]; infinite for what overturns.
+    clusters : array_like of int, shape (motions,)
+        Motions of one number are azimuths of one recording.
+    shares : array_like, shape (shares,)
+        Percentiles [percent]; of an even number of azimuths the median is the larger middle one.
+
+    Returns
+    -------
+    array, shape (shares, recordings, structures)
+        Recordings in the order of their numbers.
+
+    Examples
+    --------
+    >>> over_azimuths([[0.1], [np.inf], [0.3]], [0, 0, 0]).ravel().tolist()
+    [0.1, 0.3, inf]
+    """
+    values, belongs = np.asarray(peaks, dtype=np.float64), np.asarray(clusters)
+    # between a number and infinity there is nothing to interpolate
+    return np.stack(
+        [
+            np.percentile(values[belongs == one], np.asarray(shares), axis=0, method="higher")
+            for one in np.unique(belongs)
+        ],
+        axis=1,
+    )
+
+
 def observed_shares(
     intensity: ArrayLike, scales: ArrayLike, overturned: ArrayLike, classes: int
 ) -> tuple[Float, Float]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.results import (
     Facts,
+    azimuth_variables,
     demand_variables,
     design_variables,
     fragility_variables,
@@ -33,6 +34,7 @@ from rockframe.risk import (
     demand_ranks,
     fit_fragility,
     observed_shares,
+    over_azimuths,
     overturning_rate,
     peak_distribution,
 )
@@ -124,6 +126,9 @@ def statistics(screened: Screened) -> xr.Dataset:
         ),
         **observed_variables(_observed(screened, intensities)),
     }
+    if len(motions[0].records) > 1:  # a pair, turned
+        first = [motions[int(i)].name for i in np.unique(clusters, return_index=True)[1]]
+        variables |= azimuth_variables(first, over_azimuths(screened.ratio, clusters))
     if screened.margins:
         variables |= margin_variables(screened.margins)
     if screened.hazard is not None:
