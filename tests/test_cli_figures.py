@@ -30,7 +30,8 @@ def run(*words: str | Path) -> int:
 
 
 def stated(motions: Path) -> tuple[str | Path, ...]:
-    return ("--records", motions, "--units", "g", "--time-step", "0.01", "--workers", "0")
+    read = ("--units", "g", "--time-step", "0.01", "--workers", "0")
+    return ("--records", motions, *read, "--grid", "12")
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -130,3 +131,8 @@ def test_the_paper_is_checked_and_its_page_is_whole(
 def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:
     assert run("paper", "--output", motions, *stated(motions)) == 2
     assert sorted(file.name for file in motions.iterdir()) == ["strong.csv", "weak.csv"]
+
+
+def test_a_map_of_one_point_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("figure", "9", "--output", tmp_path / "a.png", "--grid", "1") == 2
+    assert "Invalid grid 1. Must be 2 to 4000." in capsys.readouterr().err

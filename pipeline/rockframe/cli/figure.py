@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from rockframe.cli.arguments import add_reading, add_structures, add_vertical, path
+from rockframe.cli.figure_spectra import add_grid
 from rockframe.cli.figure_table import FIGURES
 
 
@@ -26,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_vertical(parser)
     add_joints(parser)
+    add_grid(parser)
     add_structures(parser)
     add_reading(parser)
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from rockframe.cli import pulse_figures
 from rockframe.cli.arguments import records_file
+from rockframe.cli.figure_spectra import draw_9, draw_rocking, draw_stability
 
 if TYPE_CHECKING:
     from rockframe.figures import Captioned
@@ -130,18 +131,25 @@ FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
         "5": Entry("size of the equivalent column", _draw_5),
         "7": Entry("largest restitution", _draw_7),
         "8": Entry("records and the pulses in them", pulse_figures.draw_8),
+        "9": Entry("minimum overturning acceleration spectra", draw_9),
         "11": Entry("histories under records", _draw_11),
         "moment-rotation": Entry("restoring moment and the part reached", _draw_moment_rotation),
         "phase-portrait": Entry("rate over rotation, impacts, barrier", _draw_phase_portrait),
         "scalogram": Entry("wavelet transform of a record", pulse_figures.draw_scalogram),
         "match-index": Entry("match index against period", pulse_figures.draw_match_curves),
         "joints": Entry("friction demand and vertical forces", _draw_joints),
+        "rocking-spectrum": Entry(
+            "peak rotation and rate over 2 pi / p", lambda options: draw_rocking(_pair(options))
+        ),
+        "stability-map": Entry(
+            "verdict over size and scale", lambda options: draw_stability(_pair(options), options)
+        ),
     }
 )
 
 
 @dataclass(frozen=True)
-class _Pair:
+class Pair:
     """The record and structure of a figure of one, what moves it, and the exit status."""
 
     record: Record
@@ -150,7 +158,7 @@ class _Pair:
     status: int
 
 
-def _pair(options: argparse.Namespace) -> _Pair:
+def _pair(options: argparse.Namespace) -> Pair:
     from rockframe.components import vertical_beside
     from rockframe.errors import ParameterError
     from rockframe.results import open_records
@@ -165,7 +173,7 @@ def _pair(options: argparse.Namespace) -> _Pair:
         record = _furthest(file, chosen(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None
-    return _Pair(record, frame, motion, status)
+    return Pair(record, frame, motion, status)
 
 
 def chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import add_periods, add_reading, path, refuse_folder_of_records
 from rockframe.cli.figure import add_records
+from rockframe.cli.figure_spectra import add_grid
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_records(parser)
     add_periods(parser)
     add_reading(parser)
+    add_grid(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -48,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     with whole_folder(folder) as partial:
         ingested, rows = _respond(options, partial)
         claims = all_claims() + record_claims(rows)
-        _write(claims, _draw(partial), rows, partial)
+        _write(claims, _draw(partial, options.grid), rows, partial)
         _finish(options, ingested, partial)
     if options.json:
         show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
@@ -86,7 +88,7 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
     return ingested, [with_paper_facts(row) for row in table_rows(records, pulses, response)]
 
 
-def _draw(folder: Path) -> dict[str, str]:
+def _draw(folder: Path, grid: int) -> dict[str, str]:
     """Each figure that the command `figure` knows; by its path, its title and caption."""
     from rockframe.cli.figure import add_arguments as add_figure_arguments
     from rockframe.cli.figure_table import FIGURES
@@ -98,6 +100,7 @@ def _draw(folder: Path) -> dict[str, str]:
     for name, entry in FIGURES.items():
         path = folder / "figures" / f"figure-{name}.png"
         words = [name, "--output", str(path), "--records", str(folder / "records.nc")]
+        words += ["--grid", str(grid)]
         drawn, _ = entry.draw(parser.parse_args(words + list(_BENT if name == "joints" else ())))
         save_captioned(drawn, path)
         captions[path.relative_to(folder).as_posix()] = f"{drawn.title}. {drawn.caption}"

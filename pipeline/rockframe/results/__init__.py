@@ -76,6 +76,7 @@ from rockframe.results.spectra import read_rocking_spectrum as read_rocking_spec
 from rockframe.results.spectra import read_spectrum as read_spectrum
 from rockframe.results.spectra import rocking_spectrum_dataset as rocking_spectrum_dataset
 from rockframe.results.spectra import spectrum_dataset as spectrum_dataset
+from rockframe.results.stability import stability_dataset as stability_dataset
 from rockframe.results.table import TableRow as TableRow
 from rockframe.results.table import response_rows as response_rows
 from rockframe.results.table import table_rows as table_rows

@@ -1,0 +1,116 @@
+"""Minimum overturning acceleration spectra: Figure 9 of the paper."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from rockframe.figures.captioned import Captioned
+from rockframe.figures.style import LINES, PRINT_WIDTH, styled
+
+#: Shades of the map: stands, overturns after an impact, overturns without one.
+_SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
+#: A beam so heavy is the limit.
+_HEAVY: Final = 1e12
+
+
+def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
+    """Draw the least amplitudes that overturn, over the map of the lightest beam.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `spectrum_dataset` returned: a column of panels for each wavelet, a row for each
+        slenderness, a curve for each mass ratio.
+    """
+    wavelets, alphas = dataset["wavelet"].values, dataset["slenderness"].values
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 4.1), layout="constrained")
+        panels = figure.subplots(
+            len(alphas), len(wavelets), sharex=True, sharey=True, squeeze=False
+        )
+        for row, alpha in zip(panels, alphas, strict=True):
+            for panel, wavelet in zip(row, wavelets, strict=True):
+                _draw(panel, dataset.sel(wavelet=wavelet, slenderness=alpha))
+                name = str(wavelet).removesuffix("_ricker").replace("_", " ")
+                panel.set_title(f"{name}, {math.degrees(alpha):.3g}°", fontsize=7, pad=3)
+        for panel in panels[-1]:
+            panel.set_xlabel(r"$\omega_p\,/\,p$", fontsize=8)
+        for panel in panels[:, 0]:
+            panel.set_ylabel(r"$a_p\,/\,(g\,\tan\alpha)$", fontsize=8)
+        handles = [*panels[0, 0].get_lines(), *_patches(float(dataset["mass_ratio"][0]))]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=7)
+    return Captioned(
+        figure, "Figure 9: minimum overturning acceleration spectra", _caption(dataset)
+    )
+
+
+def _draw(panel: Axes, panel_of: xr.Dataset) -> None:
+    ratio, amplitude = panel_of["frequency_ratio"].values, panel_of["amplitude"].values
+    lightest = panel_of["overturning"].isel(mass_ratio=0).transpose("amplitude", "frequency_ratio")
+    panel.imshow(
+        lightest.values,
+        extent=(*_around(ratio), *_around(amplitude)),
+        origin="lower",
+        aspect="auto",
+        interpolation="nearest",
+        cmap=ListedColormap(_SHADES),
+        vmin=0,
+        vmax=len(_SHADES) - 1,
+    )
+    for i, gamma in enumerate(panel_of["mass_ratio"].values):
+        least = panel_of["minimum_overturning_amplitude"].isel(mass_ratio=i)
+        panel.plot(
+            ratio, least, label=_gamma(gamma), linestyle=LINES[i % len(LINES)], linewidth=0.9
+        )
+    panel.set_xlim(ratio[0], ratio[-1])
+    panel.set_ylim(0.0, amplitude[-1])
+    panel.yaxis.set_major_locator(MaxNLocator(3, integer=True))
+    panel.grid(visible=False)
+    panel.tick_params(labelsize=7)
+
+
+def _around(nodes: NDArray[np.float64]) -> tuple[float, float]:
+    """Half a step beyond both ends: each point of a map is the middle of its cell."""
+    half = 0.5 * (nodes[1] - nodes[0])
+    return float(nodes[0] - half), float(nodes[-1] + half)
+
+
+def _gamma(gamma: float) -> str:
+    return "γ → ∞" if gamma > _HEAVY else f"γ = {gamma:g}"
+
+
+def _patches(lightest: float) -> list[Patch]:
+    words = ("after an impact", "without impact")
+    return [
+        Patch(facecolor=shade, label=f"{_gamma(lightest)}: overturns {word}")
+        for shade, word in zip(_SHADES[1:], words, strict=True)
+    ]
+
+
+def _caption(dataset: xr.Dataset) -> str:
+    ratio, amplitude = dataset["frequency_ratio"].values, dataset["amplitude"].values
+    gammas = ", ".join(
+        "∞" if gamma > _HEAVY else f"{gamma:g}" for gamma in dataset["mass_ratio"].values
+    )
+    alphas = " and ".join(f"{math.degrees(a):.3g}" for a in dataset["slenderness"].values)
+    pulses = " and ".join(str(w).replace("_", " ") for w in dataset["wavelet"].values)
+    pulses = pulses.replace("ricker", "Ricker")
+    return (
+        "Least amplitude a_p / (g tan α) of a pulse that overturns a frame of rectangular columns, "
+        f"over ω_p / p with p of the column alone, for mass ratios γ = {gammas}; slenderness α = "
+        f"{alphas} degrees, {pulses} pulses, restitution by eq (43). Where a curve ends nothing up "
+        f"to {amplitude[-1]:g} overturns. Shaded: all amplitudes that overturn the first of them; "
+        "the white above its curve are islands of safety. Each panel and mass ratio is a map of "
+        f"{ratio.size} x {amplitude.size} responses, its edges refined to a share of 1e-6; islands "
+        f"and slivers thinner than {np.diff(amplitude).max():.2g} may be missed. No record is used."
+    )

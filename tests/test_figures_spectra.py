@@ -1,0 +1,107 @@
+"""Figures over many responses: their curves are those of the datasets, their words the facts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import QuadMesh
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rockframe.figures import draw_overturning_spectra, draw_rocking_spectrum, draw_stability_map
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.results import rocking_spectrum_dataset, spectrum_dataset, stability_dataset
+from rockframe.rocking import (
+    GroundAcceleration,
+    Verdict,
+    overturning_spectrum,
+    respond,
+    rocking_spectrum,
+)
+from rockframe.wavelets import Pulse
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
+
+
+@pytest.fixture(scope="module")
+def spectrum() -> xr.Dataset:
+    pulses = [
+        Pulse(wavelet=name, a_p=1.0, T_p=1.0)
+        for name in ("symmetric_ricker", "antisymmetric_ricker")
+    ]
+    ratios, amplitudes = np.linspace(2.0, 8.0, 7), np.linspace(1.0, 12.0, 45)
+    asked = (np.radians([10.0, 14.0]), [0.0, 1e15], ratios, amplitudes)
+    return spectrum_dataset(overturning_spectrum(pulses, *asked))
+
+
+def test_figure_9_has_a_panel_for_each_pulse_and_slenderness(spectrum: xr.Dataset) -> None:
+    drawn = draw_overturning_spectra(spectrum)
+    titles = [axes.get_title(loc="left") for axes in drawn.figure.axes]
+    assert titles == [
+        "symmetric, 10°",
+        "antisymmetric, 10°",
+        "symmetric, 14°",
+        "antisymmetric, 14°",
+    ]
+    for axes, place in zip(drawn.figure.axes, [(0, 0), (1, 0), (0, 1), (1, 1)], strict=True):
+        for k, line in enumerate(axes.get_lines()):
+            least = spectrum["minimum_overturning_amplitude"].values[(*place, k)]
+            assert_array_equal(line.get_ydata(), least)
+        (image,) = axes.get_images()
+        overturning = spectrum["overturning"].values[(*place, 0)]
+        assert_array_equal(image.get_array(), overturning.T)
+
+
+def test_figure_9_names_the_limit_and_what_may_be_missed(spectrum: xr.Dataset) -> None:
+    drawn = draw_overturning_spectra(spectrum)
+    labels = [text.get_text() for text in drawn.figure.legends[0].get_texts()]
+    assert labels[:2] == ["γ = 0", "γ → ∞"]
+    assert "map of 7 x 45 responses" in drawn.caption
+    assert "thinner than 0.25 may be missed" in drawn.caption
+
+
+def shaking() -> Record:
+    time = 0.02 * np.arange(400)
+    wave = 3.0 * np.sin(4.0 * time) * np.exp(-((time - 4.0) ** 2))
+    return Record(record_id="shaking", acceleration=wave, time_step=0.02)
+
+
+def test_rocking_spectra_have_gaps_where_the_frame_overturns() -> None:
+    found = rocking_spectrum([shaking()], [0.1, 0.2], [0.0], np.linspace(1.0, 12.0, 12))
+    drawn = draw_rocking_spectrum(rocking_spectrum_dataset(["shaking"], found))
+    fallen = found.verdict[0, :, 0] == Verdict.OVERTURNED
+    assert fallen.any()
+    assert not fallen.all()
+    for axes, peaks in zip(
+        drawn.figure.axes, (found.peak_rotation_ratio, found.peak_velocity), strict=True
+    ):
+        for k in range(2):
+            values = np.asarray(axes.get_lines()[k].get_ydata(), dtype=np.float64)
+            assert_array_equal(np.isnan(values), fallen[k])
+            assert_array_equal(values[~fallen[k]], peaks[0, k, 0][~fallen[k]])
+    assert "record shaking" in drawn.caption
+
+
+def test_the_stability_map_is_that_of_single_responses() -> None:
+    heights, scales = [2.4, 9.6, 19.2], [0.1, 0.5, 1.0, 4.0]
+    dataset = stability_dataset(shaking(), BENT, heights, scales)
+    drawn = draw_stability_map(dataset)
+    (mesh,) = (c for c in drawn.figure.axes[0].collections if isinstance(c, QuadMesh))
+    shown = np.asarray(mesh.get_array())
+    assert_array_equal(shown.ravel(), dataset["verdict"].values.T.ravel())
+    for i, height in enumerate(heights):
+        frame = RockingFrame(height=height, width=height / 6.0, mass_ratio=4.0)
+        for k, scale in enumerate(scales):
+            samples = scale * shaking().acceleration
+            alone = respond(frame, GroundAcceleration.from_samples(samples, 0.02))
+            assert dataset["verdict"].values[i, k] == alone.verdict
+    assert "Structure bent" in drawn.caption
+
+
+def test_similar_frames_lie_on_one_line_of_the_map() -> None:
+    """All heights of a map have the slenderness, and so the restitution, of the structure."""
+    dataset = stability_dataset(shaking(), BENT, [1.0, 30.0], [1.0])
+    assert_allclose(float(dataset["slenderness"]), math.atan(1.0 / 6.0), rtol=1e-14)
