@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rockframe.paper.claim import Claim
 from rockframe.paper.equations import impact_claims, misprint_claims, motion_claims
+from rockframe.paper.one_column import one_column_claims
 from rockframe.paper.parameters import block_claims, bridge_claims, frame_claims, temple_claims
 from rockframe.paper.pulses import pulse_claims
 from rockframe.paper.stability import stability_claims
@@ -15,6 +16,7 @@ def all_claims() -> list[Claim]:
     groups = (
         block_claims,
         motion_claims,
+        one_column_claims,
         misprint_claims,
         frame_claims,
         impact_claims,
