@@ -105,7 +105,20 @@ def test_table1_rows_are_records_by_structures(table1: Path) -> None:
     assert len(rows) == 6 * 5
     assert {row["event"] for row in rows} == {"2019 Ridgecrest"}
     assert {row["magnitude"] for row in rows} == {"7.1"}
-    assert all(row["verdict"] in {"no_uplift", "safe", "overturned"} for row in rows)
+    known = {"no_uplift", "safe", "overturned", "undecided"}
+    assert {row["verdict"] for row in rows} <= known
+
+
+def test_table1_has_margins(table1: Path) -> None:
+    """What stands needs a stronger motion to fall; what falls does not."""
+    with (table1 / "table.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    for row in rows:
+        if row["verdict"] == "overturned":
+            assert float(row["critical_scale"]) < 1.0
+        assert bool(row["undecided_by"]) == (row["verdict"] == "undecided")
+        assert float(row["largest_scale"]) == 10.0
+    assert all(float(r["critical_scale"]) > 1.0 for r in rows if r["structure"] == "bridge-bent")
 
 
 def test_real_records_overturn_the_slender_ones_and_spare_the_bridge(table1: Path) -> None:

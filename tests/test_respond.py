@@ -36,7 +36,7 @@ def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> Non
     paths: list[Path] = []
     for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
         paths.append(tmp_path / f"response-{len(paths)}.nc")
-        assert respond_stage(records_file, paths[-1], engine=engine) == ()
+        assert respond_stage(records_file, paths[-1], engine=engine, margins=False) == ()
     assert len({path.read_bytes() for path in paths}) == 1
 
 
@@ -44,8 +44,8 @@ def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> Non
 def test_verdicts_are_the_same_whatever_is_kept(
     records_file: Path, tmp_path: Path, histories: Histories
 ) -> None:
-    respond_stage(records_file, tmp_path / "all.nc")
-    respond_stage(records_file, tmp_path / "some.nc", histories=histories)
+    respond_stage(records_file, tmp_path / "all.nc", margins=False)
+    respond_stage(records_file, tmp_path / "some.nc", histories=histories, margins=False)
     with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
         for name in ("verdict", "peak_rotation_ratio", "peak_u", "impacts", "overturning_time"):
             np.testing.assert_array_equal(full.dataset[name], some.dataset[name])
@@ -54,8 +54,8 @@ def test_verdicts_are_the_same_whatever_is_kept(
 def test_selected_histories_are_those_that_overturn_or_come_near(
     records_file: Path, tmp_path: Path
 ) -> None:
-    respond_stage(records_file, tmp_path / "all.nc")
-    respond_stage(records_file, tmp_path / "some.nc", histories=Histories.SELECTED)
+    respond_stage(records_file, tmp_path / "all.nc", margins=False)
+    respond_stage(records_file, tmp_path / "some.nc", histories=Histories.SELECTED, margins=False)
     with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
         near = full.dataset["peak_rotation_ratio"].values >= 0.5
         kept = some.dataset["history"].values == 1
@@ -70,7 +70,7 @@ def test_selected_histories_are_those_that_overturn_or_come_near(
 
 def test_history_that_was_not_kept_is_refused(records_file: Path, tmp_path: Path) -> None:
     path = tmp_path / "response.nc"
-    respond_stage(records_file, path, histories=Histories.NONE)
+    respond_stage(records_file, path, histories=Histories.NONE, margins=False)
     with (
         open_response(path) as response,
         pytest.raises(ParameterError, match=r"no history of 'bridge-bent' under 'sine-1' was kept"),
@@ -80,7 +80,7 @@ def test_history_that_was_not_kept_is_refused(records_file: Path, tmp_path: Path
 
 def test_command_without_histories(records_file: Path, tmp_path: Path) -> None:
     output = tmp_path / "response.nc"
-    words = ["--histories", "none", "--workers", "1", "--structure", "bridge-bent"]
+    words = ["--histories", "none", "--workers", "1", "--structure", "bridge-bent", "--no-margins"]
     assert main(["respond", str(records_file), "--output", str(output), *words]) == 0
     with open_response(output) as response:
         assert response.dataset.sizes["obs"] == 0

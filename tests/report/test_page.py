@@ -140,10 +140,15 @@ def test_the_bundled_study_is_small_and_still_whole(bundled_run: Path) -> None:
     assert main(["verify", str(bundled_run)]) == 0
 
 
-def test_a_margin_is_shown_as_soon_as_the_table_has_one() -> None:
-    row = {"record": "A", "verdict": "safe", "margin": "1.25"}
-    columns = shown([row])
-    assert ("Margin", "1.25") in [(c.head, c.cell(row)) for c in columns]
+@pytest.mark.parametrize(
+    ("critical", "cell", "order"), [("1.25", "1.25", "1.25"), ("", "> 10", "Infinity")]
+)
+def test_a_critical_scale_is_shown_where_the_table_has_one(
+    critical: str, cell: str, order: str
+) -> None:
+    row = {"record": "A", "verdict": "safe", "critical_scale": critical, "largest_scale": "10.0"}
+    (column,) = (column for column in shown([row]) if column.head == "Critical scale")
+    assert (column.cell(row), column.order(row)) == (cell, order)
 
 
 def test_the_vendored_script_is_what_its_readme_says() -> None:

@@ -272,6 +272,16 @@ def add_histories(parser: argparse.ArgumentParser, default: str) -> None:
     )
 
 
+def add_margins(parser: argparse.ArgumentParser) -> None:
+    """The option of leaving out margins."""
+    parser.add_argument(
+        "--no-margins",
+        dest="margins",
+        action="store_false",
+        help="leave out critical scales and undecided verdicts, which take most of the time",
+    )
+
+
 def add_vertical(parser: argparse.ArgumentParser) -> None:
     """The option of vertical ground motion."""
     parser.add_argument(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -85,7 +86,8 @@ def _furthest(rows: Sequence[TableRow], most: int) -> list[str]:
     """Records in their order; of too many, those under which something turns furthest."""
     furthest: dict[str, float] = {}
     for row in rows:
-        ratio = row.peak_rotation_ratio if row.verdict == "safe" else 0.0
+        stands = row.verdict in ("safe", "undecided") and math.isnan(row.overturning_time_s)
+        ratio = row.peak_rotation_ratio if stands else 0.0
         furthest[row.record_id] = max(ratio, furthest.get(row.record_id, 0.0))
     chosen = set(sorted(furthest, key=lambda name: -furthest[name])[:most])
     return [name for name in furthest if name in chosen]

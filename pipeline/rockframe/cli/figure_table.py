@@ -79,6 +79,7 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
             structures_path=options.structures or SHIPPED_STRUCTURES,
             structure=frame.name,
             vertical=options.vertical,
+            margins=False,
         )
         show_rejections(unanswered)
         missing = {rejection.file for rejection in unanswered}

@@ -5,15 +5,23 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 from rockframe.cli.arguments import (
     add_batch,
     add_engine,
     add_histories,
+    add_margins,
     add_structures,
     add_vertical,
     path,
+)
+
+#: Quantities of the motion, what they are multiplied by, and their decimals.
+_OF_MOTION: Final = (
+    ("peak_rotation_ratio", 1.0, 3),
+    ("u_max_m", 100.0, 1),
+    ("v_max_m", 100.0, 2),
 )
 
 
@@ -23,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
     add_structures(parser)
     add_vertical(parser)
+    add_margins(parser)
     add_histories(parser, "all")
     parser.add_argument(
         "--pulses",
@@ -52,6 +61,7 @@ def run(options: argparse.Namespace) -> int:
             vertical=options.vertical,
             histories=Histories(options.histories),
             pulses_path=options.pulses,
+            margins=options.margins,
             batch=chosen_batch(options),
             engine=engine(options),
             progress=progress,
@@ -64,8 +74,8 @@ def run(options: argparse.Namespace) -> int:
         show_table(
             f"Responses in {options.output}",
             [
-                *("record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"),
-                *(["pulse alone"] if options.pulses else []),
+                *("record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>"),
+                *("critical scale>", "verdict", *(["pulse alone"] if options.pulses else [])),
             ],
             [
                 [
@@ -97,15 +107,39 @@ def pulse_cell(row: Mapping[str, Any]) -> str:
 
 
 def response_cells(row: Mapping[str, Any]) -> list[str]:
-    """Return theta/alpha, u, v and the verdict as people read them; dashes for what overturned."""
+    """Return theta/alpha, u, v, critical scale and verdict as people read them.
+
+    Of a fall the first three tell nothing.
+    """
     from rockframe.cli.console import number
 
     words = str(row["verdict"]).replace("_", " ")
-    if row["verdict"] == "overturned":
-        return ["–", "–", "–", f"{words} {row['overturning_time_s']:.1f} s"]
+    fallen = row["verdict"] == "overturned" or math.isfinite(row["overturning_time_s"])
+    end = f" {row['overturning_time_s']:.1f} s" if math.isfinite(row["overturning_time_s"]) else ""
+    if row["verdict"] == "undecided":
+        words += f", overturned{end}" if fallen else ", stands"
+    else:
+        words += end
     return [
-        number(row["peak_rotation_ratio"], 3),
-        number(100.0 * row["u_max_m"], 1),
-        number(100.0 * row["v_max_m"], 2),
+        *(
+            "–" if fallen else number(factor * row[name], decimals)
+            for name, factor, decimals in _OF_MOTION
+        ),
+        critical_scale(row),
         words,
     ]
+
+
+def critical_scale(row: Mapping[str, Any]) -> str:
+    """Return the critical scale as people read it, or beyond what it is if none was found.
+
+    Examples
+    --------
+    >>> critical_scale({"critical_scale": math.nan, "largest_scale": 10.0})
+    '> 10'
+    """
+    from rockframe.cli.console import number
+
+    if math.isnan(row["critical_scale"]) and math.isfinite(row["largest_scale"]):
+        return f"> {row['largest_scale']:.3g}"
+    return number(row["critical_scale"], 2)

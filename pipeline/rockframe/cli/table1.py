@@ -6,7 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.arguments import add_periods, add_reading, add_structures, add_vertical, path
+from rockframe.cli.arguments import (
+    add_margins,
+    add_periods,
+    add_reading,
+    add_structures,
+    add_vertical,
+    path,
+)
 from rockframe.cli.pulse_options import add_pulse_wavelet
 
 if TYPE_CHECKING:
@@ -28,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_structures(parser)
     add_vertical(parser)
+    add_margins(parser)
     add_reading(parser)
     add_periods(parser)
     add_pulse_wavelet(parser)
@@ -125,6 +133,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             structure=options.structure,
             vertical=options.vertical,
             pulses_path=folder / "pulses.nc",
+            margins=options.margins,
             progress=progress,
         )
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
@@ -144,6 +153,7 @@ def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> in
         parameters={
             "all_uncorrected": options.uncorrected,
             "band_pass_hz": list(options.band_pass),
+            "margins": options.margins,
             "passport": passport_limits(options).stated(),
             "periods_s": list(options.periods),
             "structure": options.structure,

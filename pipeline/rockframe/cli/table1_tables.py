@@ -27,9 +27,16 @@ _OF_RECORD: Final = (
     *("Earthquake", "Record", "M_w>", "R\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
     *("T_p\n[s]>", "Ricker"),
 )
-_OF_RESPONSE: Final = ("Structure", "θ/α\n>", "u_max\n[cm]>", "v_max\n[cm]>", "Verdict")
+_OF_RESPONSE: Final = (
+    "Structure",
+    "θ/α\n>",
+    "u_max\n[cm]>",
+    "v_max\n[cm]>",
+    "critical\nscale>",
+    "Verdict",
+)
 #: Where the columns of records and responses fit beside each other.
-_WIDE: Final = 132
+_WIDE: Final = 142
 
 
 def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:

@@ -111,12 +111,21 @@ def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
         if fallen
         else f"peak θ/α {peak:.2f}"
     )
+    if "critical_scale" in history:
+        fate += f", {_margin(history)}"
     label = f"{history['structure'].item()}: {fate}"
     series = (ratio, 100.0 * history["v"].values, 100.0 * history["u"].values)
     for panel, values in zip(panels, series, strict=True):
         (line,) = panel.plot(time[:end], values[:end], label=label)
         if fallen and end > 0:
             panel.plot(time[end - 1], values[end - 1], marker="x", color=line.get_color())
+
+
+def _margin(history: xr.Dataset) -> str:
+    critical = float(history["critical_scale"])
+    if np.isfinite(critical):
+        return f"critical scale {critical:.2f}"
+    return f"critical scale > {float(history['largest_scale']):.3g}"
 
 
 def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:

@@ -55,22 +55,37 @@ class Column:
             return (
                 _SHORT.get(text, text.replace("_", " ") if self.key == "verdict" else text) or _DASH
             )
-        if not text or (self.key in _OF_THE_FALL and row["verdict"] == "overturned"):
+        if self.key == "critical_scale" and not text and row.get("largest_scale"):
+            return f"> {float(row['largest_scale']):.3g}"
+        if not text or (self.key in _OF_THE_FALL and fallen(row)):
             return _DASH
         return f"{self.factor * float(text):.{self.decimals}f}"
 
     def order(self, row: Mapping[str, str]) -> str:
         """Return what a column of numbers is sorted by: the number; unknown ones below all."""
         text = row[self.key]
+        if self.key == "critical_scale" and not text and row.get("largest_scale"):
+            return "Infinity"
         return text if text and math.isfinite(float(text)) else "-Infinity"
 
 
-#: All that can be shown, the answer first; `margin` as soon as the table has it.
+def fallen(row: Mapping[str, str]) -> bool:
+    """Return whether a structure overturned, however decided its verdict is.
+
+    Examples
+    --------
+    >>> fallen({"verdict": "undecided", "overturning_time_s": "31.2"})
+    True
+    """
+    return row["verdict"] == "overturned" or bool(row.get("overturning_time_s"))
+
+
+#: All that can be shown, the answer first.
 COLUMNS: Final = (
     Column("record", "Record", wraps=True),
     Column("structure", "Structure"),
     Column("verdict", "Verdict"),
-    Column("margin", "Margin", "", 2),
+    Column("critical_scale", "Critical scale", "", 2),
     Column("peak_rotation_ratio", "θ/α", "", 3),
     Column("u_max_m", "u", "cm", 1, 100.0, minor=True),
     Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
@@ -93,4 +108,9 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
     >>> [column.head for column in shown([{"record": "A", "magnitude": "", "verdict": "safe"}])]
     ['Record', 'Verdict']
     """
-    return [column for column in COLUMNS if any(row.get(column.key) for row in rows)]
+    return [
+        column
+        for column in COLUMNS
+        if any(row.get(column.key) for row in rows)
+        or (column.key == "critical_scale" and any(row.get("largest_scale") for row in rows))
+    ]

@@ -17,6 +17,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.results.files import RESPONSE, named, opened, put
 from rockframe.results.growing import growing
+from rockframe.results.margins import margin_variables
 from rockframe.results.merging import no_records
 from rockframe.results.to_pulse import to_pulse_variables
 from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
@@ -108,6 +109,8 @@ def write_responses(
                 columns["to_pulse"].append([response.to_pulse for response in responses])
                 for quantity in ("verdict", "impacts", *_OF_PAIR):
                     columns[quantity].append([getattr(r, quantity) for r in responses])
+                if all(response.margin is not None for response in responses):
+                    columns["margin"].append([response.margin for response in responses])
         put(
             _dataset(columns, frames, parameters) if columns else no_records(),
             partial,
@@ -169,6 +172,7 @@ def _dataset(
             comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} "
             "effective_frequency_parameter, are not counted",
         ),
+        **(margin_variables(columns["margin"]) if "margin" in columns else {}),
         **structure_variables(frames),
     }
     names = texts("structure", [frame.name for frame in frames], "name of the structure")

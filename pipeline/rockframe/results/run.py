@@ -287,9 +287,15 @@ def _words(array: xr.DataArray) -> list[Any]:
     values = array.values
     if "flag_meanings" not in array.attrs:
         return list(values.tolist())
-    numbers = np.atleast_1d(array.attrs["flag_values"]).tolist()
-    meaning = dict(zip(numbers, array.attrs["flag_meanings"].split(), strict=True))
-    return list(np.vectorize(lambda n: meaning[n].replace("_", " "), otypes=[object])(values))
+    masks = "flag_masks" in array.attrs
+    numbers = np.atleast_1d(array.attrs["flag_masks" if masks else "flag_values"]).tolist()
+    words = [word.replace("_", " ") for word in array.attrs["flag_meanings"].split()]
+    pairs = list(zip(numbers, words, strict=True))
+
+    def meaning(number: int) -> str:
+        return ", ".join(word for n, word in pairs if (number & n if masks else number == n))
+
+    return list(np.vectorize(meaning, otypes=[object])(values))
 
 
 def _fact(name: str, array: xr.DataArray, value: object) -> Fact:

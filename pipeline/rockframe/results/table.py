@@ -12,6 +12,7 @@ import xarray as xr
 from rockframe.results.files import RECORDS, RESPONSE, opened
 from rockframe.results.pulse_rows import pulse_rows
 from rockframe.results.to_pulse import FateUnderPulse
+from rockframe.rocking.perturbed import Sensitivity
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
 
@@ -50,6 +51,10 @@ class TableRow:
     v_max_m: float
     impacts: int
     verdict: str
+    undecided_by: str = ""
+    critical_scale: float = math.nan
+    largest_scale: float = math.nan
+    safe_islands: float = math.nan
     uplift_time_s: float
     overturning_time_s: float
     record_id: str
@@ -120,6 +125,7 @@ def response_rows(response_path: Path) -> list[dict[str, Any]]:
                     "v_max_m": float(answer["peak_v"]),
                     "impacts": int(answer["impacts"]),
                     "verdict": Verdict(int(answer["verdict"])).name.lower(),
+                    **_margin(answer),
                     "uplift_time_s": float(answer["uplift_time"]),
                     "overturning_time_s": float(answer["overturning_time"]),
                     **_to_pulse(answer),
@@ -137,4 +143,18 @@ def _to_pulse(answer: xr.Dataset) -> dict[str, Any]:
         "verdict_to_pulse": FateUnderPulse(int(answer["verdict_to_pulse"])).name.lower(),
         "peak_rotation_ratio_to_pulse": float(answer["peak_rotation_ratio_to_pulse"]),
         "surrogate_error": float(answer["surrogate_error"]),
+    }
+
+
+def _margin(answer: xr.Dataset) -> dict[str, Any]:
+    """What a file has of margins; not known if they were not asked for."""
+    if "critical_scale" not in answer:
+        unknown = ("critical_scale", "largest_scale", "safe_islands")
+        return {"undecided_by": "", **dict.fromkeys(unknown, math.nan)}
+    bits = Sensitivity(int(answer["undecided_by"]))
+    return {
+        "undecided_by": ", ".join(str(bit.name).lower().replace("_", " ") for bit in bits),
+        "critical_scale": float(answer["critical_scale"]),
+        "largest_scale": float(answer["largest_scale"]),
+        "safe_islands": int(answer["safe_islands"]),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 from typing import Any
 
 import numpy as np
@@ -18,17 +18,23 @@ def variable(
 
 
 def flags(
-    dims: str | tuple[str, ...], data: Any, kind: type[IntEnum], long_name: str
+    dims: str | tuple[str, ...],
+    data: Any,
+    kind: type[IntEnum | IntFlag],
+    long_name: str,
+    **attrs: Any,
 ) -> xr.Variable:
-    """Return a flag variable whose values and meanings are the members of an enumeration."""
+    """Return a flag variable whose values, or bits, and meanings are those of an enumeration."""
     members = list(kind)
+    numbers = np.array([member.value for member in members], dtype=np.int8)
     return variable(
         dims,
         np.asarray(data, dtype=np.int8),
         "1",
         long_name,
-        flag_values=np.array([int(member) for member in members], dtype=np.int8),
-        flag_meanings=" ".join(member.name.lower() for member in members),
+        **{"flag_masks" if issubclass(kind, IntFlag) else "flag_values": numbers},
+        flag_meanings=" ".join(str(member.name).lower() for member in members),
+        **attrs,
     )
 
 

@@ -17,6 +17,7 @@ from rockframe.rocking.impulses import impact_impulses as impact_impulses
 from rockframe.rocking.impulses import least_spacing as least_spacing
 from rockframe.rocking.margins import Margin as Margin
 from rockframe.rocking.margins import margins as margins
+from rockframe.rocking.margins import with_margins as with_margins
 from rockframe.rocking.perturbed import Sensitivity as Sensitivity
 from rockframe.rocking.portrait import barrier_rate as barrier_rate
 from rockframe.rocking.portrait import restoring_moment as restoring_moment

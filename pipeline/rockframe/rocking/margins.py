@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,7 +15,7 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.perturbed import Sensitivity, sensitivities
-from rockframe.rocking.response import Verdict, as_ground, refuse_flight
+from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
 from rockframe.rocking.scan import islands, scan
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
@@ -26,8 +26,13 @@ Float = NDArray[np.float64]
 LARGEST_SCALE: Final = 10.0
 #: Each scale of the scan is larger than the one before by this share [1].
 SCAN_STEP: Final = 0.005
-#: Edges are bisected until they are known to this share of themselves [1].
+#: The critical scale is bisected until it is known to this share of itself [1].
 EDGE_TOLERANCE: Final = 1e-6
+#: So are the edges of safe islands above it [1]: under rough motions there may be a hundred.
+ISLAND_TOLERANCE: Final = 1e-4
+#: The search for slivers of overturning below the critical scale goes so deep; islands that are
+#: thinner than the scan's step are not searched for.
+_HALVINGS: Final = (6, 0)
 
 #: The ground may fall with nearly the acceleration of gravity [1].
 _NEARLY: Final = 1.0 - 1e-9
@@ -77,7 +82,8 @@ def margins(
     Stability is not monotone in the scale: islands of safety lie above the critical scale, and
     thin slivers of overturning may lie below the one found. Every scale that is larger by `step`
     than the one before is tried, slivers between them are looked for where the frame leans
-    furthest, and every edge found is bisected to a share of 1e-6.
+    furthest and beside other edges, and every edge found is bisected: the critical scale to a share
+    of 1e-6, those of islands to 1e-4.
 
     Parameters
     ----------
@@ -132,7 +138,14 @@ def margins(
         ]
     )
     found = scan(
-        grounds, frames, ground, frame, _grid(least, largest, step), tolerance=EDGE_TOLERANCE
+        grounds,
+        frames,
+        ground,
+        frame,
+        _grid(least, largest, step),
+        tolerance=EDGE_TOLERANCE,
+        tolerance_above=ISLAND_TOLERANCE,
+        halvings=_HALVINGS,
     )
     intervals = found.intervals()
     sensitive = sensitivities(grounds, frames, ground, frame, intervals)
@@ -147,6 +160,39 @@ def margins(
     ]
     width = len(frames)
     return [every[start : start + width] for start in range(0, len(every), width)]
+
+
+def with_margins(
+    responses: Sequence[Response], motion: Record | Pulse | GroundAcceleration
+) -> list[Response]:
+    """Add margins to responses; a verdict that small changes would turn becomes undecided.
+
+    Parameters
+    ----------
+    responses : sequence of Response
+        What `respond` returned.
+    motion : Record, Pulse or GroundAcceleration
+        The motion of all of them.
+
+    Raises
+    ------
+    ParameterError
+        If its vertical acceleration falls faster than gravity.
+
+    Examples
+    --------
+    >>> from rockframe.rocking import respond
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.547 * 9.81, T_p=1.5)
+    >>> [response] = with_margins([respond(bent, pulse)], pulse)
+    >>> response.verdict.name, round(response.margin.critical_scale, 4)
+    ('UNDECIDED', 1.0001)
+    """
+    found = margins([motion], [response.frame for response in responses])[0]
+    return [
+        replace(response, verdict=margin.verdict(response.verdict), margin=margin)
+        for response, margin in zip(responses, found, strict=True)
+    ]
 
 
 def _largest(ground: GroundAcceleration, largest_scale: float) -> float:

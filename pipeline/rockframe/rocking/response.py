@@ -19,6 +19,7 @@ from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 
 if TYPE_CHECKING:
+    from rockframe.rocking.margins import Margin
     from rockframe.rocking.surrogate import ToPulse
 
 Float = NDArray[np.float64]
@@ -30,7 +31,7 @@ _LOGGED_IMPACTS = 4096
 class Verdict(IntEnum):
     """What became of the frame; the values of the flag variable `verdict`.
 
-    ``UNDECIDED`` is a verdict that stated small perturbations change: `Margin.verdict` gives it,
+    ``UNDECIDED`` is a verdict that stated small perturbations change: `with_margins` gives it,
     `respond` does not.
     """
 
@@ -66,6 +67,8 @@ class Response:
         The first 4096 impacts: time [s] and rate just before [rad s-1].
     to_pulse : ToPulse, optional
         What the record's pulse alone does, if `with_pulse` has added it.
+    margin : Margin, optional
+        How far the verdict is from another one, if `with_margins` has added it.
     """
 
     frame: RockingFrame
@@ -81,6 +84,7 @@ class Response:
     impact_times: Float
     impact_velocities: Float
     to_pulse: ToPulse | None = None
+    margin: Margin | None = None
 
     @property
     def u(self) -> Float:

@@ -80,7 +80,11 @@ def _pulse(study: Study) -> list[str]:
 
 def _respond(study: Study) -> list[str]:
     table = study.tables.respond
-    options = {"--vertical": table.vertical, "--histories": table.histories}
+    options = {
+        "--vertical": table.vertical,
+        "--histories": table.histories,
+        "--no-margins": not table.margins,
+    }
     return ["respond", "records.nc", "--structures", STRUCTURES, *_options(options)]
 
 

@@ -21,7 +21,14 @@ from rockframe.results import (
     pulses_with_hashes,
     write_responses,
 )
-from rockframe.rocking import GroundAcceleration, Histories, Response, respond, with_pulse
+from rockframe.rocking import (
+    GroundAcceleration,
+    Histories,
+    Response,
+    respond,
+    with_margins,
+    with_pulse,
+)
 from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets import Pulse
@@ -38,6 +45,7 @@ class _Task:
     pulses: Mapping[str, Pulse]
     frames: tuple[RockingFrame, ...]
     histories: Histories
+    margins: bool
 
 
 def respond_stage(
@@ -49,6 +57,7 @@ def respond_stage(
     vertical: bool = False,
     histories: Histories = Histories.ALL,
     pulses_path: Path | None = None,
+    margins: bool = True,
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
@@ -69,6 +78,8 @@ def respond_stage(
         Whose histories go into the file; the rest of it is the same.
     pulses_path : Path, optional
         Output of `pulse_stage` for these records: adds what their pulses alone do.
+    margins : bool
+        Find how far each verdict is from another one: the largest part of the work.
     batch : Batch
         Which of the records; `merge_stage` puts the files of all batches together.
     engine : Engine, optional
@@ -100,7 +111,7 @@ def respond_stage(
         names = batch.of(horizontal(file))
         motions = _motions(file, names, vertical, left_out)
         pulses = _Pulses.read(pulses_path, names)
-        tasks = _tasks(motions, tuple(frames), Histories(histories), pulses)
+        tasks = _tasks(motions, tuple(frames), Histories(histories), margins, pulses)
 
         def answers() -> Iterator[tuple[str, list[Response]]]:
             done = 0
@@ -130,6 +141,7 @@ def respond_stage(
                 "vertical": vertical,
                 "histories": str(histories),
                 "pulses": pulses_path is not None,
+                "margins": margins,
             },
             left_out=left_out,
         )
@@ -153,6 +165,7 @@ def _tasks(
     motions: Iterable[tuple[Record, Record | GroundAcceleration]],
     frames: tuple[RockingFrame, ...],
     histories: Histories,
+    margins: bool,
     pulses: _Pulses,
 ) -> Iterator[_Task]:
     held: dict[str, Record | GroundAcceleration] = {}
@@ -163,10 +176,10 @@ def _tasks(
         beside |= pulses.of(record)
         nodes += record.acceleration.size * len(frames)
         if nodes >= _NODES:
-            yield _Task(held, beside, frames, histories)
+            yield _Task(held, beside, frames, histories, margins)
             held, beside, nodes = {}, {}, 0
     if held:
-        yield _Task(held, beside, frames, histories)
+        yield _Task(held, beside, frames, histories, margins)
 
 
 @dataclass(frozen=True)
@@ -207,6 +220,8 @@ def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
             responses = [respond(frame, motion) for frame in task.frames]
             if name in task.pulses:
                 responses = [with_pulse(response, task.pulses[name]) for response in responses]
+            if task.margins:
+                responses = with_margins(responses, motion)
             answered.append((name, [task.histories.keep(r) for r in responses], ""))
         except ParameterError as error:
             answered.append((name, [], str(error)))

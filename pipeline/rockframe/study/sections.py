@@ -129,6 +129,8 @@ class RespondTable(Strict):
     """Let the ground move vertically too, as the vertical record of each motion says."""
     histories: Literal["none", "selected", "all"] = "all"
     """Motions that are written at each sample: none, selected (overturned or near), all."""
+    margins: bool = True
+    """Find critical scales and undecided verdicts, which takes most of the time."""
 
 
 class FiguresTable(Strict):

@@ -1,9 +1,10 @@
 // One history of the run: the player with its motion, and what is said of it.
 function said({ pair }) {
   if (pair.verdict === "overturned") return `overturns at ${pair.overturning.toFixed(1)} s`;
-  if (pair.verdict === "undecided") return "is near its limit: a little more or less decides";
   if (pair.verdict === "no_uplift") return "does not uplift";
-  return `rocks to ${pair.peak.toFixed(3)} of its slenderness and stands`;
+  const fell = pair.overturning !== null;
+  const fate = fell ? `overturns at ${pair.overturning.toFixed(1)} s` : `rocks to ${pair.peak.toFixed(3)} of its slenderness and stands`;
+  return pair.verdict === "undecided" ? `${fate}, but a small change turns that: undecided` : fate;
 }
 
 class Detail {

@@ -1,0 +1,192 @@
+"""Edges between standing and overturning along amplitude: found between points, and bisected."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.rocking.batch import respond_scenarios
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import Verdict
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+#: So many intervals on both sides of a flip are divided into so many.
+_AROUND: Final = 3
+_FINER: Final = 5
+#: Frames that lean less than this share of their slenderness are not near their overturning.
+_NEAR: Final = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Frames on grounds, as `scan` was asked for them."""
+
+    grounds: Sequence[GroundAcceleration]
+    frames: Sequence[RockingFrame]
+    ground: Int
+    frame: Int
+
+    def at(self, line: Int, amplitude: Float) -> Points:
+        """Return what becomes of lines at amplitudes."""
+        found = respond_scenarios(
+            self.grounds, self.frames, self.ground[line], self.frame[line], amplitude
+        )
+        fallen = found.verdict == Verdict.OVERTURNED
+        fall = np.where(np.isnan(found.overturning_time), np.inf, found.overturning_time)
+        lean = np.where(found.peak_rotation_ratio >= _NEAR, found.peak_rotation_ratio, -np.inf)
+        nearness = np.where(fallen, fall, lean)
+        return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Amplitudes and what becomes of the lines there; flat arrays.
+
+    `nearness` grows towards what is of the other kind: the largest rotation of what stands, the
+    time of the fall of what does not.
+    """
+
+    line: Int
+    amplitude: Float
+    verdict: NDArray[np.int8]
+    fallen: NDArray[np.bool_]
+    nearness: Float
+    impacts: NDArray[np.int32]
+
+    def take(self, chosen: NDArray[np.generic]) -> Points:
+        """Return those that an index or a mask chooses."""
+        return Points(*(getattr(self, name)[chosen] for name in _FIELDS))
+
+    def and_(self, other: Points) -> Points:
+        """Return both, by line and amplitude."""
+        both = Points(
+            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FIELDS)
+        )
+        return both.take(np.lexsort((both.amplitude, both.line)))
+
+
+_FIELDS: Final = tuple(Points.__dataclass_fields__)
+
+
+@dataclass(frozen=True, eq=False)
+class Flips:
+    """Neighbours of which one overturns and the other does not; flat arrays."""
+
+    line: Int
+    fallen: Float
+    standing: Float
+    impacts: NDArray[np.int32]
+
+    @classmethod
+    def between(cls, one: Points, other: Points) -> Flips:
+        """Return those between points of the same lines, each of the other kind."""
+        return cls(
+            one.line,
+            np.where(one.fallen, one.amplitude, other.amplitude),
+            np.where(one.fallen, other.amplitude, one.amplitude),
+            np.where(one.fallen, one.impacts, other.impacts),
+        )
+
+
+def flipped(points: Points) -> NDArray[np.bool_]:
+    """Return whether each point and the next one are of one line and of two kinds."""
+    one_line = np.equal(points.line[1:], points.line[:-1])
+    return one_line & np.not_equal(points.fallen[1:], points.fallen[:-1])
+
+
+def around_flips(lines: Lines, points: Points) -> Points:
+    """Try more points around each flip: where one edge is, others are near."""
+    flips = np.flatnonzero(flipped(points))
+    near = flips[:, None] + np.arange(-_AROUND, _AROUND + 1)
+    near = np.clip(near, 0, points.line.size - 2)
+    own = points.line[near + 1] == points.line[flips][:, None]  # not those of the next line
+    own &= points.line[near] == points.line[flips][:, None]
+    left = np.unique(near[own & (points.amplitude[near + 1] > points.amplitude[near])])
+    start, end = points.amplitude[left], points.amplitude[left + 1]
+    shares = np.arange(1, _FINER) / _FINER
+    amplitude = start[:, None] + shares * (end - start)[:, None]
+    return lines.at(np.repeat(points.line[left], shares.size), amplitude.ravel())
+
+
+def slivers(lines: Lines, points: Points, fallen: bool, halvings: int) -> list[Flips]:
+    """Find flips on both sides of what is thinner than the step between points of one kind.
+
+    Each candidate is three points of the kind, the middle one the nearest to the other kind. It
+    shrinks around its nearest point until that is of the other kind, or has been halved so often.
+    """
+    line, nearness = points.line, points.nearness
+    alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
+    highest = (nearness[1:-1] >= nearness[:-2]) & (nearness[1:-1] > nearness[2:])
+    wanted = (points.fallen[1:-1] == fallen) & (nearness[1:-1] > -np.inf)
+    left = np.flatnonzero(alike & highest & wanted)
+    three = [points.take(left + k) for k in range(3)]
+    found: list[Flips] = []
+    for _ in range(halvings if left.size else 0):
+        between = [lines.at(a.line, 0.5 * (a.amplitude + b.amplitude)) for a, b in pairwise(three)]
+        five = [three[0], between[0], three[1], between[1], three[2]]
+        other = np.stack([point.fallen != fallen for point in between])
+        for k in (0, 1):
+            hit = np.flatnonzero(other[k])
+            found += [
+                Flips.between(five[2 * k + 1].take(hit), five[side].take(hit))
+                for side in (2 * k, 2 * k + 2)
+            ]
+        rest = np.flatnonzero(~other.any(axis=0))
+        if rest.size == 0:
+            break
+        centre = np.argmax([point.nearness[rest] for point in five[1:4]], axis=0)
+        three = [_chosen(five[k : k + 3], centre, rest) for k in range(3)]
+    return found
+
+
+def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
+    """Of each of the rest the point that is asked for."""
+    return Points(
+        *(
+            np.stack([getattr(point, name)[rest] for point in points])[which, np.arange(rest.size)]
+            for name in _FIELDS
+        )
+    )
+
+
+def join(parts: Sequence[Flips]) -> Flips:
+    """Put flips together."""
+    return Flips(
+        np.concatenate([part.line for part in parts]),
+        np.concatenate([part.fallen for part in parts]),
+        np.concatenate([part.standing for part in parts]),
+        np.concatenate([part.impacts for part in parts]),
+    )
+
+
+def firsts(edges: Flips) -> NDArray[np.bool_]:
+    """Return which edges are the first of their line."""
+    order = np.lexsort((edges.fallen, edges.line))
+    first = np.zeros(order.size, dtype=bool)
+    first[order[np.searchsorted(edges.line[order], np.unique(edges.line))]] = True
+    return first
+
+
+def bisect(
+    lines: Lines, flips: Flips, tolerance: float, chosen: NDArray[np.bool_] | bool = True
+) -> Flips:
+    """Halve those chosen until they are known to a share of themselves."""
+    fallen, standing = flips.fallen.copy(), flips.standing.copy()
+    impacts = flips.impacts.copy()
+    while True:
+        wide = np.flatnonzero(chosen & (np.abs(fallen - standing) > tolerance * fallen))
+        if wide.size == 0:
+            return Flips(flips.line, fallen, standing, impacts)
+        middle = lines.at(flips.line[wide], 0.5 * (fallen[wide] + standing[wide]))
+        inward, outward = wide[middle.fallen], wide[~middle.fallen]
+        fallen[inward] = middle.amplitude[middle.fallen]
+        impacts[inward] = middle.impacts[middle.fallen]
+        standing[outward] = middle.amplitude[~middle.fallen]

@@ -1,0 +1,120 @@
+"""Margins in response.nc: what the margins module finds, in words that explain themselves."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from rockframe.cli.main import main
+from rockframe.engines import ProcessPool
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.results import open_response, response_rows, write_records
+from rockframe.rocking import Margin, Verdict, margins
+from rockframe.stages import merge_stage, respond_stage
+from rockframe.stages.common import Batch
+from rockframe.study import SHIPPED_STRUCTURES, read_structures
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+
+
+@pytest.fixture(scope="module")
+def records() -> list[Record]:
+    """A pulse that nearly overturns the bridge bent, the same pushed over, and a weak one."""
+    time = 0.02 * np.arange(500)
+    y = (math.pi * (time - 5.0) / 1.5) ** 2
+    pulse = 9.81 * (1.0 - 2.0 * y) * np.exp(-y)
+    critical = margins([Record(record_id="a", acceleration=pulse, time_step=0.02)], [BENT])[0][0]
+    factors = {"near": 0.995 * critical.critical_scale, "fallen": 1.1, "weak": 0.05}
+    return [
+        Record(record_id=name, acceleration=factor * pulse, time_step=0.02)
+        for name, factor in factors.items()
+    ]
+
+
+@pytest.fixture(scope="module")
+def records_file(records: list[Record], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("near") / "records.nc"
+    write_records(((record, None) for record in records), path, input_sha256={}, parameters={})
+    return path
+
+
+@pytest.fixture(scope="module")
+def response_file(records_file: Path) -> Path:
+    path = records_file.with_name("response.nc")
+    assert respond_stage(records_file, path, structure="bridge-bent") == ()
+    return path
+
+
+def test_the_file_holds_what_was_found(records: list[Record], response_file: Path) -> None:
+    found: list[list[Margin]] = margins(records, [BENT])
+    with open_response(response_file) as response:
+        dataset = response.dataset
+        for i, (margin,) in enumerate(found):
+            one = dataset.isel(record=i, structure=0)
+            assert_array_equal(one["critical_scale"], margin.critical_scale)
+            assert int(one["safe_islands"]) == margin.safe_islands
+            assert int(one["undecided_by"]) == margin.undecided_by
+            starts = one["safe_island_start"].values
+            assert np.isfinite(starts).sum() == margin.safe_islands
+            ends = starts + one["safe_island_width"].values
+            assert tuple(zip(starts, ends, strict=True))[: margin.safe_islands] == margin.islands
+
+
+def test_a_verdict_that_a_hundredth_turns_is_undecided(response_file: Path) -> None:
+    verdicts = {row["record_id"]: row["verdict"] for row in response_rows(response_file)}
+    assert verdicts == {"near": "undecided", "fallen": "overturned", "weak": "no_uplift"}
+    with open_response(response_file) as response:
+        flag = response.dataset["verdict"]
+        assert int(flag[0, 0]) == Verdict.UNDECIDED
+        assert "undecided" in flag.attrs["flag_meanings"].split()
+        bits = response.dataset["undecided_by"].attrs
+        assert bits["flag_masks"].tolist() == [1, 2, 4]
+        assert bits["flag_meanings"].split() == ["amplitude", "restitution", "time_step"]
+
+
+def test_the_command_says_it(
+    records_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--structure", "bridge-bent", "--output", str(tmp_path / "response.nc")]
+    assert main(["respond", str(records_file), *words]) == 0
+    near, fallen, weak = capsys.readouterr().out.splitlines()[-4:-1]
+    assert "1.01  undecided, stands" in near
+    assert "overturned" in fallen
+    assert "no uplift" in weak
+    assert main(["respond", str(records_file), *words, "--no-margins", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["responses"]
+    assert [row["verdict"] for row in rows] == ["safe", "overturned", "no_uplift"]
+    assert {row["critical_scale"] for row in rows} == {None}
+
+
+def test_batches_are_merged(records_file: Path, response_file: Path, tmp_path: Path) -> None:
+    parts = [tmp_path / f"part-{k}.nc" for k in (1, 2)]
+    for k, part in enumerate(parts, start=1):
+        engine = ProcessPool(2, patience=0.0)
+        respond_stage(records_file, part, structure="bridge-bent", batch=Batch(k, 2), engine=engine)
+    merge_stage(parts, tmp_path / "whole.nc")
+    with open_response(tmp_path / "whole.nc") as merged, open_response(response_file) as whole:
+        assert merged.dataset.load().equals(whole.dataset.load())
+
+
+def test_table1_without_margins(tmp_path: Path) -> None:
+    record = tmp_path / "motion.csv"
+    np.savetxt(record, np.sin(np.arange(400.0)), fmt="%.6f")
+    words = ["--units", "m/s2", "--time-step", "0.01", "--output", str(tmp_path / "run")]
+    assert main(["table1", "--records", str(record), "--no-margins", *words]) == 0
+    with (tmp_path / "run" / "table.csv").open(newline="") as stream:
+        for row in csv.DictReader(stream):
+            margin = (row["critical_scale"], row["safe_islands"], row["undecided_by"])
+            assert margin == ("", "", "")
+
+
+def test_shipped_structures_are_those_of_the_test() -> None:
+    bent = next(f for f in read_structures(SHIPPED_STRUCTURES) if f.name == "bridge-bent")
+    assert (bent.height, bent.width, bent.mass_ratio) == (9.6, 1.6, 4.0)
