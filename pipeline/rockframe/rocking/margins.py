@@ -29,11 +29,7 @@ SCAN_STEP: Final = 0.005
 #: The critical scale is bisected until it is known to this share of itself [1].
 EDGE_TOLERANCE: Final = 1e-6
 #: So are the edges of safe islands above it [1]: under rough motions there may be a hundred.
-ISLAND_TOLERANCE: Final = 1e-4
-#: The search for slivers of overturning below the critical scale goes so deep; islands that are
-#: thinner than the scan's step are not searched for.
-_HALVINGS: Final = (6, 0)
-
+ISLAND_TOLERANCE: Final = 5e-4
 #: The ground may fall with nearly the acceleration of gravity [1].
 _NEARLY: Final = 1.0 - 1e-9
 
@@ -82,8 +78,8 @@ def margins(
     Stability is not monotone in the scale: islands of safety lie above the critical scale, and
     thin slivers of overturning may lie below the one found. Every scale that is larger by `step`
     than the one before is tried, slivers between them are looked for where the frame leans
-    furthest and beside other edges, and every edge found is bisected: the critical scale to a share
-    of 1e-6, those of islands to 1e-4.
+    furthest and beside the first edge, and every edge found is bisected: the critical scale to a
+    share of 1e-6, those of islands above it to 5e-4.
 
     Parameters
     ----------
@@ -145,7 +141,6 @@ def margins(
         _grid(least, largest, step),
         tolerance=EDGE_TOLERANCE,
         tolerance_above=ISLAND_TOLERANCE,
-        halvings=_HALVINGS,
     )
     intervals = found.intervals()
     sensitive = sensitivities(grounds, frames, ground, frame, intervals)

@@ -62,15 +62,16 @@ def sensitivities(
         restitution: with sqrt(r) 1 % smaller, or larger if eq (43) allows. By the time step: with
         the record sampled twice as finely, by band-limited interpolation.
     """
-    as_it_is = _overturns(grounds, frames, ground, frame)
-    duller = [_duller(one) for one in frames]
-    livelier = [_livelier(one) for one in frames]
-    finer = [resampled(one) for one in grounds]
+    others = [*frames, *(_duller(one) for one in frames), *(_livelier(one) for one in frames)]
+    of_frame = np.concatenate([frame + k * len(frames) for k in range(3)])
+    as_it_is, duller, livelier = np.split(
+        _overturns(grounds, others, np.tile(ground, 3), of_frame), 3
+    )
+    finer = _overturns([resampled(one) for one in grounds], frames, ground, frame)
     changed = {
         Sensitivity.AMPLITUDE: np.array([_splits(found) for found in intervals], dtype=bool),
-        Sensitivity.RESTITUTION: (_overturns(grounds, duller, ground, frame) != as_it_is)
-        | (_overturns(grounds, livelier, ground, frame) != as_it_is),
-        Sensitivity.TIME_STEP: _overturns(finer, frames, ground, frame) != as_it_is,
+        Sensitivity.RESTITUTION: (duller != as_it_is) | (livelier != as_it_is),
+        Sensitivity.TIME_STEP: finer != as_it_is,
     }
     found = [Sensitivity(0)] * ground.size
     for bit, lines in changed.items():

@@ -21,6 +21,8 @@ Int = NDArray[np.int64]
 #: So many intervals on both sides of a flip are divided into so many.
 _AROUND: Final = 3
 _FINER: Final = 5
+#: So often the amplitudes around a furthest lean or a longest fall are halved.
+_HALVINGS: Final = 8
 #: Frames that lean less than this share of their slenderness are not near their overturning.
 _NEAR: Final = 0.7
 
@@ -44,6 +46,12 @@ class Lines:
         lean = np.where(found.peak_rotation_ratio >= _NEAR, found.peak_rotation_ratio, -np.inf)
         nearness = np.where(fallen, fall, lean)
         return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
+
+    def between(self, three: Sequence[Points]) -> list[Points]:
+        """Return what becomes of lines half-way between three points of each."""
+        halves = [0.5 * (a.amplitude + b.amplitude) for a, b in pairwise(three)]
+        both = self.at(np.tile(three[0].line, 2), np.concatenate(halves))
+        return [both.take(half) for half in np.split(np.arange(both.line.size), 2)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +110,18 @@ def flipped(points: Points) -> NDArray[np.bool_]:
     return one_line & np.not_equal(points.fallen[1:], points.fallen[:-1])
 
 
-def around_flips(lines: Lines, points: Points) -> Points:
-    """Try more points around each flip: where one edge is, others are near."""
-    flips = np.flatnonzero(flipped(points))
+def below_first(points: Points) -> NDArray[np.bool_]:
+    """Return which points are not above the first one of their line that overturns."""
+    fallen = np.flatnonzero(points.fallen)
+    first = fallen[np.unique(points.line[fallen], return_index=True)[1]]
+    limit = np.full(int(points.line.max(initial=-1)) + 1, points.line.size)
+    limit[points.line[first]] = first
+    return np.asarray(np.arange(points.line.size) <= limit[points.line])
+
+
+def around_flips(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> Points:
+    """Try more points around the flips that are wanted: where one edge is, others are near."""
+    flips = np.flatnonzero(flipped(points) & wanted[1:])
     near = flips[:, None] + np.arange(-_AROUND, _AROUND + 1)
     near = np.clip(near, 0, points.line.size - 2)
     own = points.line[near + 1] == points.line[flips][:, None]  # not those of the next line
@@ -116,23 +133,22 @@ def around_flips(lines: Lines, points: Points) -> Points:
     return lines.at(np.repeat(points.line[left], shares.size), amplitude.ravel())
 
 
-def slivers(lines: Lines, points: Points, fallen: bool, halvings: int) -> list[Flips]:
-    """Find flips on both sides of what is thinner than the step between points of one kind.
+def slivers(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> list[Flips]:
+    """Find flips on both sides of what is thinner than the step between points that are wanted.
 
-    Each candidate is three points of the kind, the middle one the nearest to the other kind. It
-    shrinks around its nearest point until that is of the other kind, or has been halved so often.
+    Each candidate is three points of one kind, the middle one the nearest to the other kind. It
+    shrinks around its nearest point until that is of the other kind, or has been halved often.
     """
     line, nearness = points.line, points.nearness
     alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
     highest = (nearness[1:-1] >= nearness[:-2]) & (nearness[1:-1] > nearness[2:])
-    wanted = (points.fallen[1:-1] == fallen) & (nearness[1:-1] > -np.inf)
-    left = np.flatnonzero(alike & highest & wanted)
+    left = np.flatnonzero(alike & highest & wanted[1:-1] & (nearness[1:-1] > -np.inf))
     three = [points.take(left + k) for k in range(3)]
     found: list[Flips] = []
-    for _ in range(halvings if left.size else 0):
-        between = [lines.at(a.line, 0.5 * (a.amplitude + b.amplitude)) for a, b in pairwise(three)]
+    for _ in range(_HALVINGS if left.size else 0):
+        between = lines.between(three)
         five = [three[0], between[0], three[1], between[1], three[2]]
-        other = np.stack([point.fallen != fallen for point in between])
+        other = np.stack([point.fallen != three[1].fallen for point in between])
         for k in (0, 1):
             hit = np.flatnonzero(other[k])
             found += [
@@ -175,18 +191,29 @@ def firsts(edges: Flips) -> NDArray[np.bool_]:
     return first
 
 
-def bisect(
-    lines: Lines, flips: Flips, tolerance: float, chosen: NDArray[np.bool_] | bool = True
+def narrow(
+    lines: Lines,
+    flips: Flips,
+    tolerance: float,
+    chosen: NDArray[np.bool_] | bool = True,
+    parts: int = 2,
 ) -> Flips:
-    """Halve those chosen until they are known to a share of themselves."""
+    """Divide those chosen into parts until they are known to a share of themselves.
+
+    More parts than two take more responses, but fewer rounds: right where there are few flips.
+    """
     fallen, standing = flips.fallen.copy(), flips.standing.copy()
     impacts = flips.impacts.copy()
+    shares = np.arange(parts + 1) / parts
     while True:
         wide = np.flatnonzero(chosen & (np.abs(fallen - standing) > tolerance * fallen))
         if wide.size == 0:
             return Flips(flips.line, fallen, standing, impacts)
-        middle = lines.at(flips.line[wide], 0.5 * (fallen[wide] + standing[wide]))
-        inward, outward = wide[middle.fallen], wide[~middle.fallen]
-        fallen[inward] = middle.amplitude[middle.fallen]
-        impacts[inward] = middle.impacts[middle.fallen]
-        standing[outward] = middle.amplitude[~middle.fallen]
+        start, end = standing[wide, None], fallen[wide, None]
+        within = (1.0 - shares) * start + shares * end
+        tried = lines.at(np.repeat(flips.line[wide], parts - 1), within[:, 1:-1].ravel())
+        falls = np.column_stack([tried.fallen.reshape(wide.size, -1), np.ones(wide.size, bool)])
+        counts = np.column_stack([tried.impacts.reshape(wide.size, -1), impacts[wide]])
+        first, here = np.argmax(falls, axis=1), np.arange(wide.size)
+        fallen[wide], standing[wide] = within[here, first + 1], within[here, first]
+        impacts[wide] = counts[here, first]

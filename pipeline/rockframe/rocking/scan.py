@@ -21,10 +21,11 @@ from rockframe.rocking.refining import (
     Lines,
     Points,
     around_flips,
-    bisect,
+    below_first,
     firsts,
     flipped,
     join,
+    narrow,
     slivers,
 )
 
@@ -98,7 +99,6 @@ def scan(
     *,
     tolerance: float,
     tolerance_above: float | None = None,
-    halvings: tuple[int, int] = (8, 8),
 ) -> Scan:
     """Find all intervals of amplitude in which frames overturn.
 
@@ -113,10 +113,8 @@ def scan(
     tolerance : float
         Edges are bisected until they are known to so much, relative to themselves.
     tolerance_above : float, optional
-        For the edges above each line's first one, if another.
-    halvings : tuple of int
-        How often the amplitudes around a furthest lean, and around a longest fall, are halved in
-        search of a sliver.
+        For the edges above each line's first one, if that is the one that matters; what is thinner
+        than the step is then not looked for above it.
 
     Returns
     -------
@@ -127,14 +125,16 @@ def scan(
     every = np.arange(lines.ground.size)
     grid = np.broadcast_to(amplitudes, (every.size, np.shape(amplitudes)[-1]))
     coarse = lines.at(np.repeat(every, grid.shape[1]), grid.ravel())
-    points = coarse.and_(around_flips(lines, coarse))
+    everywhere = tolerance_above is None
+    wanted = np.ones(coarse.line.size, dtype=bool) if everywhere else below_first(coarse)
+    points = coarse.and_(around_flips(lines, coarse, wanted))
+    wanted = np.ones(points.line.size, dtype=bool) if everywhere else below_first(points)
     left = np.flatnonzero(flipped(points))
     flips = [Flips.between(points.take(left), points.take(left + 1))]
-    for fallen, halved in zip((False, True), halvings, strict=True):
-        flips += slivers(lines, points, fallen, halved)
-    edges = bisect(lines, join(flips), tolerance_above or tolerance)
-    if tolerance_above:
-        edges = bisect(lines, edges, tolerance, firsts(edges))
+    flips += slivers(lines, points, wanted)
+    edges = narrow(lines, join(flips), tolerance if tolerance_above is None else tolerance_above)
+    if not everywhere:
+        edges = narrow(lines, edges, tolerance, firsts(edges), parts=4)
     first = np.searchsorted(points.line, every)
     starting = points.take(first[points.fallen[first]])
     return Scan(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final, Self
+
+import numba
 
 from rockframe.components import vertical_beside
 from rockframe.engines import Engine, map_batches
@@ -213,19 +217,25 @@ class _Pulses:
 
 
 def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
-    """Responses to each record, or the reason why there are none."""
-    answered: list[tuple[str, list[Response], str]] = []
-    for name, motion in task.motions.items():
-        try:
-            responses = [respond(frame, motion) for frame in task.frames]
-            if name in task.pulses:
-                responses = [with_pulse(response, task.pulses[name]) for response in responses]
-            if task.margins:
-                responses = with_margins(responses, motion)
-            answered.append((name, [task.histories.keep(r) for r in responses], ""))
-        except ParameterError as error:
-            answered.append((name, [], str(error)))
-    return answered
+    """Responses to each record, or the reason why there are none.
+
+    The kernel lets other threads run: margins, which take most of the time, share the cores.
+    """
+    with ThreadPoolExecutor(numba.get_num_threads()) as threads:  # one in the workers of a pool
+        return list(threads.map(partial(_answer_one, task), task.motions))
+
+
+def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
+    motion = task.motions[name]
+    try:
+        responses = [respond(frame, motion) for frame in task.frames]
+        if name in task.pulses:
+            responses = [with_pulse(response, task.pulses[name]) for response in responses]
+        if task.margins:
+            responses = with_margins(responses, motion)
+    except ParameterError as error:
+        return name, [], str(error)
+    return name, [task.histories.keep(response) for response in responses], ""
 
 
 def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:
