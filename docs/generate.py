@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import inspect
+import io
 import os
 import re
 import shutil
@@ -15,7 +17,7 @@ from pathlib import Path
 import xarray
 
 import rockframe
-from rockframe.cli.main import parser
+from rockframe.cli.main import main, parser
 from rockframe.ingest import FORMATS
 
 _STUB = Path(rockframe.__file__).with_suffix(".pyi")
@@ -111,6 +113,9 @@ def _write_datasets(folder: Path) -> None:
         rockframe.ingest_stage([rockframe.bundled_records() / "Ridgecrest2019-CCC.V1"], records)
         rockframe.pulse_stage(records, home / "pulses.nc")
         rockframe.respond_stage(records, home / "response.nc")
+        for words in _FURTHER:
+            with contextlib.redirect_stdout(io.StringIO()):
+                main([word.format(home=home) for word in words.split()])
         for path in sorted(home.glob("*.nc")):
             with xarray.open_dataset(path) as dataset:
                 text = _variables(dataset)
@@ -147,6 +152,14 @@ def _index(title: str, text: str, pages: Sequence[str]) -> str:
     listed = "\n".join(pages)
     return f"# {title}\n\n{text}\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
 
+
+#: Files of further commands, as small as they come.
+_FURTHER = (
+    "screen {home}/records.nc --pulses {home}/pulses.nc --structure slender-frame --scales 1 "
+    "--output {home}/screen.nc",
+    "spectrum --wavelet symmetric_ricker --slenderness-deg 14 --mass-ratio 0 --frequency-ratio 3 "
+    "--max-amplitude 4 --output {home}/spectrum.nc",
+)
 
 _API = """All public names are in `rockframe` itself: `import rockframe`, then `rockframe.respond`.
 Arrays are of NumPy, in SI units; angles are in rad. What a user can mend is raised as a child of
