@@ -197,3 +197,21 @@ def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_attempt_is_what_workers_import() -> None:
     [outcome] = attempt.attempt(Path("lost.AT2"), ReadOptions())
     assert outcome == attempt.Rejection("lost.AT2", "no such file. Must exist.")
+
+
+def test_killed_worker_is_no_fault_of_the_file(tmp_path: Path) -> None:
+    """Killed from outside while it reads: the file is read again."""
+    marks = [tmp_path / f"killed-{k}" for k in range(2)]
+    dies = (
+        "[open({0!r}, 'x').close(), __import__('os').kill(__import__('os').getpid(), 9)] "
+        "if not __import__('os').path.exists({0!r}) else {1}"
+    )
+    calls = [(dies.format(str(mark), [k, k]),) for k, mark in enumerate(marks)]
+    with closing(serve(eval, calls, 1, Limits())) as served:
+        assert [list(of_file.values) for of_file in served] == [[0, 0], [1, 1]]
+
+
+def test_worker_that_is_killed_each_time_is_said() -> None:
+    calls = [("__import__('os').kill(__import__('os').getpid(), 9)",)]
+    with closing(serve(eval, calls, 1, Limits())) as served:
+        assert next(served).failure.startswith("crashed its reader (signal 9, Killed)")

@@ -27,6 +27,10 @@ _MEGABYTE: Final = 1 << 20
 #: A further worker pays for its start (0.2 s) from this much text on [bytes].
 _BYTES_A_WORKER: Final = 16 * _MEGABYTE
 _LONGEST_REASON: Final = 200
+#: How a process ends that was killed from outside, which is not the file's fault: so often it is
+#: read anew before it is blamed (it may be why the system lacks memory).
+_KILLED: Final = -getattr(signal, "SIGKILL", 9)
+_ATTEMPTS: Final = 3
 #: Calls of each worker that may be done before their values are asked for; the memory they take.
 _AHEAD: Final = 4
 
@@ -172,20 +176,31 @@ class _Worker:
         self._said: IO[bytes] | None = None
 
     def call(self, function: Callable[..., Iterable[T]], arguments: tuple[Any, ...]) -> Served[T]:
+        for _ in range(_ATTEMPTS - 1):
+            status, served = self._once(function, arguments)
+            if status != _KILLED:
+                return served
+        return self._once(function, arguments)[1]
+
+    def _once(
+        self, function: Callable[..., Iterable[T]], arguments: tuple[Any, ...]
+    ) -> tuple[int, Served[T]]:
+        """The exit status, 0 if the process lives, and what it gave."""
         process = self._started()
         values: list[T] = []
         if process is None or process.stdin is None or process.stdout is None:
-            return Served(values, "not read: the run was ended.")
+            return 0, Served(values, "not read: the run was ended.")
         try:
             pickle.dump((function, arguments), process.stdin)
             process.stdin.flush()
             while True:
                 more, value = pickle.load(process.stdout)  # noqa: S301 - from our own worker
                 if not more:
-                    return Served(values)
+                    return 0, Served(values)
                 values.append(value)
         except (EOFError, BrokenPipeError, pickle.UnpicklingError):
-            return Served(values, self._reason(process.wait()))
+            status = process.wait()
+            return status, Served(values, self._reason(status))
 
     def close(self) -> None:
         """End the process for good; a call that waits for it returns."""
