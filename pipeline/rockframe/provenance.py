@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import importlib.metadata
 import json
@@ -18,6 +19,8 @@ from rockframe.errors import InputError
 
 #: Suffixes of the files that make up the package.
 _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
+#: A disk with less room than this has no more [bytes].
+_FULL: Final = 65536
 #: The last file of a run.
 MANIFEST: Final = "manifest.json"
 #: Distributions whose versions can change a number in a result.
@@ -116,10 +119,16 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield partial
         _settle(partial, path)
     except OSError as error:
-        message = f"cannot be written: {error.strerror or error}."
-        raise InputError(path, message) from error
+        raise InputError(path, f"cannot be written: {_why(error, partial)}.") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _why(error: OSError, partial: Path) -> str:
+    """What is wrong in the system's words; netCDF keeps to itself that a disk is full."""
+    if error.strerror is None and shutil.disk_usage(partial.parent).free < _FULL:
+        return os.strerror(errno.ENOSPC)
+    return error.strerror or str(error)
 
 
 def _settle(partial: Path, path: Path) -> None:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import atexit
 import io
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Sequence
 from importlib.metadata import version
+from pathlib import Path
 from types import FrameType
-from typing import NoReturn
+from typing import Final, NoReturn
 
 from rockframe.cli import (
     draw,
@@ -44,6 +48,10 @@ _VERBS = (
     *(fetch, ingest, pulse, respond, screen, spectrum, merge, table, draw),
     *(figure, report, explore, paper, formats, plan, manifest),
 )
+
+
+#: What compiled code may take on disk [bytes].
+_CACHE_ROOM: Final = 16_000_000
 
 
 class _Parser(argparse.ArgumentParser):
@@ -105,6 +113,18 @@ def call(arguments: Sequence[str] | None = None) -> int:
     return status
 
 
+def _keep_cache_where_there_is_room() -> None:
+    """Let numba cache elsewhere for this process if its disk is full: it would not survive that."""
+    stated = os.environ.get("NUMBA_CACHE_DIR")
+    home = Path(stated) if stated else Path(__file__).parents[1]
+    while not home.exists():
+        home = home.parent
+    if shutil.disk_usage(home).free < _CACHE_ROOM:
+        elsewhere = tempfile.mkdtemp(prefix="rockframe-cache-")
+        atexit.register(shutil.rmtree, elsewhere, ignore_errors=True)
+        os.environ["NUMBA_CACHE_DIR"] = elsewhere
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -118,6 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 130 interrupted.
     """
+    _keep_cache_where_there_is_room()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that has no theta shows "?"
     if threading.current_thread() is threading.main_thread():

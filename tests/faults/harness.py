@@ -1,0 +1,140 @@
+"""Runs as processes of their own, that can be killed; and what is left of them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+DRIVER = Path(__file__).with_name("driver.py")
+#: So long a run may take on a machine that does other things too [s].
+PATIENCE = 300.0
+
+
+def command(study: Path, folder: Path, pool: bool) -> list[str]:
+    """The words of a run: in one process, or in a pool."""
+    words = ["run", str(study), "--output", str(folder)]
+    if pool:
+        return [sys.executable, str(DRIVER), *words]
+    return [sys.executable, "-m", "rockframe.cli.main", *words, "--workers", "1"]
+
+
+def start(study: Path, folder: Path, *, pool: bool = False, **env: str) -> subprocess.Popen[str]:
+    """Start a run in a process group of its own."""
+    return subprocess.Popen(
+        command(study, folder, pool),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, **env},
+    )
+
+
+def finished(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """Wait for a run; its exit status and what it said on the error stream."""
+    said = process.communicate(timeout=PATIENCE)[1]
+    return process.returncode, said
+
+
+def stamps(folder: Path) -> int:
+    """How many steps have ended."""
+    return len(list((folder / ".rockframe" / "steps").glob("[a-z]*.json")))
+
+
+def wait_until(met: Callable[[], bool], process: subprocess.Popen[str]) -> bool:
+    """Wait for a moment of a run; False if the run ended before."""
+    until = time.monotonic() + PATIENCE
+    while process.poll() is None:
+        if met():
+            return True
+        if time.monotonic() > until:
+            raise TimeoutError("the run stands still")
+        time.sleep(0.002)
+    return False
+
+
+def wait_for_stamps(folder: Path, count: int, process: subprocess.Popen[str]) -> bool:
+    """Wait until so many steps have ended; False if the run ended before."""
+    return wait_until(lambda: stamps(folder) >= count, process)
+
+
+def children(pid: int) -> dict[int, str]:
+    """Processes below one, at whatever depth, with their command lines."""
+    parents = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                parents[int(entry.name)] = int(
+                    (entry / "stat").read_text().rsplit(")", 1)[1].split()[1]
+                )
+            except (OSError, IndexError):
+                continue
+    found: dict[int, str] = {}
+    near = {pid}
+    while near:
+        near = {child for child, parent in parents.items() if parent in near} - set(found)
+        for child in near:
+            try:
+                found[child] = Path(f"/proc/{child}/cmdline").read_text().replace("\0", " ")
+            except OSError:
+                found[child] = ""
+    return found
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process is there and is no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def all_gone(pids: Iterator[int] | list[int]) -> bool:
+    """Whether processes end, sooner or later."""
+    until = time.monotonic() + PATIENCE
+    waiting = list(pids)
+    while waiting and time.monotonic() < until:
+        waiting = [pid for pid in waiting if is_alive(pid)]
+        time.sleep(0.01)
+    return not waiting
+
+
+def kill(process: subprocess.Popen[str], *, group: bool) -> list[int]:
+    """Kill a run, or its whole group, and return the processes that were below it."""
+    below = list(children(process.pid))
+    if group:
+        os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.communicate()
+    return below
+
+
+@contextmanager
+def small_disk(folder: Path, size: str) -> Iterator[Callable[[str], None]]:
+    """Mount a disk of this size, and give a function that mounts it anew with other options."""
+    folder.mkdir()
+    subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], check=True)
+
+    def remount(options: str) -> None:
+        subprocess.run(["mount", "-o", f"remount,{options}", folder], check=True)
+
+    try:
+        yield remount
+    finally:
+        subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def can_mount(folder: Path) -> bool:
+    """Whether this user may mount a disk."""
+    try:
+        with small_disk(folder, "64k"):
+            return True
+    except (OSError, subprocess.CalledProcessError):
+        return False
