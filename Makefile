@@ -103,10 +103,10 @@ test-dask: $(MADE)
 	@$(BIN)/python -m pytest -q tests/engines
 
 test-workflow: $(MADE) $(WORKFLOW)/.made
-	@$(BIN)/python -m pytest -q tests/workflow
+	@$(BIN)/python -m pytest -q -m workflow tests/workflow
 
 test-faults: $(MADE)
-	@$(BIN)/python -m pytest -q tests/faults
+	@$(BIN)/python -m pytest -q -m faults tests/faults tests/runs
 
 check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .

@@ -132,7 +132,12 @@ def test_template_states_the_defaults_and_every_key(tmp_path: Path) -> None:
     )
     keys = [line.lstrip("# ").split(" = ")[0] for line in text.splitlines() if " = " in line]
     for model in StudyTables.model_json_schema()["$defs"].values():
-        assert set(model["properties"]) <= {*keys, "section", "inertia_ratio", "restitution_factor"}
+        assert set(model["properties"]) <= {
+            *keys,
+            "section",
+            "inertia_ratio",
+            "restitution_factor",
+        } | {"design"}
 
 
 def test_schema_of_the_shipped_studies_is_the_present_one() -> None:

@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     files = (options.records, options.pulses, options.response)
     rows = rows_of(*files)
     with replaced_folder(options.output, _INDEX) as partial:
-        chosen = _furthest(rows, options.most)
+        chosen = _furthest(rows, options.response, options.most)
         draw(rows, files, partial, chosen)
         lines = ["record_id,file", *(f"{name},{name}.png" for name in chosen)]
         (partial / _INDEX).write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -75,19 +75,23 @@ def draw(
             figure = draw_response_history(
                 records.read(name).acceleration,
                 pulses.get(name),
-                [response.sel(record=name, structure=s) for s in response.structures],
+                [response.sel(record=name, structure=s) for s in response.kept(name)],
                 titles[name],
             )
             save(figure, folder / f"{name}.png")
             progress(i + 1, len(chosen))
 
 
-def _furthest(rows: Sequence[TableRow], most: int) -> list[str]:
-    """Records in their order; of too many, those under which something turns furthest."""
+def _furthest(rows: Sequence[TableRow], response: Path, most: int) -> list[str]:
+    """Records with histories; of too many, those under which something turns furthest."""
+    from rockframe.results import open_response
+
     furthest: dict[str, float] = {}
     for row in rows:
         stands = row.verdict in ("safe", "undecided") and math.isnan(row.overturning_time_s)
         ratio = row.peak_rotation_ratio if stands else 0.0
         furthest[row.record_id] = max(ratio, furthest.get(row.record_id, 0.0))
+    with open_response(response) as file:
+        furthest = {name: ratio for name, ratio in furthest.items() if file.kept(name)}
     chosen = set(sorted(furthest, key=lambda name: -furthest[name])[:most])
     return [name for name in furthest if name in chosen]

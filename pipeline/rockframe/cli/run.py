@@ -7,13 +7,17 @@ import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.arguments import add_engine
 from rockframe.cli.plan import add_study, warn
 
 if TYPE_CHECKING:
     from rockframe.runs import Outcome, Task
+
+
+#: Status of a command that Ctrl-C ended.
+_INTERRUPTED: Final = 130
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -115,6 +119,8 @@ def _ended(task: Task, status: int) -> int:
     from rockframe.errors import InputError
     from rockframe.runs import stamp
 
+    if status == _INTERRUPTED:
+        raise KeyboardInterrupt
     if status > (1 if task.step.may_reject else 0) or status < 0:
         log = task.folder / "logs" / f"{task.step.name}.log"
         lines = log.read_text(encoding="utf-8").splitlines() or [f"status {status}"]

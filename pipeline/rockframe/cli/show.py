@@ -82,6 +82,7 @@ def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
             for record, structure in run.pairs
             if record == name
         },
+        "screening": _screening(run.folder, name),
         "left_out": _left_out(run.folder, name),
         "figure": _figure(run.folder, name),
     }
@@ -94,6 +95,13 @@ def _left_out(folder: Path, name: str) -> dict[str, str]:
     return {
         stage: reasons[name] for stage, reasons in left_out_of(folder).items() if name in reasons
     }
+
+
+def _screening(folder: Path, name: str) -> list[dict[str, Any]]:
+    from rockframe.results import screening_of
+
+    path = folder / "screen.nc"
+    return screening_of(path, name) if name and path.is_file() else []
 
 
 def _figure(folder: Path, name: str) -> str:
@@ -119,6 +127,8 @@ def _show(told: Mapping[str, Any]) -> None:
             print(f"  {label:<11}{text}".rstrip())
     if told["responses"]:
         _show_responses(told["responses"])
+    if told["screening"]:
+        _show_screening(told["screening"])
 
 
 def _show_responses(responses: Mapping[str, Mapping[str, Any]]) -> None:
@@ -135,6 +145,21 @@ def _show_responses(responses: Mapping[str, Mapping[str, Any]]) -> None:
         )
         rows.append([structure, *(("–",) * 3 if fell else values), verdict])
     show_table("", ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"], rows)
+
+
+def _show_screening(rows: list[dict[str, Any]]) -> None:
+    from rockframe.cli.console import number, show_table
+
+    cells = []
+    for row in rows:
+        runs: dict[str, list[str]] = {}
+        for scale, verdict in row["verdicts"].items():
+            runs.setdefault(verdict.replace("_", " "), []).append(scale)
+        verdicts = "; ".join(f"{verdict} at {', '.join(at)}" for verdict, at in runs.items())
+        azimuth = number(row["azimuth_degree"], 0)
+        cells.append([row["structure"], azimuth, number(row["critical_scale"], 3), verdicts])
+    heads = ["structure", "azimuth>", "critical scale>", "verdict at multiples of the record"]
+    show_table("Screening", heads, cells)
 
 
 def _of_file(told: Mapping[str, Any]) -> str:

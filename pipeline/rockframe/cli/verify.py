@@ -11,6 +11,15 @@ from rockframe.cli.arguments import path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The folder of a run."""
     parser.add_argument("folder", type=path, help="folder of a run, with its manifest.json")
+    parser.add_argument(
+        "--recompute",
+        type=int,
+        nargs="?",
+        const=3,
+        metavar="N",
+        help="compute again and compare to the last bit: pulses and responses of about N records "
+        "(3), screenings and spectra whole, which takes as long as they took in the run",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -20,13 +29,15 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.stages import verify_run
 
     found = verify_run(options.folder)
-    faults = (*found.faults, *strange_report(options.folder))
+    faults = [*found.faults, *strange_report(options.folder)]
+    repeated = _repeated(options, faults)
     if options.json:
         show_json(
             {
                 "files": found.files,
                 "records": {name: len(held.records) for name, held in found.datasets.items()},
                 "faults": faults,
+                "computed_again": repeated,
                 "same_source": found.same_source,
                 "whole": not faults,
             }
@@ -36,8 +47,26 @@ def run(options: argparse.Namespace) -> int:
             print(f"{name}: {len(held.records)} records")
         if not found.same_source:
             print("made by another version of the source code")
+        for what in repeated:
+            print(f"computed again: {what}")
         if not faults:
             print(f"{options.folder}: whole; all {found.files} files are as the manifest says")
     for fault in faults:
         print(f"rockframe: fault: {fault}", file=sys.stderr)
     return 1 if faults else 0
+
+
+def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:
+    """What was computed again, if it was asked for and the files are sound; faults are added."""
+    from rockframe.cli.recompute import recompute
+    from rockframe.errors import ParameterError
+
+    if options.recompute is None:
+        return []
+    if options.recompute < 1:
+        raise ParameterError(f"Invalid --recompute {options.recompute}. Must be at least 1.")
+    if faults:
+        return []
+    done, found = recompute(options.folder, options.recompute)
+    faults += found
+    return done

@@ -139,7 +139,7 @@ def payload(
             )
     structures = {name: _structure(facts) for name, facts in run.structures.items()}
     return {
-        "name": run.folder.resolve().name,
+        "name": run.name,
         "gravity": GRAVITY,
         "grounds": grounds,
         "structures": structures,

@@ -7,6 +7,7 @@ built by one function, written whole by `write`, and read back by one function.
 from rockframe.results.batches import Batches as Batches
 from rockframe.results.curves import restitution_dataset as restitution_dataset
 from rockframe.results.curves import size_dataset as size_dataset
+from rockframe.results.differences import differences as differences
 from rockframe.results.entries import Entry as Entry
 from rockframe.results.entries import refuse_strange_entries as refuse_strange_entries
 from rockframe.results.entries import write_entries as write_entries
@@ -71,6 +72,7 @@ from rockframe.results.screen_table import refuse_strange_table as refuse_strang
 from rockframe.results.screen_table import screen_rows as screen_rows
 from rockframe.results.screen_table import screen_summary as screen_summary
 from rockframe.results.screen_table import write_screen_table as write_screen_table
+from rockframe.results.screened import screening_of as screening_of
 from rockframe.results.spectra import Overturning as Overturning
 from rockframe.results.spectra import read_rocking_spectrum as read_rocking_spectrum
 from rockframe.results.spectra import read_spectrum as read_spectrum

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.results.files import PULSES, RESPONSE, opened
+from rockframe.results.files import PULSES, RESPONSE, SCREEN, opened
 
 #: Files of stages that may leave records out.
-_STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE}
+_STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE, "screen.nc": SCREEN}
 
 
 def rejections_of(folder: Path) -> dict[str, str]:

@@ -233,6 +233,17 @@ class ResponseFile:
         """Names of the structures."""
         return [str(name) for name in self.dataset["structure"].values]
 
+    def kept(self, record: str) -> list[str]:
+        """Return the names of the structures whose histories under a record are in the file.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such record.
+        """
+        kept = self.dataset["history"].values[_position(self.records, record, "record")]
+        return [name for name, there in zip(self.structures, kept, strict=True) if there]
+
     def sel(self, *, record: str, structure: str) -> xr.Dataset:
         """Return the histories of one record and structure on ``time``, with their verdict.
 

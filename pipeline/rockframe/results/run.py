@@ -87,6 +87,12 @@ class Run:
     structures: Mapping[str, Facts]
     pairs: Mapping[Pair, Facts]
 
+    @property
+    def name(self) -> str:
+        """What people call it: the study, or else the folder."""
+        study = self.manifest["parameters"].get("study", {})
+        return str(study.get("name") or self.folder.resolve().name)
+
 
 @dataclass(frozen=True)
 class Ground:

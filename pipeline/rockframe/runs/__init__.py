@@ -1,8 +1,8 @@
 """Runs of studies: plan, steps, stamps, lock, manifest. What a step does is the stages' affair."""
 
+from rockframe.runs.further import STRUCTURES as STRUCTURES
 from rockframe.runs.graph import INPUTS as INPUTS
 from rockframe.runs.graph import PAGE as PAGE
-from rockframe.runs.graph import STRUCTURES as STRUCTURES
 from rockframe.runs.lock import is_locked as is_locked
 from rockframe.runs.lock import locked as locked
 from rockframe.runs.manifest import finish as finish

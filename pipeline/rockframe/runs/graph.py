@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Final
 
 from rockframe.provenance import MANIFEST
+from rockframe.runs.further import STRUCTURES, further_steps, options
 from rockframe.runs.step import Step
 from rockframe.study import Study
 
 #: The list of the record files and their hashes; written first, it makes the graph static.
 INPUTS: Final = "inputs.csv"
-#: The structures of the study, as the stages read them.
-STRUCTURES: Final = "structures.toml"
 #: The page of the run.
 PAGE: Final = "report.html"
 #: More batches would only cost starts; three stages of so many stay below 500 jobs.
@@ -32,14 +30,16 @@ def steps_of(study: Study, files: int) -> list[Step]:
     steps: list[Step] = []
     if study.records:
         batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
+        needs = ["records.nc", STRUCTURES, *(["pulses.nc"] if study.tables.respond.pulses else [])]
         steps += [
             _ingest(study),
             *_in_batches("pulse", "pulses.nc", ("records.nc",), _pulse(study), batches),
-            *_in_batches(
-                "respond", "response.nc", ("records.nc", STRUCTURES), _respond(study), batches
-            ),
+            *_in_batches("respond", "response.nc", tuple(needs), _respond(study), batches),
+            *further_steps(study),
             *_tables(study),
         ]
+    else:
+        steps += further_steps(study)
     return [*steps, *_last(study, steps)]
 
 
@@ -47,7 +47,7 @@ def _ingest(study: Study) -> Step:
     table = study.tables.records
     assert table is not None  # noqa: S101 - a study with records has their table
     command = ["ingest", *map(str, study.records), "--output", "records.nc"]
-    command += _options(
+    command += options(
         {
             "--units": table.units,
             "--time-step": table.time_step_s,
@@ -55,13 +55,15 @@ def _ingest(study: Study) -> Step:
             "--band-pass": table.band_pass_hz,
             "--uncorrected": table.uncorrected,
             "--strict": table.strict,
+            "--azimuth": table.azimuth_degree,
+            "--strike": table.strike_degree,
         }
     )
     for option in ("station_xml", "catalogue", "limits"):
         stated = getattr(table, option)
         if stated is not None:
             command += [f"--{option.replace('_', '-')}", str(study.beside(stated))]
-    command += _options(
+    command += options(
         {
             "--magnitude": study.tables.filters.magnitude,
             "--distance-km": study.tables.filters.epicentral_distance_km,
@@ -75,17 +77,31 @@ def _ingest(study: Study) -> Step:
 
 
 def _pulse(study: Study) -> list[str]:
-    return ["pulse", "records.nc", *_options({"--periods": study.tables.pulse.periods_s})]
+    table = study.tables.pulse
+    words = ["pulse", "records.nc", *options({"--periods": table.periods_s})]
+    words += [word for wavelet in table.wavelet or () for word in ("--wavelet", wavelet)]
+    return words + options(
+        {
+            "--pulse-wavelet": table.pulse_wavelet,
+            "--weighting": table.weighting,
+            "--most-half-cycles": table.most_half_cycles,
+            "--runners-up": table.runners_up,
+            "--surrogates": table.surrogates,
+            "--scrambling": table.scrambling,
+            "--seed": table.seed,
+        }
+    )
 
 
 def _respond(study: Study) -> list[str]:
     table = study.tables.respond
-    options = {
+    stated: dict[str, object] = {
         "--vertical": table.vertical,
         "--histories": table.histories,
         "--no-margins": not table.margins,
+        "--pulses": "pulses.nc" if table.pulses else None,
     }
-    return ["respond", "records.nc", "--structures", STRUCTURES, *_options(options)]
+    return ["respond", "records.nc", "--structures", STRUCTURES, *options(stated)]
 
 
 def _in_batches(
@@ -95,7 +111,7 @@ def _in_batches(
     if batches <= 1:
         return [Step(rule, rule, (*command, "--output", output), inputs, (output,), memory=2000)]
     parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
-    alone = ("--workers", "1") if rule == "respond" else ()  # the batches are the parallel part
+    alone = ("--workers", "1")  # the batches are the parallel part
     steps = [
         Step(
             f"{rule}-{k:03d}",
@@ -136,17 +152,3 @@ def _last(study: Study, steps: list[Step]) -> list[Step]:
     page = Step("report", "report", words, (MANIFEST,), (PAGE,))
     whole = Step("verify", "verify", verify, (MANIFEST, PAGE), (), may_reject=False)
     return [manifest, page, whole]
-
-
-def _options(stated: Mapping[str, object]) -> list[str]:
-    """Words of options: nothing for what is not stated or false, no value for what is true."""
-    words: list[str] = []
-    for option, value in stated.items():
-        if value is None or value is False:
-            continue
-        words.append(option)
-        if isinstance(value, tuple):
-            words += [repr(number) for number in value]
-        elif value is not True:
-            words.append(str(value))
-    return words

@@ -14,7 +14,8 @@ from typing import Any, Final
 from rockframe.errors import InputError
 from rockframe.ingest import CATALOGUE
 from rockframe.provenance import sha256_of, source_code_hash, whole_file
-from rockframe.runs.graph import INPUTS, STRUCTURES, steps_of
+from rockframe.runs.further import STRUCTURES
+from rockframe.runs.graph import INPUTS, steps_of
 from rockframe.runs.step import Step
 from rockframe.study import Study, structures_text
 
@@ -101,7 +102,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
     known = {name: _digest(text) for name, text in files.items()}
     keys: dict[str, str] = {}
     for step in steps:
-        further = [file.sha256 for file in inputs] if step.rule == "ingest" else []
+        further = [i.sha256 for i in inputs if str(i.path) in step.command or step.rule == "ingest"]
         if step.rule == "manifest":
             further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
         keys[step.name] = step.key(known, source_code_hash(), *further)
@@ -185,6 +186,9 @@ def _inputs(study: Study, folder: Path) -> Iterator[Input]:
         if beside is not None:
             path = study.beside(beside)
             yield Input(path.name, path, sha256_of(path))
+    if study.tables.screen is not None and study.tables.screen.hazard is not None:
+        path = study.beside(study.tables.screen.hazard)
+        yield Input(path.name, path, sha256_of(path))
 
 
 def _count(inputs: tuple[Input, ...]) -> int:

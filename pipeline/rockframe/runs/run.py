@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from rockframe.engines import Engine, map_batches
+from rockframe.engines import DaskScheduler, Engine, OneProcess, map_batches
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, listed_outputs
 from rockframe.runs.graph import PAGE
@@ -174,7 +174,9 @@ def _perform(
     rejecting, done = [], 0
     for wave in waves(plan.steps):
         tasks = [Task(step, plan.keys[step.name], folder) for step in wave if step in todo]
-        for task, status in zip(tasks, map_batches(perform, tasks, engine=engine), strict=True):
+        alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # no pool for one step
+        where = OneProcess() if alone else engine
+        for task, status in zip(tasks, map_batches(perform, tasks, engine=where), strict=True):
             done += 1
             watch.step(task.step.name, done, len(todo))
             if status:

@@ -10,10 +10,22 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of, source_code_hash
-from rockframe.results import PULSES, RECORDS, RESPONSE, Described, describe, rows_of
+from rockframe.results import (
+    PULSES,
+    RECORDS,
+    RESPONSE,
+    ROCKING_SPECTRUM,
+    SCREEN,
+    SPECTRUM,
+    Described,
+    describe,
+    rows_of,
+)
 
 #: The files of a run that hold datasets, in the order of the stages.
-_DATASETS: Final = {"records.nc": RECORDS, "pulses.nc": PULSES, "response.nc": RESPONSE}
+_DATASETS: Final = {
+    f"{kind}.nc": kind for kind in (RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM)
+}
 #: What a manifest must have.
 _PARTS: Final = ("inputs", "outputs", "parameters", "source_code_hash", "versions")
 
@@ -143,12 +155,14 @@ def _unrelated(
     records = datasets.get("records.nc")
     if records is None:
         return
-    for name in ("pulses.nc", "response.nc"):
-        if name not in datasets:
+    for name in datasets:
+        if name in ("records.nc", "spectrum.nc"):
             continue
         made_from = datasets[name].inputs.get("records.nc")
         if made_from != outputs["records.nc"]:
             yield f"{folder / name}: was made from another records.nc. Must be of the same run."
+        if name == "screen.nc":  # its motions may be records that were turned
+            continue
         strange = [r for r in datasets[name].records if r not in set(records.records)]
         if strange:
             yield (

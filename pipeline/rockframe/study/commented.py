@@ -26,6 +26,22 @@ _EXAMPLES: Final[dict[str, str]] = {
     "vs30_m_s": "[360.0, 1500.0]",
     "pga_g": "[0.1, 3.0]",
     "pgv_m_s": "[0.1, 3.0]",
+    "azimuth_degree": "30.0",
+    "strike_degree": "120.0",
+    "wavelet": '["antisymmetric_ricker"]',
+    "pulse_wavelet": '"symmetric_ricker"',
+    "azimuths_degree": "[0.0, 30.0, 60.0, 90.0, 120.0, 150.0]",
+    "pulse_period_s": "[0.5, 5.0]",
+    "pulse_length_m": "[0.1, 9.0]",
+    "pulse_like": "true",
+    "hazard": '"hazard.csv"',
+    "dimension": '"height"',
+    "range": "[4.0, 12.0]",
+    "slenderness_degree": "[10.0, 14.0]",
+    "frequency_ratio": "[2.0, 3.0, 4.0, 5.0, 6.0]",
+    "amplitude_step": "0.005",
+    "half_cycles": "2.0",
+    "column_period_s": "[2.0, 3.0, 4.0]",
 }
 #: Name of the schema, in the folder of the studies that point to it.
 SCHEMA: Final = "study.schema.json"
@@ -53,7 +69,15 @@ def commented_study(name: str) -> str:
         table = tables_of(field.annotation)
         if table is None or key == "structure":
             continue
-        lines += ["", *_comment(table.__doc__ or ""), f"[{key}]", *_keys(table)]
+        keys = _keys(table)
+        for inner, nested in table.model_fields.items():
+            below = tables_of(nested.annotation)
+            if below is not None:
+                keys += ["", *_comment(below.__doc__ or ""), f"[{key}.{inner}]", *_keys(below)]
+        heading = [f"[{key}]", *keys]
+        if field.default is None and key != "records":  # a stage that is only done if it is asked
+            heading = [line if line[:1] in ("#", "") else f"# {line}" for line in heading]
+        lines += ["", *_comment(table.__doc__ or ""), *heading]
     return "\n".join([*lines, "", _STRUCTURE])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
@@ -73,6 +73,10 @@ class RecordsTable(Strict):
     """TOML file with a [passport] table: limits of the checks of each record."""
     strict: bool = False
     """Stop at the first file that is rejected."""
+    azimuth_degree: float | None = None
+    """Put the motion toward this azimuth in the place of the two horizontals of each station."""
+    strike_degree: float | None = None
+    """Put the motions normal and parallel to a fault of this strike in their place."""
 
 
 class Filters(Strict):
@@ -113,24 +117,6 @@ class Filters(Strict):
             if not low <= value <= high:
                 return f"{name} {value:g}. Must be from {low:g} to {high:g}"
         return ""
-
-
-class PulseTable(Strict):
-    """The search for the pulse of each record."""
-
-    periods_s: Range = (0.2, 5.0)
-    """Range of pulse periods that is searched [s]."""
-
-
-class RespondTable(Strict):
-    """The response of each structure to each record."""
-
-    vertical: bool = False
-    """Let the ground move vertically too, as the vertical record of each motion says."""
-    histories: Literal["none", "selected", "all"] = "all"
-    """Motions that are written at each sample: none, selected (overturned or near), all."""
-    margins: bool = True
-    """Find critical scales and undecided verdicts, which takes most of the time."""
 
 
 class FiguresTable(Strict):

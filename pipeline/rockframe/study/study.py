@@ -14,10 +14,15 @@ from rockframe.study.sections import (
     BatchesTable,
     FiguresTable,
     Filters,
-    PulseTable,
     RecordsTable,
     ReportTable,
+)
+from rockframe.study.stage_tables import (
+    PulseTable,
     RespondTable,
+    RockingSpectrumTable,
+    ScreenTable,
+    SpectrumTable,
 )
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
@@ -41,6 +46,9 @@ class StudyTables(Strict):
     filters: Filters = Filters()
     pulse: PulseTable = PulseTable()
     respond: RespondTable = RespondTable()
+    screen: ScreenTable | None = None
+    spectrum: SpectrumTable | None = None
+    rocking_spectrum: RockingSpectrumTable | None = None
     figures: FiguresTable = FiguresTable()
     report: ReportTable = ReportTable()
     batches: BatchesTable = BatchesTable()
@@ -124,10 +132,24 @@ def read_study(path: Path) -> Study:
             message = "structures stated beside [[structure]] tables. Must be one of them."
             raise InputError(path, message, line_of(text, ("structures",)))
         frames_of(path, text, tables.structure)
+    _require_records(study, text)
     _require_files(study, text)
     if not tables.structure:
         read_structures(study.structures)
     return study
+
+
+def _require_records(study: Study, text: str) -> None:
+    """Refuse stages that have nothing to work on, and a study that does nothing."""
+    tables = study.tables
+    if tables.records is not None:
+        return
+    for name in ("screen", "rocking_spectrum"):
+        if getattr(tables, name) is not None:
+            message = f"[{name}] without [records]. Must have records."
+            raise InputError(study.path, message, line_of(text, (name,)))
+    if tables.spectrum is None:
+        raise InputError(study.path, "neither [records] nor [spectrum]. Must have one of them.")
 
 
 def _require_files(study: Study, text: str) -> None:
@@ -135,7 +157,9 @@ def _require_files(study: Study, text: str) -> None:
     named: list[tuple[tuple[str | int, ...], str]] = []
     if study.tables.structures is not None:
         named.append((("structures",), study.tables.structures))
-    table = study.tables.records
+    table, screen = study.tables.records, study.tables.screen
+    if screen is not None and screen.hazard is not None:
+        named.append((("screen", "hazard"), screen.hazard))
     if table is not None:
         named += [(("records", "paths"), path) for path in table.paths or ()]
         for key in ("station_xml", "catalogue", "limits"):

@@ -1,0 +1,99 @@
+"""Repeating what a run computed: a sample of pulses and responses, screenings and spectra whole."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from rockframe.runs import Step
+
+#: Stages of which a sample of records can be repeated.
+_SAMPLED: Final = {"pulse": "pulses", "respond": "response"}
+#: Stages that are repeated whole: what they give is of all records together, or of none.
+_WHOLE: Final = ("screen", "spectrum", "rocking_spectrum")
+
+
+def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
+    """Repeat steps of a run elsewhere, and compare.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run of a study.
+    sample : int
+        About how many records of each stage.
+
+    Returns
+    -------
+    list of str, list of str
+        What was repeated, and what differs.
+    """
+    from rockframe.runs import KEPT, read_plan
+
+    if not (folder / KEPT / "plan.json").is_file():
+        return [], [f"{folder}: holds no plan of a study. Must, to be computed again."]
+    steps = {step.rule: step for step in reversed(read_plan(folder).steps)}
+    done: list[str] = []
+    faults: list[str] = []
+    with tempfile.TemporaryDirectory() as elsewhere:
+        for rule, kind in _SAMPLED.items():
+            if rule in steps:
+                count, found = _sampled(steps[rule], kind, folder, Path(elsewhere), sample)
+                done.append(f"{rule}: {count} records")
+                faults += found
+        for rule in _WHOLE:
+            if rule in steps:
+                done.append(rule)
+                faults += _repeated(steps[rule], folder, Path(elsewhere))
+    if not done:
+        faults.append(f"{folder}: holds nothing that can be computed again.")
+    return done, faults
+
+
+def _sampled(
+    step: Step, kind: str, folder: Path, elsewhere: Path, sample: int
+) -> tuple[int, list[str]]:
+    from rockframe.results import describe, differences
+
+    whole = folder / f"{kind}.nc"
+    records = len(describe(whole, kind).records)
+    count = max(1, records // sample)
+    output = elsewhere / whole.name
+    words = _without(step.words(folder), "--batch", "--output")
+    _call([*words, "--batch", f"{(count + 1) // 2}/{count}", "--output", str(output)])
+    compared, found = differences(output, whole, kind)
+    return compared, [f"{whole}: {what}: computed again, it differs." for what in found]
+
+
+def _repeated(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
+    from rockframe.provenance import sha256_of
+
+    output = elsewhere / step.outputs[0]
+    _call([*_without(step.words(folder), "--output"), "--output", str(output)])
+    for name in step.outputs:
+        if sha256_of(elsewhere / name) != sha256_of(folder / name):
+            yield f"{folder / name}: computed again, it differs."
+
+
+def _without(words: list[str], *options: str) -> list[str]:
+    """The words but for these options and their values."""
+    kept: list[str] = []
+    skipped = False
+    for word in words:
+        if not skipped and word not in options:
+            kept.append(word)
+        skipped = word in options
+    return kept
+
+
+def _call(words: list[str]) -> None:
+    from rockframe.cli.main import call
+
+    said = io.StringIO()
+    with redirect_stdout(said), redirect_stderr(said):
+        call(words)

@@ -1,0 +1,138 @@
+"""The tables of a study file that say what the stages are to do."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
+
+from rockframe.study.sections import Bounds, Range, Texts
+from rockframe.study.toml import VALUE, Strict
+
+
+def _ascending(numbers: tuple[float, ...]) -> tuple[float, ...]:
+    for number, following in itertools.pairwise(numbers):
+        if not number < following:
+            raise PydanticCustomError(VALUE, f"{following:g} after {number:g}. Must increase")
+    if not all(map(math.isfinite, numbers)):
+        raise PydanticCustomError(VALUE, "with an infinite number. Must be finite")
+    return numbers
+
+
+#: At least one number, increasing.
+Numbers = Annotated[
+    tuple[float, ...], Field(strict=False, min_length=1), AfterValidator(_ascending)
+]
+
+
+class PulseTable(Strict):
+    """The search for the pulse of each record."""
+
+    periods_s: Range = (0.2, 5.0)
+    """Range of pulse periods that is searched [s]."""
+    wavelet: Texts | None = None
+    """Wavelets that are matched; without it all of them."""
+    pulse_wavelet: str | None = None
+    """Wavelet of the pulse that is used; without it the Ricker wavelet that explains more."""
+    weighting: str = "energy"
+    """Power of the period before the inner product: energy is the paper's."""
+    most_half_cycles: Annotated[float, Field(ge=1.0)] = 3.0
+    """Most half cycles of mavroeidis_papageorgiou that are searched."""
+    runners_up: Annotated[int, Field(ge=0)] = 2
+    """Further pulses of the wavelet that is used."""
+    surrogates: Annotated[int, Field(ge=0)] = 99
+    """Most surrogates that a record is compared with; 0 for no comparison."""
+    scrambling: str = "envelope"
+    """Surrogates keep the record's envelope, or shake evenly."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    """Seed of the surrogates."""
+
+
+class RespondTable(Strict):
+    """The response of each structure to each record."""
+
+    vertical: bool = False
+    """Let the ground move vertically too, as the vertical record of each motion says."""
+    histories: Literal["none", "selected", "all"] = "all"
+    """Motions that are written at each sample: none, selected (overturned or near), all."""
+    margins: bool = True
+    """Find critical scales and undecided verdicts, which takes most of the time."""
+    pulses: bool = False
+    """Add what the pulse of each record alone does."""
+
+
+class DesignTable(Strict):
+    """What is looked for: the smallest dimension that keeps the rotation below a limit."""
+
+    dimension: Literal["height", "width", "mass_ratio"]
+    """What is varied: height (slenderness kept), width (height kept), or mass ratio."""
+    range: Range
+    """Where it is looked for, in m for height and width."""
+    limit: Annotated[float, Field(gt=0.0)] = 0.5
+    """Limit of theta/alpha."""
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    """Share of the records that must stay below it."""
+    steps: Annotated[int, Field(ge=2)] = 41
+    """Values tried in the range."""
+
+
+class ScreenTable(Strict):
+    """The screening of the structures by the records at many scales."""
+
+    scales: Numbers = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)
+    """Multiples of the records."""
+    azimuths_degree: Numbers | None = None
+    """Turn each pair of horizontals toward these azimuths."""
+    vertical: bool = False
+    """Let the ground move vertically too."""
+    histories: Literal["none", "selected", "all"] = "none"
+    """Motions that are written at each sample."""
+    margins: bool = True
+    """Find critical scales and safe islands, which take most of the time."""
+    pulse_period_s: Bounds | None = None
+    """Only records whose best pulse has a period from and to [s]."""
+    pulse_length_m: Bounds | None = None
+    """Only records whose best pulse has a length L_p = a_p T_p^2 from and to [m]."""
+    pulse_like: bool | None = None
+    """Only records whose pulse is more than chance, or only the others."""
+    hazard: str | None = None
+    """Hazard curve of the site: CSV of annual_rate and one of pga_g, pgv_m_s, a_p_g, L_p_m."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    """Seed of the draws of the bands."""
+    design: DesignTable | None = None
+    """What is looked for besides: [screen.design]."""
+
+
+class SpectrumTable(Strict):
+    """Which pulses overturn which frames: minimum overturning acceleration spectra."""
+
+    wavelet: Texts
+    """Forms of the pulse."""
+    slenderness_degree: Numbers
+    """Slenderness of the columns [degree]."""
+    mass_ratio: Numbers = (0.0,)
+    """Mass of the beam over that of all columns; 0 is a column alone."""
+    frequency_ratio: Numbers
+    """omega_p / p, p of the column alone."""
+    max_amplitude: Annotated[float, Field(gt=1.0)] = 30.0
+    """Where the scan ends, a_p / (g tan slenderness)."""
+    amplitude_step: Annotated[float, Field(gt=0.0)] | None = None
+    """Step of the scan; edges are refined."""
+    phase_degree: float = 0.0
+    """Phase of wavelets that have one."""
+    half_cycles: float | None = None
+    """Half cycles of mavroeidis_papageorgiou."""
+
+
+class RockingSpectrumTable(Strict):
+    """How the records rock columns of any size."""
+
+    slenderness_degree: Numbers
+    """Slenderness of the columns [degree]."""
+    mass_ratio: Numbers = (0.0,)
+    """Mass of the beam over that of all columns; 0 is a column alone."""
+    column_period_s: Numbers | None = None
+    """2 pi / p of the columns alone; without it every 0.1 s from 1.5 to 15."""

@@ -1,0 +1,121 @@
+"""What a run of a study costs over its bare stages: `python -m tests.benchmarks.studies`.
+
+The bare stages are the commands of the plan as a person types them, one after the other and on all
+records at once. Both are measured in this call on this machine, each in processes of its own; the
+processor time is of all of them, so that other work on the machine does not count.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rockframe.runs import make_plan
+from rockframe.study import read_study
+from rockframe.wavelets import Pulse
+
+STUDY = """
+name = "bench"
+
+[records]
+paths = ["motions"]
+units = "g"
+time_step_s = 0.01
+
+[respond]
+histories = "selected"
+
+[figures]
+most = 12
+"""
+SAMPLES = 4000
+ROCKFRAME = (sys.executable, "-m", "rockframe.cli.main")
+
+
+def make_records(folder: Path, count: int) -> None:
+    """Pulses in noise, as text: each other than all others."""
+    folder.mkdir()
+    chance = np.random.default_rng(2026)
+    time_axis = 0.01 * np.arange(SAMPLES)
+    for k in range(count):
+        pulse = Pulse(
+            wavelet="symmetric_ricker",
+            a_p=chance.uniform(0.1, 0.6),
+            T_p=chance.uniform(0.4, 1.6),
+            time=20.0,
+        )
+        quiet = 0.02 * chance.standard_normal(SAMPLES) * np.exp(-(((time_axis - 20.0) / 8.0) ** 2))
+        np.savetxt(
+            folder / f"motion-{k:05d}.csv", pulse.acceleration(time_axis) + quiet, fmt="%.6f"
+        )
+
+
+def cost(commands: Sequence[Sequence[object]], folder: Path) -> tuple[float, float]:
+    """Time on the clock and of the processors for commands one after the other [s]."""
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    for words in commands:
+        ended = subprocess.run(
+            [*ROCKFRAME, *map(str, words)], cwd=folder, capture_output=True, text=True, check=False
+        )
+        if ended.returncode > 1:
+            raise SystemExit(ended.stderr)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return time.perf_counter() - start, spent
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--records", type=int, default=100)
+    parser.add_argument("--study", type=Path, help="a study file instead, for its own records")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        home = Path(temporary)
+        study = options.study and options.study.resolve()
+        if study is None:
+            make_records(home / "motions", options.records)
+            study = home / "bench.toml"
+            # one batch: the commands of the plan are then the bare ones
+            study.write_text(STUDY)
+        whole = home / "whole.toml"
+        text = study.read_text(encoding="utf-8")
+        if options.study is None:
+            whole.write_text(f"{text}\n[batches]\nrecords = 1000000\n")
+            whole_study = read_study(whole)
+        else:
+            whole_study = read_study(study)
+        bare = home / "bare"
+        cost([["plan", whole_study.path, "--output", bare]], home)
+        commands = [step.command for step in make_plan(whole_study, bare).steps]
+        bare_clock, bare_spent = cost(commands, bare)
+        run = ["run", study, "--output", home / "run"]
+        run_clock, run_spent = cost([run], home)
+        again_clock, _ = cost([run], home)
+    print(
+        json.dumps(
+            {
+                "records": options.records if options.study is None else str(options.study),
+                "bare_s": round(bare_clock, 2),
+                "run_s": round(run_clock, 2),
+                "bare_processor_s": round(bare_spent, 2),
+                "run_processor_s": round(run_spent, 2),
+                "overhead_processor_percent": round(100.0 * (run_spent / bare_spent - 1.0), 1),
+                "unchanged_s": round(again_clock, 2),
+            },
+            indent=2,
+        )
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,155 @@
+"""Screening and spectra as steps of a run, shown and computed again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import netCDF4
+import pytest
+from tests.runs.small import STUDY, make_study, run
+
+from rockframe.cli.main import main, parser
+from rockframe.provenance import MANIFEST, sha256_of
+from rockframe.runs import make_plan
+from rockframe.study import commented_study, read_study
+
+FURTHER = """
+[screen]
+scales = [1.0, 3.0]
+margins = false
+
+[screen.design]
+dimension = "height"
+range = [6.0, 12.0]
+steps = 3
+
+[spectrum]
+wavelet = ["symmetric_ricker"]
+slenderness_degree = [14.0]
+frequency_ratio = [4.0]
+max_amplitude = 9.0
+amplitude_step = 0.5
+
+[rocking_spectrum]
+slenderness_degree = [14.0]
+column_period_s = [3.0, 6.0]
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with everything."""
+    home = tmp_path_factory.mktemp("further")
+    study = make_study(home, 4, STUDY.replace("[figures]", f"{FURTHER}[figures]"))
+    assert run(study, home / "run") == 0
+    return home / "run"
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path) -> Path:
+    """A copy of it, to change."""
+    return Path(shutil.copytree(made, tmp_path / "run"))
+
+
+def test_computed_again_it_is_the_same(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(made), "--recompute", "2"]) == 0
+    printed = capsys.readouterr().out
+    for words in (
+        "pulse: 2 records",
+        "respond: 2 records",
+        "screen",
+        "spectrum",
+        "rocking_spectrum",
+    ):
+        assert f"computed again: {words}" in printed
+
+
+@pytest.mark.parametrize(
+    ("name", "variable"),
+    [("response.nc", "theta"), ("screen.nc", "peak_u"), ("spectrum.nc", "verdict")],
+)
+def test_what_was_not_computed_so_is_found(
+    folder: Path, name: str, variable: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file that is whole, listed with its hash, and says something else than a computation."""
+    with netCDF4.Dataset(folder / name, "a") as file:
+        values = file[variable][:]
+        values.flat[:] = 1
+        file[variable][:] = values
+    manifest = json.loads((folder / MANIFEST).read_text())
+    manifest["outputs"][name] = sha256_of(folder / name)
+    (folder / MANIFEST).write_text(json.dumps(manifest))
+    assert main(["report", str(folder)]) == 0
+    assert main(["verify", str(folder)]) == 0
+    assert main(["verify", str(folder), "--recompute"]) == 1
+    assert f"{folder / name}:" in capsys.readouterr().err
+
+
+def test_what_cannot_be_computed_again_is_a_fault(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.rmtree(folder / ".rockframe")
+    assert main(["verify", str(folder), "--recompute"]) == 1
+    assert "holds no plan of a study" in capsys.readouterr().err
+
+
+def test_missing_page_is_a_fault(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "report.html").unlink()
+    assert main(["verify", str(folder)]) == 1
+    assert "report.html: missing" in capsys.readouterr().err
+
+
+def test_lists_of_other_lengths_are_faults(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = json.loads((folder / MANIFEST).read_text())
+    for name in ("table.csv", "records.csv"):
+        lines = (folder / name).read_text().splitlines(keepends=True)
+        (folder / name).write_text("".join(lines[:-1]))
+        manifest["outputs"][name] = sha256_of(folder / name)
+    (folder / MANIFEST).write_text(json.dumps(manifest))
+    assert main(["verify", str(folder)]) == 1
+    said = capsys.readouterr().err
+    assert "records.csv: 3 accepted, 4 in records.nc" in said
+    assert "table.csv: 7 rows, 8 responses" in said
+
+
+def test_screening_of_a_record_is_shown(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", str(made), "motion-3", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["screening"]
+    assert [row["structure"] for row in rows] == ["bridge-bent", "slender-column"]
+    assert list(rows[0]["verdicts"]) == ["1", "3"]
+    assert main(["show", str(made), "motion-3"]) == 0
+    assert "verdict at multiples of the record" in capsys.readouterr().out
+
+
+def test_every_command_of_a_plan_is_one_that_can_be_typed(tmp_path: Path) -> None:
+    """With every option that a study can state: none is misspelt, none is forgotten."""
+    lines = []
+    for line in commented_study("everything").splitlines():
+        # everything that the template shows behind a mark: but tables of others, and files
+        bare = line.removeprefix("# ")
+        is_key = " = " in bare and line.startswith("# ") and bare.split(" = ")[0].isidentifier()
+        lines.append(bare if is_key or bare.startswith("[") else line)
+    text = "\n".join(lines).replace('structures = "structures.toml"\n', "")
+    text = text.replace("strike_degree = 120.0\n", "")
+    for name in ("station.xml", "catalogue.csv", "limits.toml", "hazard.csv"):
+        (tmp_path / name).write_text("")
+    (tmp_path / "motions").mkdir()
+    (tmp_path / "motions" / "motion.csv").write_text("0.1\n")
+    (tmp_path / "everything.toml").write_text(text)
+    plan = make_plan(read_study(tmp_path / "everything.toml"), tmp_path / "run")
+    words = {word for step in plan.steps for word in step.command if word.startswith("--")}
+    for step in plan.steps:
+        assert parser().parse_args(list(step.command)).run
+    for option in (
+        "--hazard",
+        "--design-range",
+        "--half-cycles",
+        "--pgv",
+        "--limits",
+        "--azimuths",
+    ):
+        assert option in words
