@@ -20,6 +20,8 @@ Complex = NDArray[np.complex128]
 
 #: A record whose samples differ by less, over the largest of them, is constant but for round-off.
 _CONSTANT: Final = 1e-9
+#: Squares of samples beyond this or its inverse are no numbers [m s-2].
+_STRONGEST: Final = 1e100
 #: Points at which the velocity of a wavelet is summed; it vanishes smoothly at both ends.
 _VELOCITY_POINTS: Final = 4001
 
@@ -135,8 +137,11 @@ def require_record(acceleration: Float, time_step: float) -> Float:
         raise ParameterError("Invalid acceleration: all samples are zero, there is no pulse.")
     if float(np.ptp(samples)) <= _CONSTANT * largest:
         raise ParameterError("Invalid acceleration: all samples are equal, there is no pulse.")
-    if not math.isfinite(float(np.dot(samples, samples))):
-        raise ParameterError("Invalid acceleration: its square is not finite.")
+    if not 1.0 / _STRONGEST < largest < _STRONGEST:
+        raise ParameterError(
+            f"Invalid acceleration: peak {largest:g} m/s2. Must be from {1.0 / _STRONGEST:g} to "
+            f"{_STRONGEST:g}, that squares are numbers."
+        )
     return samples
 
 

@@ -1,0 +1,120 @@
+"""Ends of records and of ranges, and records in which no pulse can be looked for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rockframe.errors import ParameterError
+from rockframe.matching import FindOptions, MatchOptions, find_pulses, match_pulse
+from rockframe.wavelets import WAVELETS, Pulse
+
+TIME = 0.01 * np.arange(2000, dtype=np.float64)
+
+
+@pytest.mark.parametrize("centre", [0.3, 19.8])
+@pytest.mark.parametrize("wavelet", ["symmetric_ricker", "antisymmetric_ricker"])
+def test_a_pulse_cut_by_the_record_is_said_to_be_cut(wavelet: str, centre: float) -> None:
+    planted = Pulse(wavelet=wavelet, a_p=1.0, T_p=2.0, time=centre)
+    match = match_pulse(planted.acceleration(TIME), 0.01, wavelet)
+    assert match.cut
+    assert match.outside > 0.01
+    assert 0.0 <= match.pulse.time <= TIME[-1]
+
+
+def test_a_whole_pulse_is_not() -> None:
+    planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=2.0, time=6.0)
+    match = match_pulse(planted.acceleration(TIME), 0.01, "symmetric_ricker")
+    assert not match.cut
+    assert match.outside < 1e-12
+
+
+def test_the_start_does_not_see_the_end() -> None:
+    """No wavelet reaches around: a pulse at the end explains nothing at the start."""
+    planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=4.0, time=19.0)
+    match = match_pulse(planted.acceleration(TIME), 0.01, "symmetric_ricker")
+    assert match.pulse.time > 15.0
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+def test_both_ends_of_the_periods_are_flagged(wavelet: str) -> None:
+    half_cycles = 2.0 if WAVELETS[wavelet].has_half_cycles else None
+    planted = Pulse(wavelet=wavelet, a_p=1.0, T_p=1.5, time=10.0, half_cycles=half_cycles)
+    record = planted.acceleration(TIME)
+    assert match_pulse(record, 0.01, wavelet, longest_period=0.5).at_period_bound
+    assert match_pulse(record, 0.01, wavelet, shortest_period=4.0).at_period_bound
+
+
+def test_ends_of_the_half_cycles_are_flagged() -> None:
+    wavelet = "mavroeidis_papageorgiou"
+    planted = Pulse(wavelet=wavelet, a_p=1.0, T_p=1.5, time=10.0, half_cycles=2.5)
+    record = planted.acceleration(TIME)
+    assert match_pulse(record, 0.01, wavelet, most_half_cycles=2.0).at_half_cycle_bound
+    assert not match_pulse(record, 0.01, wavelet, most_half_cycles=4.0).at_half_cycle_bound
+
+
+def test_a_range_of_less_than_an_octave_is_searched() -> None:
+    planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.003, time=10.0)
+    match = match_pulse(
+        planted.acceleration(TIME),
+        0.01,
+        "symmetric_ricker",
+        shortest_period=1.0,
+        longest_period=1.01,
+    )
+    assert match.pulse.T_p == pytest.approx(1.003, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("record", "words"),
+    [
+        (np.zeros(500), "all samples are zero, there is no pulse"),
+        (np.full(500, 0.3), "all samples are equal, there is no pulse"),
+        (0.3 + 1e-12 * np.sin(np.arange(500.0)), "all samples are equal, there is no pulse"),
+        (np.where(np.arange(500) == 7, math.nan, 1.0), "not all samples are finite"),
+        (np.where(np.arange(500) == 7, math.inf, 1.0), "not all samples are finite"),
+        (1e200 * np.sin(np.arange(500.0)), "Must be from 1e-100 to 1e\\+100"),
+        (1e-200 * np.sin(np.arange(500.0)), "Must be from 1e-100 to 1e\\+100"),
+        (np.ones((2, 500)), r"of shape \(2, 500\). Must be one row"),
+        (np.ones(1), r"of shape \(1,\). Must be one row of two samples or more"),
+    ],
+)
+def test_records_without_a_pulse_to_look_for(record: np.ndarray, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        find_pulses(record, 0.01, FindOptions())
+
+
+@pytest.mark.parametrize("step", [0.0, -0.01, math.nan])
+def test_time_steps_that_are_none(step: float) -> None:
+    with pytest.raises(ParameterError, match="Invalid time step"):
+        find_pulses(np.sin(TIME), step, FindOptions())
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"wavelets": ("haar",)}, "Invalid wavelet 'haar'. Must be one of: symmetric_ricker"),
+        ({"wavelets": ()}, "Invalid wavelets: none"),
+        ({"shortest_period": 0.0}, "Must be two positive numbers, the shorter one first"),
+        ({"longest_period": math.inf}, "Must be two positive numbers"),
+        ({"most_half_cycles": 0.5}, "half cycles 0.5. Must be from 1 to 10"),
+        ({"most_half_cycles": math.nan}, "half cycles nan. Must be from 1 to 10"),
+    ],
+)
+def test_options_that_are_none(options: dict[str, object], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        MatchOptions(**options)  # type: ignore[arg-type]
+
+
+def test_the_pulse_that_is_used_must_be_looked_for() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid wavelet 'ricker_any_phase'. Must be one of"):
+        FindOptions(
+            matching=MatchOptions(wavelets=("symmetric_ricker",)), wavelet="ricker_any_phase"
+        )
+
+
+def test_a_negative_number_of_runners_up_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"runners-up -1. Must be 0 or more"):
+        FindOptions(runners_up=-1)

@@ -1,0 +1,137 @@
+"""A pulse is called one, and noise that swells and fades is not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rockframe.errors import ParameterError
+from rockframe.matching import (
+    FindOptions,
+    Likeness,
+    LikenessOptions,
+    MatchOptions,
+    PulseVerdict,
+    Scrambling,
+    Weighting,
+    find_pulses,
+    likeness,
+    match_pulses,
+)
+from rockframe.wavelets import Pulse
+
+from .test_noise import STEP, TIME, coloured
+
+RICKERS = MatchOptions(wavelets=("symmetric_ricker", "antisymmetric_ricker"))
+
+
+def judged(
+    record: np.ndarray, options: MatchOptions = RICKERS, drawing: LikenessOptions | None = None
+) -> dict[str, Likeness]:
+    matches = match_pulses(record, STEP, options)
+    return likeness(record, STEP, matches, options, drawing or LikenessOptions())
+
+
+def noise(seed: int) -> np.ndarray:
+    return coloured(np.random.default_rng([seed, 5]))
+
+
+def with_pulse(seed: int, ratio: float) -> np.ndarray:
+    """Noise with a pulse of `ratio` times its energy."""
+    planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.2, time=10.0).acceleration(TIME)
+    beside = noise(seed)
+    beside *= math.sqrt(float(planted @ planted) / float(beside @ beside) / ratio)
+    return np.asarray(planted + beside)
+
+
+def calls(records: list[np.ndarray], drawing: LikenessOptions | None = None) -> float:
+    """Share of records of which the symmetric wavelet's match is called a pulse."""
+    verdicts = [judged(record, drawing=drawing)["symmetric_ricker"].verdict for record in records]
+    return sum(verdict is PulseVerdict.PULSE for verdict in verdicts) / len(verdicts)
+
+
+def test_noise_is_not_called_a_pulse_more_often_than_the_level_allows() -> None:
+    assert calls([noise(seed) for seed in range(40)]) <= 0.05 + 2.0 * math.sqrt(0.05 * 0.95 / 40)
+
+
+def test_planted_pulses_are_called_pulses() -> None:
+    assert calls([with_pulse(seed, 1.0) for seed in range(20)]) >= 0.9
+
+
+def test_plain_scrambling_calls_noise_a_pulse_because_it_swells_and_fades() -> None:
+    """Why surrogates keep the envelope: of steady noise plain scrambling calls little a pulse."""
+    plain = LikenessOptions(scrambling=Scrambling.PLAIN)
+    assert calls([noise(seed) for seed in range(20)], plain) >= 0.7
+    steady = [np.random.default_rng([seed, 6]).normal(size=1500) for seed in range(20)]
+    assert calls(steady, plain) <= 0.25
+
+
+def test_the_same_seed_draws_the_same_surrogates() -> None:
+    record = with_pulse(3, 0.5)
+    assert judged(record) == judged(record)
+    other = judged(record, drawing=LikenessOptions(seed=1))
+    assert other["symmetric_ricker"].median != judged(record)["symmetric_ricker"].median
+
+
+def test_drawing_ends_when_the_verdict_is_certain_and_not_before() -> None:
+    """As many as 5 of 99 that beat the record: p cannot reach 0.05 any more."""
+    some = judged(noise(1))["symmetric_ricker"]
+    assert 19 <= some.surrogates < 99
+    assert some.verdict is PulseVerdict.NOISE
+    assert some.p_value > 0.05
+    clear = judged(with_pulse(1, 3.0))["symmetric_ricker"]
+    assert clear.surrogates == 99
+    assert clear.p_value == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("weighting", list(Weighting))
+def test_the_verdict_is_under_the_weighting_of_the_pulse(weighting: Weighting) -> None:
+    record = with_pulse(2, 5.0)
+    options = replace(RICKERS, weighting=weighting)
+    one = judged(record, options)["symmetric_ricker"]
+    match = match_pulses(record, STEP, options)["symmetric_ricker"]
+    # the coarse search of the comparison lies a little below the refined match
+    assert one.match_index == pytest.approx(match.match_index, rel=0.15)
+    assert one.median < one.match_index
+
+
+def test_a_match_at_the_end_of_the_range_is_never_called_a_pulse() -> None:
+    options = replace(RICKERS, longest_period=0.8)
+    one = judged(with_pulse(4, 20.0), options)["symmetric_ricker"]
+    assert one.verdict is PulseVerdict.AT_BOUND
+
+
+def test_without_surrogates_nothing_is_said() -> None:
+    one = judged(noise(0), drawing=LikenessOptions(surrogates=0))["symmetric_ricker"]
+    assert one.verdict is PulseVerdict.UNTESTED
+    assert math.isnan(one.p_value)
+
+
+@pytest.mark.parametrize("count", [-1, 1, 18])
+def test_too_few_surrogates_are_refused(count: int) -> None:
+    with pytest.raises(ParameterError, match=rf"surrogates {count}. Must be 0, or 19 or more"):
+        LikenessOptions(surrogates=count)
+
+
+def test_runners_up_are_found_in_what_is_left() -> None:
+    planted = [
+        Pulse(wavelet="antisymmetric_ricker", a_p=a_p, T_p=period, time=time)
+        for a_p, period, time in ((2.0, 1.0, 8.0), (1.0, 0.7, 16.0), (0.5, 1.5, 23.0))
+    ]
+    record = sum((pulse.acceleration(TIME) for pulse in planted), np.zeros(TIME.size))
+    found = find_pulses(record, STEP, FindOptions(drawing=LikenessOptions(surrogates=0)))
+    pulses = [found.matches[found.used].pulse, *(up.match.pulse for up in found.runners_up)]
+    for pulse, expected in zip(pulses, planted, strict=True):
+        assert pulse.a_p == pytest.approx(expected.a_p, rel=1e-3)
+        assert pulse.T_p == pytest.approx(expected.T_p, rel=1e-3)
+    shares = [found.matches[found.used].energy_share, *(up.energy_share for up in found.runners_up)]
+    assert sum(shares) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_velocity_indicator_tells_a_long_pulse_from_none() -> None:
+    off = FindOptions(drawing=LikenessOptions(surrogates=0), runners_up=0)
+    assert find_pulses(with_pulse(5, 30.0), STEP, off).velocity.indicator > 0.85
+    assert find_pulses(noise(5), STEP, off).velocity.indicator < 0.15
