@@ -186,13 +186,16 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     tried = screening["design_value"].values
     parts = ("smallest", "sure_from")
     show_table(
-        f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} % of the "
-        f"motions ({tried[0]:g} to {tried[-1]:g} in {tried.size} steps)",
+        f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} %",
         ["structure", "smallest that does>", "from which on all do>"],
         [
             [one["structure"], *(number(one[f"design_{part}"], 3) for part in parts)]
             for one in summary
         ],
+    )
+    print(
+        f"{tried.size} values from {tried[0]:g} to {tried[-1]:g} were tried: demand is not "
+        f"monotone in the {what}.\n"
     )
 
 
