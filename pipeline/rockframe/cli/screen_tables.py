@@ -172,6 +172,7 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
         ["structure", "rate>", "from>", "to>", "mostly from", "extrapolated [%]>"],
         rows,
     )
+    print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
 
 def _scientific(value: float) -> str:

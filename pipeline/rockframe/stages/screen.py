@@ -34,6 +34,8 @@ from rockframe.study import SHIPPED_STRUCTURES
 
 #: Multiples of the motions by default [1].
 SCALES: Final = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)
+#: Beyond it no record means anything.
+_LARGEST_SCALE: Final = 1e3
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,8 @@ def screen_stage(
     InputError
         If a file cannot be read or written, or the pulses are of other records.
     ParameterError
-        If the scales do not increase, no record is left, or a candidate of the design cannot rock.
+        If the scales do not increase, an azimuth is stated twice, the seed is negative, no record
+        is left, or a candidate of the design cannot rock.
     EngineError
         If the engine is not there.
     """
@@ -128,6 +131,8 @@ def screen_stage(
     read = [records_path, structures_path, *filter(None, (pulses_path, hazard_path))]
     refuse_overwriting([output, table], read)
     refuse_strange_table(table)
+    if seed < 0:
+        raise ParameterError(f"Invalid seed {seed}. Must be zero or positive.")
     frames = tuple(choose_structures(structures_path, structure))
     candidates = [frame for one in frames for frame in (design.candidates(one) if design else ())]
     asked = Asked(
@@ -180,9 +185,11 @@ def _require_increasing(scales: ArrayLike) -> NDArray[np.float64]:
     factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
     if factors.ndim != 1 or factors.size == 0:
         raise ParameterError("no scale to screen at. Must be one or more.")
-    wrong = np.flatnonzero(~(np.isfinite(factors) & (factors > 0.0)))
+    wrong = np.flatnonzero(~((factors > 0.0) & (factors <= _LARGEST_SCALE)))
     if wrong.size:
-        raise ParameterError(f"Invalid scale {factors[wrong[0]]:g}. Must be positive and finite.")
+        raise ParameterError(
+            f"Invalid scale {factors[wrong[0]]:g}. Must be positive and at most {_LARGEST_SCALE:g}."
+        )
     falls = np.flatnonzero(np.diff(factors) <= 0.0)
     if falls.size:
         one, other = factors[falls[0] : falls[0] + 2]

@@ -142,8 +142,9 @@ class Motions:
         Raises
         ------
         ParameterError
-            If none is left.
+            If none is left, or an azimuth is not finite or stated twice.
         """
+        _require_different(azimuths)
         rows = {name: row for row, name in enumerate(self._facts.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
@@ -248,3 +249,12 @@ class Motions:
         reasons = {r.file: r.reason for r in self.rejections} | self.left_out
         name, reason = next(iter(reasons.items()))
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
+
+
+def _require_different(azimuths: Sequence[float]) -> None:
+    stated = [f"{azimuth:g}" for azimuth in azimuths]  # as in the names of the motions
+    for azimuth, text in zip(azimuths, stated, strict=True):
+        if not math.isfinite(azimuth):
+            raise ParameterError(f"Invalid azimuth {azimuth!r} degrees. Must be finite.")
+        if stated.count(text) > 1:
+            raise ParameterError(f"Invalid azimuths, {text} degrees twice. Must be different.")
