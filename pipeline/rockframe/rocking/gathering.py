@@ -102,9 +102,12 @@ class Answers:
         verdicts = np.empty(scenarios.size, dtype=np.int8)
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
         after = np.zeros(batch.rows[0].shape[1])
+        bounds = np.concatenate(batch.bounds)
+        whole = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
         lanes.integrate_lanes(
             np.concatenate([*(rows.ravel() for rows in batch.rows), after]),
-            np.concatenate(batch.bounds),
+            bounds,
+            whole.reshape(-1, lanes.COARSE, bounds.shape[1]).max(axis=1, initial=0.0),
             kernel.YES if key[0] else kernel.NO,
             kernel.YES if key[1] else kernel.NO,
             np.concatenate(batch.asked),

@@ -50,7 +50,6 @@ from rockframe.rocking.vectors import (
     ELAPSED,
     END,
     FASTEST,
-    FLOWN,
     HOP_ALOFT,
     HOP_LANDED,
     HOT_ROWS,
@@ -61,6 +60,7 @@ from rockframe.rocking.vectors import (
     PACK_SIZE,
     PEAK,
     PENDING,
+    SEEN,
     START,
     TAU,
     THETA,
@@ -85,6 +85,9 @@ P_HAT: Final = 6
 RESTITUTION: Final = 7
 ASKED_SIZE: Final = 8
 
+#: Rest is skipped so many intervals at a time.
+COARSE: Final = 16
+
 #: So many lanes that packs are filled while most fly, and all stay in the nearest cache.
 _BLOCKS: Final = 6
 _LANES: Final = _BLOCKS * WIDTH
@@ -99,6 +102,12 @@ _UPLIFT: Final = (HOT_ROWS + 5) * WIDTH
 _COUNT: Final = (HOT_ROWS + 6) * WIDTH
 _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
 _BLOCK: Final = (HOT_ROWS + 9) * WIDTH  # not a power of two, which caches dislike
+
+
+@inlined
+def _index(number: float) -> int:
+    """A whole number, not negative, as an index: the compiler need not look for negative ones."""
+    return int(np.int64(np.uint32(number)))
 
 
 @inlined
@@ -148,7 +157,7 @@ def _ground_of(
     pool: Float, q: int, ground: Float, asked: Float, side: float, curved: Marker, lifts: Marker
 ) -> tuple[Polynomial, Polynomial]:
     """Ground accelerations [g] about where a lane is in its interval, the horizontal times side."""
-    scale = asked[int(pool[q + _WHO]), SCALE]
+    scale = asked[_index(pool[q + _WHO]), SCALE]
     row = _row(pool[q + AT], curved, lifts)
     elapsed = pool[q + ELAPSED]
     a = shift(_coefficients(ground, row, side * scale, curved), elapsed)
@@ -195,41 +204,59 @@ def _empty(pool: Float, q: int) -> None:
 
 
 @inlined
+def _still(bounds: Float, i: int, factor: float, limit: float, lifts: Marker) -> bool:
+    """Whether no ground within these bounds uplifts."""
+    if len(lifts) > 0:
+        return bool(factor * (bounds[i, 0] + limit * bounds[i, 1]) <= limit)
+    return bool(factor * bounds[i, 0] <= limit)
+
+
+@inlined
 def _wait_for_uplift(
-    pool: Float, q: int, ground: Float, bounds: Float, asked: Float, curved: Marker, lifts: Marker
+    pool: Float,
+    q: int,
+    ground: Float,
+    bounds: Float,
+    coarse: Float,
+    asked: Float,
+    curved: Marker,
+    lifts: Marker,
 ) -> None:
     """Take a lane at rest to its uplift, or to the end of its motion."""
-    who = int(pool[q + _WHO])
+    who = _index(pool[q + _WHO])
     limit = pool[q + _LIMIT]
     factor = abs(asked[who, SCALE])
-    at = int(pool[q + AT])
-    end = int(pool[q + END])
-    while at < end:
+    at = _index(pool[q + AT])
+    end = _index(pool[q + END])
+    waits = True
+    while waits and at < end:
         if pool[q + ELAPSED] == 0.0:
-            if len(lifts) > 0:
-                while at < end and factor * (bounds[at, 0] + limit * bounds[at, 1]) <= limit:
-                    at += 1
-            else:
-                while at < end and factor * bounds[at, 0] <= limit:
-                    at += 1
-            if at == end:
-                break
+            while at < end and _still(bounds, at, factor, limit, lifts):
+                at += 1
+                while (
+                    at % COARSE == 0
+                    and at + COARSE <= end
+                    and _still(coarse, at // COARSE, factor, limit, lifts)
+                ):
+                    at += COARSE
         pool[q + AT] = at
-        a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
-        wait, start = lift_off(a, v, limit, 1.0 - pool[q + ELAPSED])
-        if wait != NEVER:
-            pool[q + ELAPSED] += wait
-            pool[q + START] = start
-            pool[q + _SIDE] = -1.0 if derivatives(a, wait)[0] > 0.0 else 1.0
-            pool[q + _PUSH] = pool[q + _SIDE] * pool[q + _LIFT]
-            if math.isnan(pool[q + _UPLIFT]):
-                interval = at - asked[who, FIRST] + pool[q + ELAPSED]
-                pool[q + _UPLIFT] = asked[who, START_TIME] + interval * asked[who, TIME_STEP]
-            _load(pool, q, ground, curved, lifts)
-            return
-        pool[q + ELAPSED] = 0.0
-        at += 1
-    pool[q + AT] = end
+        if at < end:
+            a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
+            wait, start = lift_off(a, v, limit, 1.0 - pool[q + ELAPSED])
+            waits = wait == NEVER
+            if waits:
+                pool[q + ELAPSED] = 0.0
+                at += 1
+                pool[q + AT] = at
+            else:
+                pool[q + ELAPSED] += wait
+                pool[q + START] = start
+                pool[q + _SIDE] = -1.0 if derivatives(a, wait)[0] > 0.0 else 1.0
+                pool[q + _PUSH] = pool[q + _SIDE] * pool[q + _LIFT]
+                if math.isnan(pool[q + _UPLIFT]):
+                    interval = at - asked[who, FIRST] + pool[q + ELAPSED]
+                    pool[q + _UPLIFT] = asked[who, START_TIME] + interval * asked[who, TIME_STEP]
+                _load(pool, q, ground, curved, lifts)
 
 
 @inlined
@@ -237,7 +264,7 @@ def _file(
     pool: Float, q: int, asked: Float, summaries: Float, peak: float, fast: float, interval: float
 ) -> None:
     """File what became of a lane's scenario; `interval` is when it overturned, or NaN."""
-    who = int(pool[q + _WHO])
+    who = _index(pool[q + _WHO])
     h = asked[who, TIME_STEP]
     summaries[who, PEAK_ROTATION] = peak
     summaries[who, PEAK_TIME] = math.nan
@@ -250,7 +277,7 @@ def _file(
 @inlined
 def _end(pool: Float, q: int, asked: Float, verdicts: NDArray[np.int8], summaries: Float) -> None:
     """Let the energy decide what becomes of a lane at the end of its motion, and empty it."""
-    who = int(pool[q + _WHO])
+    who = _index(pool[q + _WHO])
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
     overturns, after, peak, fast, landed, _ = tail(
         pool[q + THETA],
@@ -266,8 +293,8 @@ def _end(pool: Float, q: int, asked: Float, verdicts: NDArray[np.int8], summarie
         verdicts[who] = NO_UPLIFT if math.isnan(pool[q + _UPLIFT]) else SAFE
     if not math.isnan(landed):
         pool[q + _COUNT] += 1.0
-    peak = max(peak, pool[q + PEAK])
-    fast = max(fast, pool[q + FASTEST])
+    peak = max(peak, pool[q + PEAK], pool[q + THETA])
+    fast = max(fast, pool[q + FASTEST], abs(pool[q + OMEGA]))
     _file(pool, q, asked, summaries, peak, fast, asked[who, INTERVALS] + after)
     _empty(pool, q)
 
@@ -287,7 +314,7 @@ def _rebound(
 
     Or whether it landed with the end of its interval, which needs the same attention.
     """
-    who = int(pool[q + _WHO])
+    who = _index(pool[q + _WHO])
     pool[q + _COUNT] += 1.0
     pool[q + START] = MOVING
     pool[q + THETA] = 0.0
@@ -300,14 +327,15 @@ def _rebound(
         if abs(a[0]) <= pool[q + _LIMIT] * (1.0 + v[0]) or omega == 0.0:
             pool[q + OMEGA] = 0.0
             pool[q + _SIDE] = 0.0
-    if pool[q + ELAPSED] >= 1.0:
+    whole = pool[q + ELAPSED] >= 1.0
+    if whole:
         pool[q + ELAPSED] = 0.0
         pool[q + AT] += 1.0
         _load(pool, q, ground, curved, lifts)
-        return True
-    for k in range(6 if len(curved) > 0 else 2):
-        pool[q + A + k * WIDTH] = -pool[q + A + k * WIDTH]
-    return bool(pool[q + _SIDE] == 0.0)
+    else:
+        for k in range(6 if len(curved) > 0 else 2):
+            pool[q + A + k * WIDTH] = -pool[q + A + k * WIDTH]
+    return bool(whole or pool[q + _SIDE] == 0.0)
 
 
 @inlined
@@ -325,6 +353,7 @@ def _fly_on(pool: Float, q: int, theta: float, omega: float) -> None:
 def integrate_lanes(  # noqa: C901  one loop, see above
     ground: Float,
     bounds: Float,
+    coarse: Float,
     curved: Marker,
     lifts: Marker,
     asked: Float,
@@ -342,6 +371,8 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         one row follows the last motion.
     bounds : array, shape (rows, 1 or 2)
         Largest |acceleration| [g] in each interval, or more; then of the vertical one.
+    coarse : array, shape (rows / COARSE, rounded down, 1 or 2)
+        The largest of each COARSE of them, from the first row on.
     curved, lifts : NO or YES
         What form the rows have.
     asked : array, shape (scenarios, ASKED_SIZE)
@@ -354,8 +385,9 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     total = asked.shape[0]
     pool = np.zeros(_BLOCKS * _BLOCK)
     pack = np.zeros(PACK_SIZE)
-    fresh = np.zeros(_LANES, dtype=np.int64)  # lanes that need attention
-    pending = np.zeros(_LANES, dtype=np.int64)  # lanes that wait for a hop
+    # unsigned, so that no index can be negative, which would have to be looked for
+    fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
+    pending = np.zeros(_LANES, dtype=np.uint32)  # lanes that wait for a hop
     freshes = 0
     waiting = 0
     live = 0
@@ -368,7 +400,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     while True:
         while True:
             for e in range(freshes):
-                q = fresh[e]
+                q = np.int64(fresh[e])
                 while True:
                     if pool[q + _WHO] < 0.0:
                         if following == total:
@@ -377,7 +409,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         following += 1
                         live += 1
                     if pool[q + _SIDE] == 0.0:
-                        _wait_for_uplift(pool, q, ground, bounds, asked, curved, lifts)
+                        _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts)
                     if pool[q + AT] < pool[q + END]:
                         pool[q + PENDING] = 1.0
                         pending[waiting] = q
@@ -393,7 +425,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
             waiting -= taken
             back = waiting
             for k in range(taken):
-                q = pending[back + k]
+                q = np.int64(pending[back + k])
                 for r in range(0, A, WIDTH):
                     pack[k + r] = pool[q + r]
                 for r in range(0, (6 if len(curved) > 0 else 2) * WIDTH, WIDTH):
@@ -402,10 +434,8 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         pack[k + V + r] = pool[q + V + r]
             hop(pack, curved, lifts)
             for k in range(taken):
-                q = pending[back + k]
+                q = np.int64(pending[back + k])
                 if pack[k + KIND] == HOP_ALOFT:
-                    pool[q + PEAK] = pack[k + PEAK]
-                    pool[q + FASTEST] = pack[k + FASTEST]
                     _fly_on(pool, q, pack[k + THETA_AFTER], pack[k + OMEGA_AFTER])
                     continue
                 if pack[k + KIND] == HOP_LANDED:
@@ -434,7 +464,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         _fly_on(pool, q, theta, omega)
                         continue
                     if ended == FALLEN:
-                        who = int(pool[q + _WHO])
+                        who = _index(pool[q + _WHO])
                         verdicts[who] = OVERTURNED
                         fallen = pool[q + AT] - asked[who, FIRST] + pool[q + ELAPSED] + t
                         _file(pool, q, asked, summaries, HALF_PI, pool[q + FASTEST], fallen)
@@ -458,6 +488,6 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
             stride(pool, b, curved, lifts)
             for q in range(b, b + WIDTH):
-                if pool[q + FLOWN] + pool[q + PENDING] == 0.0:
+                if pool[q + SEEN] == 0.0:
                     fresh[freshes] = q
                     freshes += 1

@@ -31,15 +31,15 @@ THETA: Final = 0 * WIDTH
 OMEGA: Final = 1 * WIDTH
 ALPHA: Final = 2 * WIDTH
 P2: Final = 3 * WIDTH  # p_hat^2
-PEAK: Final = 4 * WIDTH  # largest theta until now
-FASTEST: Final = 5 * WIDTH  # largest |omega| until now
+PEAK: Final = 4 * WIDTH  # largest theta until now, of those where omega changed its sign
+FASTEST: Final = 5 * WIDTH  # largest |omega| until now, of landings and changes of the bend's sign
 ELAPSED: Final = 6 * WIDTH  # within the interval; not zero only while theta is
 START: Final = 7 * WIDTH  # how the next flight starts, as in the scalar kernel
 A: Final = 8 * WIDTH  # coefficients of the ground, six rows
 V: Final = 14 * WIDTH  # p_hat^2 and the vertical acceleration, likewise
 AT: Final = 20 * WIDTH  # row of the ground
 END: Final = 21 * WIDTH  # row after the last one
-FLOWN: Final = 22 * WIDTH  # 1 if the last stride was taken
+SEEN: Final = 22 * WIDTH  # 1 if the last stride was taken or the lane was pending
 PENDING: Final = 23 * WIDTH  # 1 if the lane waits for a hop, or is empty
 HOT_ROWS: Final = 24
 
@@ -274,11 +274,9 @@ def stride(pool: Float, b: int, curved: Marker, lifts: Marker) -> None:
         good = least_of(least_of(aloft, lower), least_of(least_of(slower, below), least)) > 0.0
         pool[j + THETA] = theta_h if good else theta
         pool[j + OMEGA] = omega_h if good else omega
-        pool[j + PEAK] = most_of(most, peak) if good else peak
-        pool[j + FASTEST] = most_of(speed, fast) if good else fast
         on = 1.0 if good else 0.0
         pool[j + AT] = pool[j + AT] + on
-        pool[j + FLOWN] = on
+        pool[j + SEEN] = pool[j + PENDING] + on
 
 
 @inlined
@@ -374,9 +372,6 @@ def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
         on = 1.0 if landing else 0.0
         pack[j + OPEN] = on
         pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
-        pack[j + PEAK] = most_of(most, peak) if up else peak
-        speed = most_of(abs(omega), abs(omega_h))
-        pack[j + FASTEST] = most_of(speed, fast) if up else fast
         pack[j + THETA_AFTER] = theta_h
         pack[j + OMEGA_AFTER] = omega_h
     for _ in range(_LANDING_STEPS):
