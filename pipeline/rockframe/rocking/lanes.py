@@ -435,6 +435,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
             hop(pack, curved, lifts)
             for k in range(taken):
                 q = np.int64(pending[back + k])
+                pool[q + PEAK] = pack[k + PEAK]
                 if pack[k + KIND] == HOP_ALOFT:
                     _fly_on(pool, q, pack[k + THETA_AFTER], pack[k + OMEGA_AFTER])
                     continue

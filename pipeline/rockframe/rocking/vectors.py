@@ -50,7 +50,10 @@ KIND: Final = 26 * WIDTH  # how the hop ends
 THETA_AFTER: Final = 27 * WIDTH
 OMEGA_AFTER: Final = 28 * WIDTH
 _C: Final = 27 * WIDTH  # coefficients 2 to 9 of theta, in rows 29 to 36
-PACK_SIZE: Final = 37 * WIDTH
+TURN: Final = 37 * WIDTH  # when it turns, where that is a new peak
+TURNING: Final = 38 * WIDTH  # 1 if it is
+STEP: Final = 39 * WIDTH  # the last of Newton's steps towards it
+PACK_SIZE: Final = 41 * WIDTH
 
 # How a hop ends.
 HOP_ALONE: Final = 0.0  # in a way that the scalar kernel is to follow
@@ -60,6 +63,8 @@ HOP_LANDED: Final = 2.0
 #: Largest (rate x step) of a step, see `_turn`.
 LONGEST_STRIDE: Final = 0.03
 _LANDING_STEPS: Final = 12
+#: Newton's steps from the top of a parabola: the error of theta is the square of the last one's.
+_TURNING_STEPS: Final = 4
 
 
 @inlined
@@ -293,6 +298,38 @@ def _value(pack: Float, j: int, t: float) -> tuple[float, float]:
 
 
 @inlined
+def _locate_peaks(pack: Float) -> None:
+    """Where lanes of a pack turn higher than ever before: Newton's method on the rate."""
+    turning = 0.0
+    for j in range(WIDTH):
+        turning += pack[j + TURNING]
+    if turning > 0.0:
+        for _ in range(_TURNING_STEPS):
+            for j in range(WIDTH):
+                t = pack[j + TURN]
+                rate = 9.0 * pack[j + _C + 9 * WIDTH]
+                bend = rate
+                for k in range(8, 1, -1):
+                    rate = rate * t + k * pack[j + _C + k * WIDTH]
+                    bend = bend * t + rate
+                rate = rate * t + pack[j + OMEGA]
+                pack[j + STEP] = rate / bend if pack[j + TURNING] > 0.0 else 0.0
+                pack[j + TURN] = t - pack[j + STEP]
+        for j in range(WIDTH):
+            t = pack[j + TURN]
+            theta, _ = _value(pack, j, t)
+            found = (
+                (pack[j + TURNING] > 0.0)
+                & (abs(pack[j + STEP]) <= 1e-6 * t)
+                & (t <= 1.0 - pack[j + ELAPSED])
+            )
+            missed = (pack[j + TURNING] > 0.0) & (not found)
+            pack[j + PEAK] = most_of(theta, pack[j + PEAK]) if found else pack[j + PEAK]
+            pack[j + KIND] = HOP_ALONE if missed else pack[j + KIND]
+            pack[j + OPEN] = 0.0 if missed else pack[j + OPEN]
+
+
+@inlined
 def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
     """Take each lane of a pack from within its interval to its landing or the interval's end.
 
@@ -356,9 +393,24 @@ def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
         crest = theta + (omega * omega / (2.0 * weakest) if falling & rises else 0.0)
         peak = pack[j + PEAK]
         fast = pack[j + FASTEST]
-        low = crest <= peak
-        up = (theta_h > 0.0) & (most < HALF_PI) & even & ((out_0 * omega_h > 0.0) | (falling & low))
-        landing = moving & (theta_h < 0.0) & falling & low
+        turns = moving & falling & rises & (crest > peak) & ((theta_h < 0.0) | (omega_h < 0.0))
+        pack[j + TURN] = least_of(omega / (f0 if turns else 1.0), h)
+        pack[j + TURNING] = 1.0 if turns else 0.0
+        low = turns | (crest <= peak)
+        # or the bend changes its sign, too weak to turn the motion or to make it the fastest
+        bend = (abs(f0) + abs(pull_h)) * h
+        quick = most_of(omega, omega_h)
+        slow = least_of(omega, omega_h)
+        slower = moving & (most_of(quick, -slow) + 0.125 * bend <= fast)
+        up = (
+            (theta_h > 0.0)
+            & (most + 0.125 * bend * h < HALF_PI)
+            & (
+                (even & ((out_0 * omega_h > 0.0) | (falling & low)))
+                | (slower & (slow > 0.5 * bend))
+            )
+        )
+        landing = moving & (theta_h < 0.0) & ((falling & low) | (slower & (quick < -0.5 * bend)))
         # where a parabola lands, then one of Newton's steps on the cubic
         root = math.sqrt(most_of(omega * omega + 2.0 * theta * f0, 0.0))
         guess = (omega + root if rises else 2.0 * theta) / (
@@ -374,6 +426,7 @@ def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
         pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
         pack[j + THETA_AFTER] = theta_h
         pack[j + OMEGA_AFTER] = omega_h
+    _locate_peaks(pack)
     for _ in range(_LANDING_STEPS):
         active = 0.0
         for j in range(WIDTH):
