@@ -119,6 +119,7 @@ format: $(MADE)
 	@$(BIN)/ruff check --quiet --fix .
 
 bench: $(MADE)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[bench]'
 	@$(BIN)/python -m tests.benchmarks.bench --output outputs/bench.json
 
 fuzz: $(MADE)

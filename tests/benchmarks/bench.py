@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import math
 import os
 import resource
 import subprocess
@@ -23,8 +22,8 @@ from pathlib import Path
 import numpy as np
 import pandas
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
-from tests.benchmarks import pulse_search
+from tests.benchmarks import kernels, pulse_search
+from tests.benchmarks.solve_ivp_rival import by_solve_ivp
 
 from rockframe import Pulse, RockingFrame, bundled_records, read_file, respond
 from rockframe.ingest import read_bytes
@@ -72,57 +71,14 @@ def strong_record() -> tuple[NDArray[np.float64], float]:
     return record.acceleration[1200:5201] - record.acceleration.mean(), record.time_step
 
 
-def by_solve_ivp(acceleration: NDArray[np.float64], time_step: float) -> float:
-    """The largest |theta| / alpha as a careful user of solve_ivp gets it.
-
-    RK45, rtol 1e-6, steps no longer than the record's, an event for the impact, uplift at the
-    first sample beyond g tan(alpha), rest below 1e-4 rad/s.
-    """
-    alpha, p2 = BENT.slenderness, BENT.effective_frequency_parameter**2
-    times = time_step * np.arange(acceleration.size)
-    ground = acceleration / GRAVITY
-    limit = math.tan(alpha)
-    now, state, peak = 0.0, np.zeros(2), 0.0
-    side = 0.0
-
-    def rates(t: float, y: NDArray[np.float64]) -> list[float]:
-        a = np.interp(t, times, ground)
-        psi = alpha * side - y[0]
-        return [y[1], -p2 * (math.sin(psi) + a * math.cos(psi))]
-
-    def impact(_t: float, y: NDArray[np.float64]) -> float:
-        return float(side * y[0]) if abs(y[0]) + abs(y[1]) > 1e-12 else 1.0
-
-    impact.terminal = True  # type: ignore[attr-defined]
-    impact.direction = -1  # type: ignore[attr-defined]
-    while now < times[-1]:
-        if side == 0.0:
-            later = np.flatnonzero((times >= now) & (np.abs(ground) > limit))
-            if later.size == 0:
-                break
-            now = float(times[later[0]])
-            side = -math.copysign(1.0, ground[later[0]])
-        found = solve_ivp(
-            rates, (now, times[-1]), state, rtol=1e-6, max_step=time_step, events=impact
-        )
-        peak = max(peak, float(np.abs(found.y[0]).max()))
-        now, state = float(found.t[-1]), found.y[:, -1].copy()
-        if found.status == 1:
-            state = np.array([0.0, BENT.restitution * state[1]])
-            side = math.copysign(1.0, state[1])
-            if abs(state[1]) < 1e-4:
-                state, side = np.zeros(2), 0.0
-    return peak / alpha
-
-
-def kernel() -> dict[str, float]:
+def response() -> dict[str, float]:
     """One response of a 40 s record at 100 Hz, against solve_ivp."""
     acceleration, step = strong_record()
     motion = GroundAcceleration.from_samples(acceleration, step)
     ours = respond(BENT, motion).peak_rotation_ratio
     own = best_of(lambda: respond(BENT, motion), repeats=7, calls=50)
     peaks: list[float] = []
-    rival = best_of(lambda: peaks.append(by_solve_ivp(acceleration, step)), repeats=1)
+    rival = best_of(lambda: peaks.append(by_solve_ivp(BENT, motion)), repeats=1)
     return {
         "response_40s_100hz_ms": 1e3 * own,
         "response_ns_per_sample": 1e9 * own / acceleration.size,
@@ -257,7 +213,10 @@ def main() -> None:
     results: dict[str, float] = {}
     for part in (
         commands,
-        kernel,
+        response,
+        kernels.lanes,
+        kernels.against_heyoka,
+        kernels.million,
         continuous_pulse,
         parsing,
         ingesting,

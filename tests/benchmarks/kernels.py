@@ -1,23 +1,26 @@
 """The kernel in lanes, in one run and on one core: against the scalar kernel, solve_ivp and heyoka.
 
 Smooth ground is a sum of four harmonics, rough ground the bundled records with their hundreds of
-bounces: a step of both is one sample interval of one scenario, at rest or rocking. Processor time,
-the least of several repeats, because others may share the machine; the million is by the clock.
+bounces: a step of both is one sample interval of one scenario, at rest or rocking, until it
+overturns. Processor time, the least of several repeats, because others may share the machine; the
+million is by the clock, on two threads and rough ground.
 """
 
 from __future__ import annotations
 
 import importlib.util
 import math
+import resource
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from heyoka_rival import by_heyoka
 from numpy.typing import NDArray
-from solve_ivp_rival import by_solve_ivp
+from tests.benchmarks.heyoka_rival import by_heyoka
+from tests.benchmarks.solve_ivp_rival import by_solve_ivp
 
 from rockframe import (
     GroundAcceleration,
@@ -37,7 +40,7 @@ Float = NDArray[np.float64]
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 SAMPLES = 4001
-#: So strong that the bent rocks and nearly always stands: shares of the record's own strength.
+#: What the grounds are multiplied by.
 SCALES = (0.6, 1.2)
 
 
@@ -106,37 +109,45 @@ def one_by_one(ground: GroundAcceleration, scales: Float) -> None:
     )
 
 
+def steps(found: Scenarios) -> float:
+    """Sample intervals of the scenarios, on the average, until they overturn."""
+    fallen = np.minimum(found.overturning_time / 0.01, SAMPLES - 1)
+    return float(np.where(np.isnan(fallen), SAMPLES - 1, fallen).mean())
+
+
+def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
+    """Time of a step, and over the other solvers' times."""
+    count = 300 * len(grounds)
+    found = ask(grounds, count)
+    own = processor_time(partial(ask, grounds, count), repeats=5) / count
+    scales = np.linspace(*SCALES, 20)
+    one_by_one(grounds[0], scales[:1])
+    scalar = sum(processor_time(partial(one_by_one, g, scales), repeats=2) for g in grounds)
+    rocking = [np.mean(respond(BENT, g.scaled(0.9)).theta != 0.0) for g in grounds]
+    start = time.process_time()
+    theirs = by_solve_ivp(BENT, grounds[0])
+    rival = time.process_time() - start
+    right = respond(BENT, grounds[0]).peak_rotation_ratio
+    mine = float(respond_scenarios(grounds, [BENT], [0], [0], [1.0]).peak_rotation_ratio[0])
+    each = own / steps(found)
+    return {
+        "kernel_ns_per_step": 1e9 * each,
+        "kernel_ns_per_rocking_step": 1e9 * each / float(np.mean(rocking)),
+        "kernel_impacts": float(found.impacts.mean()),
+        "kernel_over_scalar": scalar / (20 * len(grounds)) / own,
+        "kernel_over_solve_ivp": rival / own,
+        "kernel_peak_error": abs(mine / right - 1.0),
+        "solve_ivp_peak_error": abs(theirs / right - 1.0),
+    }
+
+
 def lanes() -> dict[str, float]:
-    """Time of a step, and over the scalar kernel's, on smooth and on rough ground."""
-    results = {}
-    for kind, grounds in (("", smooth_grounds()), ("_rough", rough_grounds())):
-        count = 300 * len(grounds)
-        found = ask(grounds, count)
-        own = processor_time(lambda: ask(grounds, count), repeats=5) / count
-        scales = np.linspace(*SCALES, 20)
-        one_by_one(grounds[0], scales[:1])
-        scalar = sum(
-            processor_time(lambda: one_by_one(ground, scales), repeats=2) for ground in grounds
-        ) / (20 * len(grounds))
-        rocking = np.mean(
-            [np.mean(respond(BENT, ground.scaled(0.9)).theta != 0.0) for ground in grounds]
-        )
-        results[f"kernel_ns_per_step{kind}"] = 1e9 * own / (SAMPLES - 1)
-        results[f"kernel_ns_per_rocking_step{kind}"] = 1e9 * own / (SAMPLES - 1) / float(rocking)
-        results[f"kernel_over_scalar{kind}"] = scalar / own
-        results[f"kernel_impacts{kind}"] = float(found.impacts.mean())
-        start = time.process_time()
-        theirs = by_solve_ivp(BENT, grounds[0])
-        rival = time.process_time() - start
-        right = respond(BENT, grounds[0]).peak_rotation_ratio
-        mine = respond_scenarios([grounds[0]], [BENT], [0], [0], [1.0]).peak_rotation_ratio[0]
-        results[f"kernel_over_solve_ivp{kind}"] = rival / own
-        results[f"kernel_peak_error{kind}"] = abs(float(mine) / right - 1.0)
-        results[f"solve_ivp_peak_error{kind}"] = abs(theirs / right - 1.0)
-    return results
+    """The kernel on smooth ground, and on rough ground under names that end so."""
+    rough = {f"{name}_rough": value for name, value in on_ground(rough_grounds()).items()}
+    return on_ground(smooth_grounds()) | rough
 
 
-def heyoka() -> dict[str, float]:
+def against_heyoka() -> dict[str, float]:
     """The same Ricker pulses by heyoka's integrator, whose events are the impacts."""
     if importlib.util.find_spec("heyoka") is None:
         return {}
@@ -144,53 +155,43 @@ def heyoka() -> dict[str, float]:
     for wavelet, strength in (("symmetric_ricker", 0.5), ("antisymmetric_ricker", 0.6)):
         pulse = Pulse(wavelet=wavelet, a_p=strength * GRAVITY, T_p=1.5)
         theirs, rival = by_heyoka(BENT, pulse)
-        grounds = [as_ground(pulse)]
         zero = np.zeros(2000, dtype=np.intp)
-        scale = 1.0 + 1e-9 * np.arange(2000)
-        found = respond_scenarios(grounds, [BENT], zero, zero, scale)
-        own = processor_time(
-            lambda: respond_scenarios(grounds, [BENT], zero, zero, scale), repeats=5
-        )
+        scale = 1.0 + 1e-9 * np.arange(2000)  # as good as the same, two thousand times
+        asked = partial(respond_scenarios, [as_ground(pulse)], [BENT], zero, zero, scale)
+        peak = float(asked().peak_rotation[0])
+        own = processor_time(asked, repeats=5) / 2000
         name = wavelet.removesuffix("_ricker")
-        results[f"kernel_over_heyoka_{name}"] = rival / (own / 2000)
-        results[f"kernel_minus_heyoka_{name}"] = abs(float(found.peak_rotation[0]) - theirs)
-    results["kernel_over_heyoka"] = min(
-        value for name, value in results.items() if name.startswith("kernel_over_heyoka_")
-    )
-    return results
+        results[f"kernel_over_heyoka_{name}"] = rival / own
+        results[f"kernel_minus_heyoka_{name}"] = abs(peak - theirs)
+    ratios = (results[f"kernel_over_heyoka_{name}"] for name in ("symmetric", "antisymmetric"))
+    return results | {"kernel_over_heyoka": min(ratios)}
 
 
-def million(most: int, picture: Path | None = None) -> dict[str, float]:
-    """A thousand to a million responses of 4,000 samples on two threads, rough ground.
-
-    The clock's time; with a picture of it over the number of scenarios.
-    """
-    grounds = rough_grounds()
-    counts = [1000, 10_000, 100_000, 1_000_000]
-    counts = [count for count in counts if count <= most]
-    times = []
+def on_two_threads(grounds: list[GroundAcceleration], count: int) -> float:
+    """Time of so many responses by the clock [s]."""
+    size = min(4000, count // 2)
+    start = time.perf_counter()
     with ThreadPoolExecutor(2) as pool:
-        for count in counts:
-            batches = [(first, min(4000, count - first)) for first in range(0, count, 4000)]
-            batches = batches if count > 4000 else [(0, count // 2), (count // 2, count // 2)]
-            start = time.perf_counter()
-            for _ in pool.map(lambda batch: ask(grounds, batch[1], batch[0]), batches):
-                pass
-            times.append(time.perf_counter() - start)
+        list(pool.map(lambda first: ask(grounds, size, first), range(0, count, size)))
+    return time.perf_counter() - start
+
+
+def million(most: int = 1_000_000) -> dict[str, float]:
+    """A thousand to a million responses of 4,000 samples; a picture in outputs/bench-linear.png."""
+    rough, smooth = rough_grounds(), smooth_grounds()
+    counts = [count for count in (1000, 10_000, 100_000, 1_000_000) if count <= most]
+    times = [on_two_threads(rough, count) for count in counts]
+    draw(counts, times, Path("outputs/bench-linear.png"))
     results = {
         f"responses_{count}_us_each": 1e6 * spent / count
         for count, spent in zip(counts, times, strict=True)
     }
     if counts[-1] == 1_000_000:
         results["million_responses_s"] = times[-1]
-        smooth = smooth_grounds()
-        start = time.perf_counter()
-        with ThreadPoolExecutor(2) as pool:
-            list(pool.map(lambda k: ask(smooth, 4000, 4000 * k), range(25)))
-        results["million_responses_smooth_s"] = 10.0 * (time.perf_counter() - start)
-    if picture is not None:
-        draw(counts, times, picture)
-    return results
+        results["million_responses_smooth_s"] = 10.0 * on_two_threads(smooth, 100_000)
+    return results | {
+        "million_peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    }
 
 
 def draw(counts: list[int], times: list[float], path: Path) -> None:

@@ -105,7 +105,7 @@ _BLOCK: Final = (HOT_ROWS + 9) * WIDTH  # not a power of two, which caches disli
 
 
 @inlined
-def _index(number: float) -> int:
+def _index(number: float | np.uint32) -> int:
     """A whole number, not negative, as an index: the compiler need not look for negative ones."""
     return int(np.int64(np.uint32(number)))
 
@@ -400,7 +400,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     while True:
         while True:
             for e in range(freshes):
-                q = np.int64(fresh[e])
+                q = _index(fresh[e])
                 while True:
                     if pool[q + _WHO] < 0.0:
                         if following == total:
@@ -425,7 +425,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
             waiting -= taken
             back = waiting
             for k in range(taken):
-                q = np.int64(pending[back + k])
+                q = _index(pending[back + k])
                 for r in range(0, A, WIDTH):
                     pack[k + r] = pool[q + r]
                 for r in range(0, (6 if len(curved) > 0 else 2) * WIDTH, WIDTH):
@@ -434,7 +434,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         pack[k + V + r] = pool[q + V + r]
             hop(pack, curved, lifts)
             for k in range(taken):
-                q = np.int64(pending[back + k])
+                q = _index(pending[back + k])
                 pool[q + PEAK] = pack[k + PEAK]
                 if pack[k + KIND] == HOP_ALOFT:
                     _fly_on(pool, q, pack[k + THETA_AFTER], pack[k + OMEGA_AFTER])
