@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -95,3 +96,34 @@ def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read: No such file"):
         read_structures(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("keys", "inertia_ratio", "restitution_over_rectangular"),
+    [
+        ('section = "rectangular"', 4.0 / 3.0, 1.0),
+        ('section = "circular"', 4.0 / 3.0 - 1.6**2 / (1.6**2 + 9.6**2) / 12.0, None),
+        ("inertia_ratio = 1.25", 1.25, None),
+        ("restitution_factor = 0.9", 4.0 / 3.0, 0.9),
+    ],
+)
+def test_sections_and_restitution(
+    tmp_path: Path, keys: str, inertia_ratio: float, restitution_over_rectangular: float | None
+) -> None:
+    [frame] = read_structures(written(tmp_path, GOOD + keys + "\n"))
+    [rectangular] = read_structures(written(tmp_path, GOOD))
+    assert frame.inertia_ratio == pytest.approx(inertia_ratio, rel=1e-15)
+    size, alpha, kappa, gamma = frame.size, frame.slenderness, inertia_ratio, 4.0
+    p2 = 9.81 / (kappa * size) * (1.0 + 2.0 * gamma) / (1.0 + 4.0 * gamma / kappa)
+    assert frame.effective_frequency_parameter == pytest.approx(math.sqrt(p2), rel=1e-14)
+    loss = 2.0 * math.sin(alpha) ** 2 * (1.0 + 4.0 * gamma) / (kappa + 4.0 * gamma)
+    factor = restitution_over_rectangular or 1.0
+    assert frame.restitution == pytest.approx(factor * (1.0 - loss), rel=1e-14)
+    if restitution_over_rectangular is not None:
+        assert frame.restitution == pytest.approx(factor * rectangular.restitution, rel=1e-15)
+
+
+def test_a_section_beside_an_inertia_ratio_is_refused(tmp_path: Path) -> None:
+    both = 'section = "circular"\ninertia_ratio = 1.3\n'
+    with pytest.raises(InputError, match="Must not be stated beside section 'circular'"):
+        read_structures(written(tmp_path, GOOD + both))
