@@ -167,28 +167,35 @@ def against_heyoka() -> dict[str, float]:
     return results | {"kernel_over_heyoka": min(ratios)}
 
 
-def on_two_threads(grounds: list[GroundAcceleration], count: int) -> float:
-    """Time of so many responses by the clock [s]."""
+def on_two_threads(grounds: list[GroundAcceleration], count: int) -> tuple[float, float]:
+    """Time of so many responses by the clock, and of both processors together [s]."""
     size = min(4000, count // 2)
-    start = time.perf_counter()
+    start, worked = time.perf_counter(), time.process_time()
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda first: ask(grounds, size, first), range(0, count, size)))
-    return time.perf_counter() - start
+    return time.perf_counter() - start, time.process_time() - worked
 
 
 def million(most: int = 1_000_000) -> dict[str, float]:
-    """A thousand to a million responses of 4,000 samples; a picture in outputs/bench-linear.png."""
+    """A thousand to a million responses of 4,000 samples; a picture in outputs/bench-linear.png.
+
+    The clock says what a user waits; processor time does not mind who else uses the machine. The
+    smooth million is ten times a hundred thousand.
+    """
     rough, smooth = rough_grounds(), smooth_grounds()
+    ask(rough, 10)  # load what is compiled
     counts = [count for count in (1000, 10_000, 100_000, 1_000_000) if count <= most]
     times = [on_two_threads(rough, count) for count in counts]
-    draw(counts, times, Path("outputs/bench-linear.png"))
+    draw(counts, [worked for _, worked in times], Path("outputs/bench-linear.png"))
     results = {
-        f"responses_{count}_us_each": 1e6 * spent / count
-        for count, spent in zip(counts, times, strict=True)
+        f"responses_{count}_processor_us_each": 1e6 * worked / count
+        for count, (_, worked) in zip(counts, times, strict=True)
     }
     if counts[-1] == 1_000_000:
-        results["million_responses_s"] = times[-1]
-        results["million_responses_smooth_s"] = 10.0 * on_two_threads(smooth, 100_000)
+        results["million_responses_s"], results["million_responses_processor_s"] = times[-1]
+        clock, worked = on_two_threads(smooth, 100_000)
+        results["million_responses_smooth_s"] = 10.0 * clock
+        results["million_responses_smooth_processor_s"] = 10.0 * worked
     return results | {
         "million_peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     }
@@ -204,7 +211,7 @@ def draw(counts: list[int], times: list[float], path: Path) -> None:
     axes.loglog(counts, [each * count for count in counts], color="0.7", label="proportional")
     axes.loglog(counts, times, "o", color="black", label="measured")
     axes.set_xlabel("scenarios of 4,000 samples")
-    axes.set_ylabel("time on two threads [s]")
+    axes.set_ylabel("processor time [s]")
     axes.legend(frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=200)
