@@ -17,7 +17,9 @@ from rockframe.units import GRAVITY
 #: Signs that CF's units have in print.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
 #: What the table of a record shows already, or the page needs only for itself.
-_NOT_SHOWN: Final = frozenset(["row_size", "history", "passport", "source_sha256"])
+_NOT_SHOWN: Final = frozenset(
+    ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
+)
 
 
 def encode(values: ArrayLike) -> str:

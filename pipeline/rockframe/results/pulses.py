@@ -154,6 +154,8 @@ def _dataset(columns: Mapping[str, list[Any]], runners_up: int) -> xr.Dataset:
     """Return all variables but the series."""
     found: list[RecordPulses] = columns["found"]
     used = [pulses.matches[pulses.used].pulse for pulses in found]
+    indices = [pulses.matches[pulses.used].match_index for pulses in found]
+    likely = [pulses.likeness[pulses.used] for pulses in found]
     periods = np.array([pulses.periods for pulses in found])
     variables = {
         "record_id": record_ids(columns["record_id"]),
@@ -172,6 +174,18 @@ def _dataset(columns: Mapping[str, list[Any]], runners_up: int) -> xr.Dataset:
         ),
         "T_p_best": variable(
             "record", np.array([p.T_p for p in used]), "s", "T_p of the pulse that is used"
+        ),
+        "match_index_best": variable(
+            "record", np.array(indices), "1", "match index of the pulse that is used"
+        ),
+        "pulse_verdict_best": flags(
+            "record", [one.verdict for one in likely], PulseVerdict, "whether it is one, at 5 %"
+        ),
+        "p_value_best": variable(
+            "record",
+            np.array([one.p_value for one in likely]),
+            "1",
+            "share of surrogates that match as well as the record does with it",
         ),
         "shortest_period": variable("record", periods[:, 0], "s", "shortest period searched"),
         "longest_period": variable("record", periods[:, 1], "s", "longest period searched"),
