@@ -13,8 +13,9 @@ from rockframe.matching.signal import require_record
 
 Float = NDArray[np.float64]
 
-#: Times in a period, so that a curve is within 0.1 % of the maxima.
+#: Times in a period and periods in an octave, so that a curve is within 0.1 % of the maxima.
 _FINENESS: Final = 24
+_PER_OCTAVE: Final = 28
 
 
 def match_curve(
@@ -55,7 +56,7 @@ def match_curve(
     samples = require_record(acceleration, time_step)
     low, high = period_range(samples.size, time_step, options)
     signal = prepared(samples, time_step, options, high)
-    periods = ladder(low, high)
+    periods = ladder(low, high, _PER_OCTAVE)
     found = search(signal, periods, options.wavelets, options.half_cycles, _FINENESS)
     return periods, {
         name: np.sqrt(np.minimum(1.0, heights.power[0].max(axis=1) / signal.energy))

@@ -41,8 +41,8 @@ Float = NDArray[np.float64]
 #: those that are still so close, the one that is largest between the rungs is not known.
 _NEARLY: Final = 0.95
 _CANDIDATES: Final = 12
-_CLOSE: Final = 0.997
-_CLOSE_SHAPES: Final = 0.985
+_CLOSE: Final = 0.993
+_CLOSE_SHAPES: Final = 0.98
 #: A refined value closer than this to an end of its range is at that end, not a maximum.
 _AT_BOUND: Final = 1e-6
 #: A pulse with more than this share of its energy before or after the record is cut.

@@ -26,8 +26,8 @@ Float = NDArray[np.float64]
 Single = NDArray[np.float32]
 SingleComplex = NDArray[np.complex64]
 
-#: Periods of the ladder in an octave: |C| is within 1e-3 of its maximum between two rungs.
-PERIODS_PER_OCTAVE: Final = 28
+#: Periods of the ladder in an octave: |C| is within 2e-3 of its maximum between two rungs.
+PERIODS_PER_OCTAVE: Final = 14
 #: The ladder has a rung at this period [s], so that records share their wavelets.
 _ANCHOR: Final = 0.2
 #: Samples in the shortest period of an octave, at least.
