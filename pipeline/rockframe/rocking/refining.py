@@ -21,8 +21,10 @@ Int = NDArray[np.int64]
 #: So many intervals on both sides of a flip are divided into so many.
 _AROUND: Final = 3
 _FINER: Final = 5
-#: So often the amplitudes around a furthest lean or a longest fall are halved.
-_HALVINGS: Final = 8
+#: Around a furthest lean or a longest fall each half is divided into so many, so often. Scenarios
+#: of one ground are computed side by side: a few more of them cost less than another round.
+_DIVISIONS: Final = 4
+_ROUNDS: Final = 4
 #: Frames that lean less than this share of their slenderness are not near their overturning.
 _NEAR: Final = 0.7
 
@@ -35,11 +37,16 @@ class Lines:
     frames: Sequence[RockingFrame]
     ground: Int
     frame: Int
+    unit: Float
 
     def at(self, line: Int, amplitude: Float) -> Points:
         """Return what becomes of lines at amplitudes."""
         found = respond_scenarios(
-            self.grounds, self.frames, self.ground[line], self.frame[line], amplitude
+            self.grounds,
+            self.frames,
+            self.ground[line],
+            self.frame[line],
+            self.unit[line] * amplitude,
         )
         fallen = found.verdict == Verdict.OVERTURNED
         fall = np.where(np.isnan(found.overturning_time), np.inf, found.overturning_time)
@@ -47,11 +54,17 @@ class Lines:
         nearness = np.where(fallen, fall, lean)
         return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
 
-    def between(self, three: Sequence[Points]) -> list[Points]:
-        """Return what becomes of lines half-way between three points of each."""
-        halves = [0.5 * (a.amplitude + b.amplitude) for a, b in pairwise(three)]
-        both = self.at(np.tile(three[0].line, 2), np.concatenate(halves))
-        return [both.take(half) for half in np.split(np.arange(both.line.size), 2)]
+    def within(self, three: Sequence[Points]) -> list[Points]:
+        """Return what becomes of lines at and between three points of each, in order."""
+        shares = np.arange(1, _DIVISIONS) / _DIVISIONS
+        tried = [
+            (1.0 - share) * a.amplitude + share * b.amplitude
+            for a, b in pairwise(three)
+            for share in shares
+        ]
+        found = self.at(np.tile(three[0].line, len(tried)), np.concatenate(tried))
+        new = [found.take(part) for part in np.split(np.arange(found.line.size), len(tried))]
+        return [three[0], *new[: shares.size], three[1], *new[shares.size :], three[2]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +150,7 @@ def slivers(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> list[Fli
     """Find flips on both sides of what is thinner than the step between points that are wanted.
 
     Each candidate is three points of one kind, the middle one the nearest to the other kind. It
-    shrinks around its nearest point until that is of the other kind, or has been halved often.
+    shrinks around its nearest point until one is of the other kind, or it is thin.
     """
     line, nearness = points.line, points.nearness
     alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
@@ -145,21 +158,17 @@ def slivers(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> list[Fli
     left = np.flatnonzero(alike & highest & wanted[1:-1] & (nearness[1:-1] > -np.inf))
     three = [points.take(left + k) for k in range(3)]
     found: list[Flips] = []
-    for _ in range(_HALVINGS if left.size else 0):
-        between = lines.between(three)
-        five = [three[0], between[0], three[1], between[1], three[2]]
-        other = np.stack([point.fallen != three[1].fallen for point in between])
-        for k in (0, 1):
-            hit = np.flatnonzero(other[k])
-            found += [
-                Flips.between(five[2 * k + 1].take(hit), five[side].take(hit))
-                for side in (2 * k, 2 * k + 2)
-            ]
-        rest = np.flatnonzero(~other.any(axis=0))
+    for _ in range(_ROUNDS if left.size else 0):
+        nine = lines.within(three)
+        for one, next_one in pairwise(nine):
+            hit = np.flatnonzero(one.fallen != next_one.fallen)
+            found.append(Flips.between(one.take(hit), next_one.take(hit)))
+        other = [point.fallen != three[1].fallen for point in nine]
+        rest = np.flatnonzero(~np.any(other, axis=0))
         if rest.size == 0:
             break
-        centre = np.argmax([point.nearness[rest] for point in five[1:4]], axis=0)
-        three = [_chosen(five[k : k + 3], centre, rest) for k in range(3)]
+        centre = np.argmax([point.nearness[rest] for point in nine[1:-1]], axis=0)
+        three = [_chosen(nine[k : len(nine) - 2 + k], centre, rest) for k in range(3)]
     return found
 
 
@@ -200,7 +209,7 @@ def narrow(
 ) -> Flips:
     """Divide those chosen into parts until they are known to a share of themselves.
 
-    More parts than two take more responses, but fewer rounds: right where there are few flips.
+    More parts than two take more responses but fewer rounds: right where there are few flips.
     """
     fallen, standing = flips.fallen.copy(), flips.standing.copy()
     impacts = flips.impacts.copy()

@@ -67,6 +67,21 @@ class Scan:
         both = np.column_stack([self.lower, self.upper])
         return [both[start:end] for start, end in pairwise(bounds)]
 
+    def ordered(self, order: Int) -> Scan:
+        """Return the lines in another order."""
+        place = np.empty_like(order)
+        place[order] = np.arange(order.size)
+        line = place[self.line]
+        by_line = np.lexsort((self.lower, line))
+        return Scan(
+            self.verdict[order],
+            self.impacts[order],
+            line[by_line],
+            self.lower[by_line],
+            self.upper[by_line],
+            self.impacts_at_lower[by_line],
+        )
+
 
 def islands(intervals: Float, end: float) -> tuple[tuple[float, float], ...]:
     """Return the amplitudes between which a frame stands above its first overturning.
@@ -99,6 +114,7 @@ def scan(
     *,
     tolerance: float,
     tolerance_above: float | None = None,
+    unit: Float | None = None,
 ) -> Scan:
     """Find all intervals of amplitude in which frames overturn.
 
@@ -115,14 +131,17 @@ def scan(
     tolerance_above : float, optional
         For the edges above each line's first one, if that is the one that matters; what is thinner
         than the step is then not looked for above it.
+    unit : array, shape (lines,), optional
+        Multiple of the ground that is an amplitude of 1 [1]; by default the ground itself.
 
     Returns
     -------
     Scan
         The same bits whatever the other lines are.
     """
-    lines = Lines(grounds, frames, np.asarray(ground), np.asarray(frame))
-    every = np.arange(lines.ground.size)
+    every = np.arange(np.size(ground))
+    units = np.ones(every.size) if unit is None else unit
+    lines = Lines(grounds, frames, np.asarray(ground), np.asarray(frame), units)
     grid = np.broadcast_to(amplitudes, (every.size, np.shape(amplitudes)[-1]))
     coarse = lines.at(np.repeat(every, grid.shape[1]), grid.ravel())
     everywhere = tolerance_above is None
@@ -132,8 +151,10 @@ def scan(
     left = np.flatnonzero(flipped(points))
     flips = [Flips.between(points.take(left), points.take(left + 1))]
     flips += slivers(lines, points, wanted)
-    edges = narrow(lines, join(flips), tolerance if tolerance_above is None else tolerance_above)
-    if not everywhere:
+    if tolerance_above is None:
+        edges = narrow(lines, join(flips), tolerance, parts=4)
+    else:
+        edges = narrow(lines, join(flips), tolerance_above)
         edges = narrow(lines, edges, tolerance, firsts(edges), parts=4)
     first = np.searchsorted(points.line, every)
     starting = points.take(first[points.fallen[first]])

@@ -7,7 +7,7 @@ slenderness, the mass ratio, and the amplitude a_p / (g tan slenderness), eq (47
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from typing import Final
@@ -29,7 +29,7 @@ Float = NDArray[np.float64]
 EDGE_TOLERANCE: Final = 1e-9
 #: Step of amplitude between whose values slivers may be missed [1].
 AMPLITUDE_STEP: Final = 0.005
-#: Responses in a batch of lines: a tenth of a second or more.
+#: Responses in a batch: a tenth of a second or more.
 _BATCH: Final = 40_000
 
 
@@ -70,11 +70,12 @@ class OverturningSpectrum:
         return np.array(least).reshape(self.shape)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Batch:
-    """Some lines: pulse, slenderness, mass ratio, frequency ratio of each."""
+    """Pulses and frequency ratios, under each of which all frames are tried."""
 
-    lines: tuple[tuple[Pulse, float, float, float], ...]
+    grounds: tuple[tuple[Pulse, float], ...]
+    frames: tuple[RockingFrame, ...]
     amplitude: Float
     tolerance: float
 
@@ -137,13 +138,22 @@ def overturning_spectrum(
     mass_ratio = increasing("mass_ratio", mass_ratios, zero=True)
     frequency_ratio = increasing("frequency_ratio", frequency_ratios)
     amplitude = increasing("amplitude", amplitudes)
-    lines = list(
-        product(pulses, slenderness.tolist(), mass_ratio.tolist(), frequency_ratio.tolist())
+    frames = tuple(
+        column_of(*of_frame) for of_frame in product(slenderness.tolist(), mass_ratio.tolist())
     )
-    batches = list(_batches(lines, amplitude, tolerance))
+    grounds = list(product(pulses, frequency_ratio.tolist()))
+    size = max(1, _BATCH // (len(frames) * amplitude.size))
+    batches = [
+        _Batch(tuple(grounds[start : start + size]), frames, amplitude, tolerance)
+        for start in range(0, len(grounds), size)
+    ]
     parts = list(map_batches(_scan, batches, engine=OneProcess() if engine is None else engine))
+    # each ground with all frames is how it is computed; the dimensions go the other way
+    shape = (len(pulses), frequency_ratio.size, slenderness.size, mass_ratio.size)
+    order = np.arange(math.prod(shape)).reshape(shape).transpose(0, 2, 3, 1).ravel()
+    found = _together(parts).ordered(order)
     return OverturningSpectrum(
-        tuple(pulses), slenderness, mass_ratio, frequency_ratio, amplitude, _together(parts)
+        tuple(pulses), slenderness, mass_ratio, frequency_ratio, amplitude, found
     )
 
 
@@ -207,47 +217,37 @@ def increasing(label: str, values: ArrayLike, *, zero: bool = False) -> Float:
     return row
 
 
-def _batches(
-    lines: list[tuple[Pulse, float, float, float]], amplitude: Float, tolerance: float
-) -> Iterator[_Batch]:
-    size = max(1, _BATCH // amplitude.size)
-    for start in range(0, len(lines), size):
-        yield _Batch(tuple(lines[start : start + size]), amplitude, tolerance)
-
-
 def _scan(batch: _Batch) -> Scan:
-    """Lines that share a frame or a ground have it once."""
-    grounds: dict[tuple[Pulse, float, float], GroundAcceleration] = {}
-    frames: dict[tuple[float, float], RockingFrame] = {}
-    of_ground, of_frame = [], []
-    unit: dict[Pulse, GroundAcceleration] = {}
-    for pulse, slenderness, mass_ratio, frequency_ratio in batch.lines:
-        frame = frames.setdefault((slenderness, mass_ratio), column_of(slenderness, mass_ratio))
-        key = (pulse, slenderness, frequency_ratio)
-        if key not in grounds:
-            if pulse not in unit:
-                unit[pulse] = GroundAcceleration.from_pulse(
-                    replace(pulse, a_p=1.0, T_p=1.0, time=0.0)
-                )
-            period = math.tau / (frequency_ratio * frame.frequency_parameter)
-            grounds[key] = _stretched(unit[pulse], frame.uplift_acceleration, period)
-        of_ground.append(list(grounds).index(key))
-        of_frame.append(list(frames).index((slenderness, mass_ratio)))
+    """The frames under each ground: what shares one is computed side by side."""
+    unit = {pulse: _unit_ground(pulse) for pulse, _ in batch.grounds}
+    grounds = [_stretched(unit[pulse], math.tau / ratio) for pulse, ratio in batch.grounds]
+    ground, frame = np.indices((len(grounds), len(batch.frames))).reshape(2, -1)
     return scan(
-        list(grounds.values()),
-        list(frames.values()),
-        np.array(of_ground),
-        np.array(of_frame),
+        grounds,
+        batch.frames,
+        ground,
+        frame,
         batch.amplitude,
         tolerance=batch.tolerance,
+        unit=np.array([one.uplift_acceleration for one in batch.frames])[frame],
     )
 
 
-def _stretched(unit: GroundAcceleration, a_p: float, period: float) -> GroundAcceleration:
-    """A pulse of another amplitude [m s-2] and period [s] than 1."""
+def _unit_ground(pulse: Pulse) -> GroundAcceleration:
+    """The pulse of amplitude 1 m s-2 and period 1 s, as far as it is not zero to round-off."""
+    whole = GroundAcceleration.from_pulse(replace(pulse, a_p=1.0, T_p=1.0, time=0.0))
+    times = whole.start_time + whole.time_step * np.arange(len(whole.coefficients))
+    reach = pulse.mother.reach
+    kept = np.flatnonzero((times + whole.time_step > -reach) & (times < reach))
+    start = slice(kept[0], kept[-1] + 1)
+    return GroundAcceleration(whole.coefficients[start], whole.time_step, float(times[kept[0]]))
+
+
+def _stretched(unit: GroundAcceleration, period: float) -> GroundAcceleration:
+    """A pulse of another period [s] than 1; for columns of p = 1 rad/s."""
     powers = period ** -np.arange(unit.coefficients.shape[1], dtype=np.float64)
     return GroundAcceleration(
-        a_p * unit.coefficients * powers, period * unit.time_step, period * unit.start_time
+        unit.coefficients * powers, period * unit.time_step, period * unit.start_time
     )
 
 
