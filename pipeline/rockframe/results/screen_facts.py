@@ -199,53 +199,49 @@ def fragility_variables(
     points : mapping of str to array, shape (points,)
         Intensities of each measure at which the curves are given; NaN if it is unknown.
     """
-    pairs, curves = ("structure", "measure"), ("structure", "measure", "point")
     rows = [[fit[name] for name in MEASURES] for fit in fits]
-    grid = [points[name] for name in MEASURES]
-    share = [[fit.probability(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
-    bands = [[fit.band(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
-    measure_units = texts("measure", [_UNITS[name] for name in MEASURES], "unit of the measure")
+    pairs = ("structure", "measure")
+
+    def of_fit(name: str, words: str, kind: type[Any] = np.float64) -> xr.Variable:
+        data = np.array([[getattr(fit, name) for fit in row] for row in rows], dtype=kind)
+        return variable(pairs, data, "1", words)
+
     return {
         "measure": texts("measure", list(MEASURES), "measure of intensity"),
-        "measure_units": measure_units,
+        "measure_units": texts(
+            "measure", [_UNITS[name] for name in MEASURES], "unit of the measure"
+        ),
         "fragility_outcome": flags(
             pairs, [[fit.outcome for fit in row] for row in rows], Outcome, "what can be said"
         ),
-        **{
-            f"fragility_{name}": variable(
-                pairs, np.array([[getattr(fit, name) for fit in row] for row in rows]), "1", words
-            )
-            for name, words in _OF_FIT.items()
-        },
-        **{
-            f"fragility_{name}": variable(
-                pairs,
-                np.array([[getattr(fit, name) for fit in row] for row in rows], dtype=np.int64),
-                "1",
-                words,
-            )
-            for name, words in _COUNTS.items()
-        },
+        **{f"fragility_{name}": of_fit(name, words) for name, words in _OF_FIT.items()},
+        **{f"fragility_{name}": of_fit(name, words, np.int64) for name, words in _COUNTS.items()},
         "log_likelihood": variable(
             pairs,
             np.array([[_total(fit) for fit in row] for row in rows]),
             "1",
             "largest logarithm of the likelihood",
         ),
-        "fragility_intensity": variable(
-            ("measure", "point"), np.stack(grid), "1", "intensity, in the unit of the measure"
-        ),
-        "fragility": variable(curves, np.array(share), "1", "probability of overturning"),
-        "fragility_low": variable(
-            curves, np.array([[b[0] for b in row] for row in bands]), "1", "its lower bound"
-        ),
-        "fragility_high": variable(
-            curves, np.array([[b[1] for b in row] for row in bands]), "1", "its upper bound"
-        ),
+        **_curves(rows, [points[name] for name in MEASURES]),
         "better_measure": texts(
             "structure", [name for name, _ in better], "measure that tells better what overturns"
         ),
         "better_measure_reason": texts("structure", [why for _, why in better], "why, or why not"),
+    }
+
+
+def _curves(rows: list[list[Fragility]], grid: list[Float]) -> dict[str, xr.Variable]:
+    dims = ("structure", "measure", "point")
+    bands = [[fit.band(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
+    share = [[fit.probability(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
+    low, high = (np.array([[band[part] for band in row] for row in bands]) for part in (0, 1))
+    return {
+        "fragility_intensity": variable(
+            ("measure", "point"), np.stack(grid), "1", "intensity, in the unit of the measure"
+        ),
+        "fragility": variable(dims, np.array(share), "1", "probability of overturning"),
+        "fragility_low": variable(dims, low, "1", "its lower bound"),
+        "fragility_high": variable(dims, high, "1", "its upper bound"),
     }
 
 

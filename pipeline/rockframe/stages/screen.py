@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -134,10 +134,9 @@ def screen_stage(
     if seed < 0:
         raise ParameterError(f"Invalid seed {seed}. Must be zero or positive.")
     frames = tuple(choose_structures(structures_path, structure))
-    candidates = [frame for one in frames for frame in (design.candidates(one) if design else ())]
-    asked = Asked(
-        frames, tuple(candidates), _require_increasing(scales), margins, Histories(histories)
-    )
+    candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
+    factors = _require_increasing(scales)
+    asked = Asked(frames, candidates, factors, margins, Histories(histories), design, seed)
     hazard = _hazard(hazard_path, pulses_path)
     facts = read_facts(records_path, pulses_path)
     with open_records(records_path) as file:
@@ -148,23 +147,18 @@ def screen_stage(
             "motions": [motion.name for motion in chosen.motions],
             "vertical": vertical,
         }
-        batches = Batches(output, origin | asked.stated())
+        batches = Batches(output, origin | asked.scenarios())
         run = Run(chosen, asked, batches, engine, progress)
         write_screening(
             run.rows(),
             run.verdicts.shape,
-            lambda: statistics(run.screened(facts, hazard, design, seed)),
+            lambda: statistics(run.screened(facts, hazard)),
             output,
             input_sha256={name: sha for path in read for name, sha in input_hash(path).items()},
-            parameters={
+            parameters=asked.stated()
+            | {
                 "azimuths": [float(azimuth) for azimuth in azimuths],
-                "design": asdict(design) if design else None,
-                "histories": str(histories),
-                "margins": margins,
-                "scales": asked.scales.tolist(),
-                "seed": seed,
                 "selection": (selection or Selection()).stated(),
-                "structures": [frame.name for frame in frames],
                 "vertical": vertical,
             },
             left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
@@ -172,13 +166,8 @@ def screen_stage(
         )
     write_screen_table(output, table)
     batches.sweep()
-    return Screening(
-        motions=len(chosen.motions),
-        scenarios=run.verdicts.size,
-        rejections=tuple(chosen.rejections),
-        left_out=dict(chosen.left_out),
-        table=table,
-    )
+    rejected = tuple(chosen.rejections)
+    return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, table)
 
 
 def _require_increasing(scales: ArrayLike) -> NDArray[np.float64]:

@@ -55,25 +55,42 @@ class Asked:
         Whether critical scales are.
     histories : Histories
         Which scenarios' histories are.
+    design : Design, optional
+        What is looked for.
+    seed : int
+        Of the draws of the bands.
     """
 
     frames: tuple[RockingFrame, ...]
     candidates: tuple[RockingFrame, ...]
     scales: NDArray[np.float64]
     margins: bool
-    histories: Histories = Histories.NONE
+    histories: Histories
+    design: Design | None
+    seed: int
 
     @property
     def reference(self) -> int:
         """Which of the scales is nearest to 1."""
         return int(np.argmin(np.abs(np.log(self.scales))))
 
-    def stated(self) -> dict[str, Any]:
-        """Return the same as JSON values."""
+    def scenarios(self) -> dict[str, Any]:
+        """Return what the scenarios depend on, as JSON values."""
         return {
             "frames": [asdict(frame) for frame in self.frames],
             "candidates": [asdict(frame) for frame in self.candidates],
             "scales": self.scales.tolist(),
+        }
+
+    def stated(self) -> dict[str, Any]:
+        """Return the options that it was asked with, as JSON values."""
+        return {
+            "design": asdict(self.design) if self.design else None,
+            "histories": str(self.histories),
+            "margins": self.margins,
+            "scales": self.scales.tolist(),
+            "seed": self.seed,
+            "structures": [frame.name for frame in self.frames],
         }
 
 
@@ -137,9 +154,7 @@ class Run:
                     for k, s in kept[start : start + together].tolist()
                 )
 
-    def screened(
-        self, facts: Facts, hazard: HazardCurve | None, design: Design | None, seed: int
-    ) -> Screened:
+    def screened(self, facts: Facts, hazard: HazardCurve | None) -> Screened:
         """Return what statistics are made of, once all rows were given."""
         kinds = (Verdict.NO_UPLIFT, Verdict.SAFE, Verdict.OVERTURNED)
         return Screened(
@@ -152,9 +167,9 @@ class Run:
             ratio=self.ratio,
             margins=self._margins(),
             hazard=hazard,
-            design=design,
+            design=self._asked.design,
             candidate_ratio=self._candidate_ratio(),
-            seed=seed,
+            seed=self._asked.seed,
         )
 
     def _margins(self) -> Arrays:

@@ -126,6 +126,25 @@ def statistics(screened: Screened) -> xr.Dataset:
         ),
         **observed_variables(_observed(screened, intensities)),
     }
+    variables |= _asked_besides(screened, fits, clusters)
+    axes = ("measure", "outcome", "level")
+    return xr.Dataset(
+        {name: values for name, values in variables.items() if name not in axes},
+        coords={
+            "structure": structure_names(screened.frames),
+            "scale": scale_axis(screened.scales),
+            **{name: variables[name] for name in axes},
+        },
+        attrs={"title": "Screening of free-standing frames by records"},
+    )
+
+
+def _asked_besides(
+    screened: Screened, fits: Sequence[Mapping[str, Fragility]], clusters: NDArray[np.int64]
+) -> dict[str, xr.Variable]:
+    """What there is only if it was asked for: azimuths, margins, rates, a design."""
+    variables: dict[str, xr.Variable] = {}
+    motions = screened.motions
     if len(motions[0].records) > 1:  # a pair, turned
         first = [motions[int(i)].name for i in np.unique(clusters, return_index=True)[1]]
         variables |= azimuth_variables(first, over_azimuths(screened.ratio, clusters))
@@ -137,16 +156,7 @@ def statistics(screened: Screened) -> xr.Dataset:
         variables |= hazard_variables(curve, rates)
     if screened.design is not None and screened.candidate_ratio is not None:
         variables |= _designed(screened.design, screened.candidate_ratio, len(screened.frames))
-    axes = ("measure", "outcome", "level")
-    return xr.Dataset(
-        {name: values for name, values in variables.items() if name not in axes},
-        coords={
-            "structure": structure_names(screened.frames),
-            "scale": scale_axis(screened.scales),
-            **{name: variables[name] for name in axes},
-        },
-        attrs={"title": "Screening of free-standing frames by records"},
-    )
+    return variables
 
 
 def _fits(
