@@ -172,7 +172,8 @@ def on_two_threads(grounds: list[GroundAcceleration], count: int) -> tuple[float
     size = min(4000, count // 2)
     start, worked = time.perf_counter(), time.process_time()
     with ThreadPoolExecutor(2) as pool:
-        list(pool.map(lambda first: ask(grounds, size, first), range(0, count, size)))
+        for _ in pool.map(lambda first: ask(grounds, size, first), range(0, count, size)):
+            pass  # what is asked for is not kept: memory stays as it is
     return time.perf_counter() - start, time.process_time() - worked
 
 

@@ -83,6 +83,16 @@ def test_peak_velocity_of_free_rocking_is_that_of_the_landing() -> None:
     assert found.impacts[0] == 0
 
 
+def test_peak_velocity_where_the_ground_jumps() -> None:
+    """Steps of ground acceleration: the rate is largest where the push turns over, at a node."""
+    steps = 0.3 * GRAVITY * np.repeat([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], 20)[:, np.newaxis]
+    ground = GroundAcceleration(steps, 0.01)
+    response = respond(BENT, ground, free_rocking=20.0)
+    found = respond_scenarios([ground], [BENT], [0], [0], [1.0])
+    met = max(np.abs(response.omega).max(), np.abs(response.impact_velocities).max())
+    assert found.peak_velocity[0] == pytest.approx(met, rel=1e-12)
+
+
 def test_nothing_asked_nothing_answered() -> None:
     assert respond_scenarios([PULSE], [BENT], [], [], []).verdict.shape == (0,)
 

@@ -436,13 +436,13 @@ def integrate_lanes(  # noqa: C901  one loop, see above
             for k in range(taken):
                 q = _index(pending[back + k])
                 pool[q + PEAK] = pack[k + PEAK]
+                pool[q + FASTEST] = pack[k + FASTEST]
                 if pack[k + KIND] == HOP_ALOFT:
                     _fly_on(pool, q, pack[k + THETA_AFTER], pack[k + OMEGA_AFTER])
                     continue
                 if pack[k + KIND] == HOP_LANDED:
                     t = pack[k + TAU]
                     omega = pack[k + OMEGA_AFTER]
-                    pool[q + FASTEST] = pack[k + FASTEST]
                 else:
                     a, v = _ground_of(pool, q, ground, asked, pool[q + _SIDE], curved, lifts)
                     start = int(pool[q + START])

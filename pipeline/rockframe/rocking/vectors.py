@@ -32,7 +32,7 @@ OMEGA: Final = 1 * WIDTH
 ALPHA: Final = 2 * WIDTH
 P2: Final = 3 * WIDTH  # p_hat^2
 PEAK: Final = 4 * WIDTH  # largest theta until now, of those where omega changed its sign
-FASTEST: Final = 5 * WIDTH  # largest |omega| until now, of landings and changes of the bend's sign
+FASTEST: Final = 5 * WIDTH  # largest |omega| until now
 ELAPSED: Final = 6 * WIDTH  # within the interval; not zero only while theta is
 START: Final = 7 * WIDTH  # how the next flight starts, as in the scalar kernel
 A: Final = 8 * WIDTH  # coefficients of the ground, six rows
@@ -279,6 +279,7 @@ def stride(pool: Float, b: int, curved: Marker, lifts: Marker) -> None:
         good = least_of(least_of(aloft, lower), least_of(least_of(slower, below), least)) > 0.0
         pool[j + THETA] = theta_h if good else theta
         pool[j + OMEGA] = omega_h if good else omega
+        pool[j + FASTEST] = most_of(speed, fast) if good else fast
         on = 1.0 if good else 0.0
         pool[j + AT] = pool[j + AT] + on
         pool[j + SEEN] = pool[j + PENDING] + on
@@ -424,6 +425,7 @@ def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
         on = 1.0 if landing else 0.0
         pack[j + OPEN] = on
         pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
+        pack[j + FASTEST] = most_of(most_of(abs(omega), abs(omega_h)), fast) if up else fast
         pack[j + THETA_AFTER] = theta_h
         pack[j + OMEGA_AFTER] = omega_h
     _locate_peaks(pack)
