@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from rockframe.cli import arguments
+from rockframe.cli import computing
 from rockframe.cli.main import main
 from rockframe.engines import ProcessPool
 
 if __name__ == "__main__":
-    arguments.engine = lambda _options: ProcessPool(2, patience=0.0)  # type: ignore[assignment]
+    computing.engine = lambda _options: ProcessPool(2, patience=0.0)  # type: ignore[assignment]
     sys.exit(main())

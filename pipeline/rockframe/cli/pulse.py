@@ -6,7 +6,8 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rockframe.cli.arguments import add_batch, add_engine, add_periods, path
+from rockframe.cli.arguments import add_periods, path
+from rockframe.cli.computing import add_batch, add_engine
 from rockframe.cli.pulse_options import add_pulse_search, add_pulse_wavelet
 
 
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _find(options: argparse.Namespace) -> int:
-    from rockframe.cli.arguments import chosen_batch, engine
+    from rockframe.cli.computing import chosen_batch, engine
     from rockframe.cli.console import progress_bar, show_json, show_rejections
     from rockframe.cli.pulse_options import find_options
     from rockframe.results import pulse_rows

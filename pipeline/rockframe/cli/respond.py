@@ -7,15 +7,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from rockframe.cli.arguments import (
-    add_batch,
-    add_engine,
-    add_histories,
-    add_margins,
-    add_structures,
-    add_vertical,
-    path,
-)
+from rockframe.cli.arguments import add_margins, add_structures, add_vertical, path
+from rockframe.cli.computing import add_batch, add_engine, add_histories
 
 #: Quantities of the motion, what they are multiplied by, and their decimals.
 _OF_MOTION: Final = (
@@ -45,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.arguments import chosen_batch, engine
+    from rockframe.cli.computing import chosen_batch, engine
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
     from rockframe.results import response_rows
     from rockframe.rocking import Histories

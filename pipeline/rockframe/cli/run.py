@@ -9,7 +9,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rockframe.cli.arguments import add_engine
+from rockframe.cli.computing import add_engine
 from rockframe.cli.plan import add_study, warn
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Do what is left to do, and say what was done."""
-    from rockframe.cli.arguments import engine
+    from rockframe.cli.computing import engine
     from rockframe.cli.console import progress_bar, show_json
     from rockframe.runs import Watch, make_plan, run_plan
     from rockframe.study import read_study

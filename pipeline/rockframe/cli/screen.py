@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.arguments import (
     add_filters,
-    add_histories,
     add_reading,
-    add_scheduler,
     add_structures,
     add_vertical,
     path,
 )
+from rockframe.cli.computing import add_histories, add_scheduler
 
 if TYPE_CHECKING:
     from rockframe.rocking import Design
@@ -118,7 +117,8 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage, print the tables, draw the figures."""
-    from rockframe.cli.arguments import engine, records_file
+    from rockframe.cli.arguments import records_file
+    from rockframe.cli.computing import engine
     from rockframe.cli.console import progress_bar, show_rejections
     from rockframe.cli.screen_tables import draw, show
     from rockframe.rocking import Histories

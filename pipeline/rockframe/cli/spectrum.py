@@ -7,7 +7,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.arguments import add_engine, path
+from rockframe.cli.arguments import path
+from rockframe.cli.computing import add_engine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
 def _of_pulses(options: argparse.Namespace) -> int:
     import numpy as np
 
-    from rockframe.cli.arguments import engine
+    from rockframe.cli.computing import engine
     from rockframe.cli.console import show_json, show_table
     from rockframe.errors import ParameterError
     from rockframe.results import read_spectrum
@@ -197,7 +198,7 @@ def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
 def _of_records(options: argparse.Namespace) -> int:
     import numpy as np
 
-    from rockframe.cli.arguments import engine
+    from rockframe.cli.computing import engine
     from rockframe.cli.console import show_json, show_table
     from rockframe.results import read_rocking_spectrum
     from rockframe.stages import rocking_spectrum_stage

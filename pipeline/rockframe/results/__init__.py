@@ -45,7 +45,6 @@ from rockframe.results.rejections import rejections_of as rejections_of
 from rockframe.results.rejections import rows_of as rows_of
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
-from rockframe.results.response import structure_variables as structure_variables
 from rockframe.results.response import write_responses as write_responses
 from rockframe.results.run import Fact as Fact
 from rockframe.results.run import Ground as Ground
@@ -79,6 +78,7 @@ from rockframe.results.spectra import read_spectrum as read_spectrum
 from rockframe.results.spectra import rocking_spectrum_dataset as rocking_spectrum_dataset
 from rockframe.results.spectra import spectrum_dataset as spectrum_dataset
 from rockframe.results.stability import stability_dataset as stability_dataset
+from rockframe.results.structures import structure_variables as structure_variables
 from rockframe.results.table import TableRow as TableRow
 from rockframe.results.table import response_rows as response_rows
 from rockframe.results.table import table_rows as table_rows

@@ -19,6 +19,7 @@ from rockframe.results.files import RESPONSE, named, opened, put
 from rockframe.results.growing import growing
 from rockframe.results.margins import margin_variables
 from rockframe.results.merging import no_records
+from rockframe.results.structures import structure_variables
 from rockframe.results.to_pulse import to_pulse_variables
 from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
 from rockframe.rocking.kernel import REST_VELOCITY_RATIO
@@ -40,18 +41,6 @@ _OF_PAIR: Final = {
     "peak_v": ("m", "largest v"),
     "uplift_time": ("s", "first uplift"),
     "overturning_time": ("s", "when |theta| reaches pi/2"),
-}
-#: Numbers of a structure, by variable: unit, long name.
-_OF_FRAME: Final = {
-    "height": ("m", "height of a column"),
-    "width": ("m", "width of a column"),
-    "slenderness": ("rad", "slenderness of a column, alpha"),
-    "size": ("m", "semi-diagonal of a column, R"),
-    "mass_ratio": ("1", "mass of the beam over that of all columns"),
-    "frequency_parameter": ("rad s-1", "frequency parameter of a column, p"),
-    "effective_frequency_parameter": ("rad s-1", "frequency parameter of the frame, p-hat"),
-    "restitution": ("1", "angular velocity after an impact over that before, sqrt(r)"),
-    "uplift_acceleration": ("m s-2", "ground acceleration that starts uplift"),
 }
 
 
@@ -181,16 +170,6 @@ def _dataset(
         coords={"structure": names},
         attrs={"title": "Rocking response of free-standing frames to records"},
     )
-
-
-def structure_variables(frames: Sequence[RockingFrame]) -> dict[str, xr.Variable]:
-    """Return what is known of each structure, along ``structure``."""
-    return {
-        name: variable(
-            "structure", np.array([getattr(frame, name) for frame in frames]), units, long_name
-        )
-        for name, (units, long_name) in _OF_FRAME.items()
-    }
 
 
 class ResponseFile:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.response import structure_variables
+from rockframe.results.structures import structure_variables
 from rockframe.results.variables import flags, texts, variable
 from rockframe.rocking import GroundAcceleration, Verdict, respond_many
 from rockframe.rocking.spectra import increasing
