@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 from numpy.typing import NDArray
-from tests.benchmarks import kernels, pulse_search
+from tests.benchmarks import kernels, pulse_search, screening
 from tests.benchmarks.solve_ivp_rival import by_solve_ivp
 
 from rockframe import Pulse, RockingFrame, bundled_records, read_file, respond
@@ -222,6 +222,7 @@ def main() -> None:
         ingesting,
         pulse_search.family,
         pulse_search.archive,
+        screening.measure,
     ):
         measured = part()
         results |= measured

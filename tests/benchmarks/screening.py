@@ -46,7 +46,7 @@ def screened(folder: Path, scales: int, *words: str) -> dict[str, float]:
     return timed(["screen", str(folder / "records.nc"), *output, *stated, *words])
 
 
-def measure(repeats: int) -> dict[str, float]:
+def measure(repeats: int = 2) -> dict[str, float]:
     """Least times of so many repeats, peak memories, and ratios."""
     found: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as name:
