@@ -117,7 +117,7 @@ def steps(found: Scenarios) -> float:
 
 def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
     """Time of a step, and over the other solvers' times."""
-    count = 300 * len(grounds)
+    count = 1000 * len(grounds)
     found = ask(grounds, count)
     own = processor_time(partial(ask, grounds, count), repeats=5) / count
     scales = np.linspace(*SCALES, 20)
