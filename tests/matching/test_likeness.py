@@ -1,4 +1,7 @@
-"""A pulse is called one, and noise that swells and fades is not."""
+"""A pulse is called one, and noise that swells and fades is not.
+
+``python -m tests.matching.test_likeness`` prints how often over more records.
+"""
 
 from __future__ import annotations
 
@@ -135,3 +138,27 @@ def test_velocity_indicator_tells_a_long_pulse_from_none() -> None:
     off = FindOptions(drawing=LikenessOptions(surrogates=0), runners_up=0)
     assert find_pulses(with_pulse(5, 30.0), STEP, off).velocity.indicator > 0.85
     assert find_pulses(noise(5), STEP, off).velocity.indicator < 0.15
+
+
+def sudden(seed: int) -> np.ndarray:
+    """Noise that starts within half a second and fades over 1 to 4 s."""
+    random = np.random.default_rng([seed, 7])
+    fading = np.exp(-(TIME - 5.0) / random.uniform(1.0, 4.0))
+    envelope = np.clip((TIME - 4.5) / 0.5, 0.0, 1.0) * np.where(TIME < 5.0, 1.0, fading)
+    swelling = (TIME / 8.0) ** 2 * np.exp(2.0 - TIME / 4.0)
+    return np.asarray(coloured(random) / np.maximum(swelling, 0.05) * (envelope + 0.02))
+
+
+def table() -> None:
+    plain = LikenessOptions(scrambling=Scrambling.PLAIN)
+    print("called a pulse")
+    print(f"noise, 200 records                  {calls([noise(i) for i in range(200)]):.3f}")
+    print(f"the same, plain scrambling, 50      {calls([noise(i) for i in range(50)], plain):.3f}")
+    print(f"noise that starts at once, 100      {calls([sudden(i) for i in range(100)]):.3f}")
+    for ratio in (0.3, 1.0, 3.0):
+        share = calls([with_pulse(i, ratio) for i in range(60)])
+        print(f"pulse of {ratio:3g} times its energy, 60    {share:.3f}")
+
+
+if __name__ == "__main__":
+    table()
