@@ -268,9 +268,13 @@ def test_the_plots_fit_the_sheet_and_come_back(page: Any, bundled_run: Path) -> 
 
 
 def test_no_word_of_a_passport_is_broken(page: Any, bundled_run: Path) -> None:
+    page.set_viewport_size({"width": 1070, "height": 900})  # where three columns are narrowest
     opened(page, bundled_run, 0)
+    page.locator("#checks td:last-child").evaluate_all(
+        "cells => cells.forEach((cell) => { cell.textContent = 'not measured'; })"
+    )
     broken = r"""() => [...document.querySelectorAll('#checks th, #checks td')].flatMap((cell) => {
-      const words = [...cell.textContent.matchAll(/\\\\S+/g)];
+      const words = [...cell.textContent.matchAll(/\S+/g)];
       return words.filter((word) => {
         const range = document.createRange();
         range.setStart(cell.firstChild, word.index);
@@ -279,4 +283,4 @@ def test_no_word_of_a_passport_is_broken(page: Any, bundled_run: Path) -> None:
       }).map(String);
     })"""
     assert page.locator("#checks tr").count() > 5
-    assert page.evaluate(broken.replace("\\\\", "\\")) == []
+    assert page.evaluate(broken) == []
