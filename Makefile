@@ -100,7 +100,7 @@ test-browser: $(MADE)
 
 test-dask: $(MADE)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[dask]'
-	@$(BIN)/python -m pytest -q tests/engines
+	@$(BIN)/python -m pytest -q tests/engines tests/runs/test_dask_run.py
 
 test-workflow: $(MADE) $(WORKFLOW)/.made
 	@$(BIN)/python -m pytest -q -m workflow tests/workflow

@@ -2,7 +2,8 @@
 
 The bare stages are the commands of the plan as a person types them, one after the other and on all
 records at once. Both are measured in this call on this machine, each in processes of its own; the
-processor time is of all of them, so that other work on the machine does not count.
+processor time is of all of them, so that other work on the machine does not count. The stages are
+as cheap as they can be, without surrogates and margins: what a run adds weighs most.
 """
 
 from __future__ import annotations
@@ -31,8 +32,12 @@ paths = ["motions"]
 units = "g"
 time_step_s = 0.01
 
+[pulse]
+surrogates = 0
+
 [respond]
 histories = "selected"
+margins = false
 
 [figures]
 most = 12
@@ -85,9 +90,8 @@ def main() -> None:
         if study is None:
             make_records(home / "motions", options.records)
             study = home / "bench.toml"
-            # one batch: the commands of the plan are then the bare ones
             study.write_text(STUDY)
-        whole = home / "whole.toml"
+        whole = home / "whole.toml"  # of one batch: the commands of its plan are the bare ones
         text = study.read_text(encoding="utf-8")
         if options.study is None:
             whole.write_text(f"{text}\n[batches]\nrecords = 1000000\n")

@@ -15,6 +15,8 @@ from typing import Final
 #: What Debian's slurm-wlm and munge bring.
 PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "sinfo")
 _START: Final = 60.0
+#: Where jobs look, whose environment is another one; a cluster that is there is left alone.
+_SYSTEM: Final = Path("/etc/slurm/slurm.conf")
 _CONFIGURATION: Final = """\
 ClusterName=rockframe
 SlurmctldHost={host}(127.0.0.1)
@@ -47,7 +49,8 @@ PartitionName=local Nodes={host} Default=YES MaxTime=INFINITE State=UP
 
 def is_installed() -> bool:
     """Whether the programs are there, for a user who may start them."""
-    return os.geteuid() == 0 and all(shutil.which(name) for name in PROGRAMS)
+    there = all(shutil.which(name) for name in PROGRAMS)
+    return there and os.geteuid() == 0 and not _SYSTEM.exists()
 
 
 @contextmanager
@@ -71,6 +74,8 @@ def one_node(home: Path) -> Iterator[dict[str, str]]:
             memory=memory,
         )
     )
+    _SYSTEM.parent.mkdir(exist_ok=True)
+    _SYSTEM.symlink_to(home / "slurm.conf")
     env = {**os.environ, "SLURM_CONF": str(home / "slurm.conf")}
     socket_of_munge = f"--socket={home}/munge.socket"
     commands = [
@@ -89,6 +94,7 @@ def one_node(home: Path) -> Iterator[dict[str, str]]:
         _wait_for_node(env)
         yield env
     finally:
+        _SYSTEM.unlink()
         for process in reversed(started):
             process.terminate()
         for process in started:

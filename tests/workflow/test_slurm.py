@@ -30,7 +30,7 @@ def test_jobs_of_slurm_give_the_bytes_of_a_run(
     with one_node(tmp_path / "slurm") as env:
         for name, value in env.items():
             monkeypatch.setenv(name, value)
-        ended = snakemake(tmp_path / "flow", profile="slurm")
+        ended = snakemake(tmp_path / "flow", "--max-threads", "2", profile="slurm")
     assert ended.returncode == 0, ended.stderr
     assert "has been submitted with SLURM jobid" in ended.stderr
     assert results(tmp_path / "flow") == results(tmp_path / "run")

@@ -31,6 +31,9 @@ from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
 from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
+from rockframe.results.motions import Ground as Ground
+from rockframe.results.motions import History as History
+from rockframe.results.motions import read_histories as read_histories
 from rockframe.results.pulse_pictures import match_curve_dataset as match_curve_dataset
 from rockframe.results.pulse_pictures import pulse_dataset as pulse_dataset
 from rockframe.results.pulse_pictures import scalogram_dataset as scalogram_dataset
@@ -47,10 +50,7 @@ from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
 from rockframe.results.response import write_responses as write_responses
 from rockframe.results.run import Fact as Fact
-from rockframe.results.run import Ground as Ground
-from rockframe.results.run import History as History
 from rockframe.results.run import Run as Run
-from rockframe.results.run import read_histories as read_histories
 from rockframe.results.run import read_run as read_run
 from rockframe.results.screen import peaks_of_frames as peaks_of_frames
 from rockframe.results.screen import read_screening as read_screening

@@ -244,9 +244,8 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 
 def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:
     """Refuse a subset of the records with the samples of all: rows would be cut at wrong places."""
-    if "record_id" not in dataset:  # of a batch in which no record came through
-        return
-    ids = [str(name) for name in dataset["record_id"].values]
+    # A batch in which no record came through has none.
+    ids = [str(name) for name in dataset["record_id"].values] if "record_id" in dataset else []
     if len(set(ids)) < len(ids):
         twice = next(name for name in ids if ids.count(name) > 1)
         raise InputError(path, f"record_id {twice!r} occurs twice. Must be unique.")

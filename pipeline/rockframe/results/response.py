@@ -213,13 +213,7 @@ class ResponseFile:
         return [str(name) for name in self.dataset["structure"].values]
 
     def kept(self, record: str) -> list[str]:
-        """Return the names of the structures whose histories under a record are in the file.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such record.
-        """
+        """Return the names of the structures whose histories under a record are in the file."""
         kept = self.dataset["history"].values[_position(self.records, record, "record")]
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 

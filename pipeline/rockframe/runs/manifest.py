@@ -6,7 +6,6 @@ from pathlib import Path
 
 from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, write_manifest
-from rockframe.results import RECORDS, describe
 from rockframe.runs.plan import Plan, read_plan
 from rockframe.runs.state import files_of
 
@@ -54,6 +53,8 @@ def _changed(plan: Plan, folder: Path) -> list[tuple[str, str]]:
             changed.append((str(file.path), "vanished"))
         elif sha256_of(file.path) != file.sha256:
             changed.append((str(file.path), "changed"))
+    from rockframe.results import RECORDS, describe  # a second that other commands need not wait
+
     records = folder / "records.nc"
     if not changed and records.is_file():
         planned = {file.sha256 for file in plan.inputs}
