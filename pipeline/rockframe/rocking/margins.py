@@ -143,7 +143,7 @@ def margins(
         tolerance_above=ISLAND_TOLERANCE,
     )
     intervals = found.intervals()
-    sensitive = sensitivities(grounds, frames, ground, frame, intervals)
+    sensitive = sensitivities(grounds, frames, ground, frame, intervals, largest)
     every = [
         Margin(
             critical_scale=float(overturning[0, 0]) if len(overturning) else math.nan,

@@ -20,6 +20,8 @@ Int = NDArray[np.int64]
 
 #: A verdict is undecided if it changes with the amplitude within this share of it [1].
 AMPLITUDE_PERTURBATION: Final = 0.01
+#: So many amplitudes on either side are tried, beside the edges that are known.
+_AMPLITUDES: Final = 10
 #: So it is if it changes with the velocity ratio of impacts, changed by this share [1].
 RESTITUTION_PERTURBATION: Final = 0.01
 
@@ -43,6 +45,7 @@ def sensitivities(
     ground: Int,
     frame: Int,
     intervals: Sequence[Float],
+    largest: Float,
 ) -> list[Sensitivity]:
     """Find the perturbations that change whether frames overturn.
 
@@ -53,7 +56,9 @@ def sensitivities(
     ground, frame : array of int, shape (lines,)
         Which of them belong together.
     intervals : sequence of array, shape (intervals, 2)
-        For each of these the scales between which it overturns.
+        For each of these the scales between which it overturns, as far as they are known.
+    largest : array, shape (lines,)
+        Scales that the ground may have at most.
 
     Returns
     -------
@@ -64,12 +69,24 @@ def sensitivities(
     """
     others = [*frames, *(_duller(one) for one in frames), *(_livelier(one) for one in frames)]
     of_frame = np.concatenate([frame + k * len(frames) for k in range(3)])
-    as_it_is, duller, livelier = np.split(
-        _overturns(grounds, others, np.tile(ground, 3), of_frame), 3
-    )
-    finer = _overturns([resampled(one) for one in grounds], frames, ground, frame)
+    once = np.ones(ground.size)
+    as_it_is, duller, livelier = _overturns(
+        grounds, others, np.tile(ground, 3), of_frame, np.tile(once, 3)
+    ).reshape(3, -1)
+    finer = _overturns([resampled(one) for one in grounds], frames, ground, frame, once)
+    steps = np.arange(-_AMPLITUDES, _AMPLITUDES + 1) / _AMPLITUDES
+    near = np.minimum(1.0 + AMPLITUDE_PERTURBATION * steps[:, None], largest)
+    tile = (steps.size, 1)
+    beside = _overturns(
+        grounds,
+        frames,
+        np.tile(ground, tile).ravel(),
+        np.tile(frame, tile).ravel(),
+        near.ravel(),
+    ).reshape(near.shape)
     changed = {
-        Sensitivity.AMPLITUDE: np.array([_splits(found) for found in intervals], dtype=bool),
+        Sensitivity.AMPLITUDE: np.array([_splits(found) for found in intervals], dtype=bool)
+        | (beside != as_it_is).any(axis=0),
         Sensitivity.RESTITUTION: (duller != as_it_is) | (livelier != as_it_is),
         Sensitivity.TIME_STEP: finer != as_it_is,
     }
@@ -80,9 +97,13 @@ def sensitivities(
 
 
 def _overturns(
-    grounds: Sequence[GroundAcceleration], frames: Sequence[RockingFrame], ground: Int, frame: Int
+    grounds: Sequence[GroundAcceleration],
+    frames: Sequence[RockingFrame],
+    ground: Int,
+    frame: Int,
+    scale: Float,
 ) -> NDArray[np.bool_]:
-    found = respond_scenarios(grounds, frames, ground, frame, np.ones(ground.size))
+    found = respond_scenarios(grounds, frames, ground, frame, scale)
     return np.asarray(found.verdict == Verdict.OVERTURNED)
 
 
