@@ -14,6 +14,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import xarray
 
 import rockframe
@@ -134,7 +135,8 @@ def _variables(dataset: xarray.Dataset) -> str:
 def _said(array: xarray.Variable) -> str:
     flags = ""
     if "flag_meanings" in array.attrs:
-        values = map(str, array.attrs["flag_values"])
+        kind = "flag_values" if "flag_values" in array.attrs else "flag_masks"
+        values = map(str, np.atleast_1d(array.attrs[kind]))
         meanings = array.attrs["flag_meanings"].split()
         flags = ": " + ", ".join(f"{v} {m}" for v, m in zip(values, meanings, strict=True))
     return (str(array.attrs.get("long_name", "")) + flags).replace("|", r"\|")
