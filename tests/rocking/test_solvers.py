@@ -28,8 +28,8 @@ FRAMES = {
     "slender": RockingFrame(height=20.0, width=0.6, mass_ratio=1.0),
     "small": RockingFrame(height=0.1, width=0.03),
 }
-#: By then bounces can have magnified the last bit of a sample to some 1e-9 of the rotation.
-MOST_IMPACTS = 40
+#: Until then the histories are compared; each bounce magnifies the last bit of a sample.
+MOST_IMPACTS = 50
 
 
 @dataclass(frozen=True)
