@@ -20,6 +20,7 @@ from rockframe.study import (
     schema,
     structures_text,
 )
+from rockframe.study.toml import parse
 
 STUDIES = REPOSITORY / "workflows" / "studies"
 GOOD = """\
@@ -150,3 +151,9 @@ def test_shipped_studies_have_no_key_that_the_schema_lacks(path: Path) -> None:
     stated = tomllib.loads(path.read_text(encoding="utf-8"))
     assert set(stated) <= set(described["properties"])
     assert path.read_text(encoding="utf-8").startswith(f"#:schema ./{SCHEMA}\n")
+
+
+def test_study_of_the_howto_of_archives_is_one() -> None:
+    page = (REPOSITORY / "docs" / "howto" / "archive.md").read_text(encoding="utf-8")
+    text = page.split("```toml\n")[1].split("```")[0]
+    assert parse(Path("site.toml"), text, StudyTables).name == "site"
