@@ -6,6 +6,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -54,6 +55,18 @@ def test_a_given_station_xml_is_an_input(deep: Path, tmp_path: Path) -> None:
     inputs, parameters = attributes(tmp_path / "records.nc")
     assert inputs["instruments.xml"] == sha256_of(elsewhere)
     assert parameters["station_xml"] == "instruments.xml"
+
+
+def test_the_offset_of_what_is_said_to_be_uncorrected_is_no_late_trigger(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(4001)
+    motion = 0.3 * np.sin(9.0 * time) * np.exp(-(((time - 20.0) / 4.0) ** 2)) + 0.2
+    lines = [f"{t:.2f},{a:.7f}\n" for t, a in zip(time, motion, strict=True)]
+    source = tmp_path / "offset.csv"
+    source.write_text("time_s,acc_g\n" + "".join(lines))
+    output = tmp_path / "records.nc"
+    [record] = ingest_stage([source], output, all_uncorrected=True, workers=0).accepted
+    assert record.corrected_here
+    assert not record.passport.late_trigger
 
 
 def test_catalogues_of_all_folders_are_inputs(tmp_path: Path) -> None:

@@ -114,9 +114,9 @@ class Intake:
         """Give what goes through, one after the other, and note what became of everything."""
         for outcome in outcomes:
             if isinstance(outcome, Record):
-                uncorrected = outcome.uncorrected or self.all_uncorrected
-                record, entry = _inspected(outcome, self.band, self.limits, uncorrected)
-                if self.let_through(record, entry, corrected_here=uncorrected):
+                known = replace(outcome, uncorrected=True) if self.all_uncorrected else outcome
+                record, entry = _inspected(known, self.band, self.limits)
+                if self.let_through(record, entry, corrected_here=known.uncorrected):
                     yield record, entry.passport
             else:
                 self.entries.append(_entry(outcome))
@@ -214,12 +214,10 @@ def _entry(outcome: Rejection | Unread) -> Entry:
     return Entry(outcome.file, "", reason=outcome.reason, line=outcome.line)
 
 
-def _inspected(
-    record: Record, band: BandPass, limits: PassportLimits, uncorrected: bool
-) -> tuple[Record, Entry]:
+def _inspected(record: Record, band: BandPass, limits: PassportLimits) -> tuple[Record, Entry]:
     """Return the record after processing, and its row of the table; with a reason: rejected."""
     try:
-        processed = _processed(record, band) if uncorrected else _moving(record)
+        processed = _processed(record, band) if record.uncorrected else _moving(record)
         return processed, checked(processed, record, limits)
     except ParameterError as error:
         return record, Entry(record.source_file, record.record_id, reason=str(error))
