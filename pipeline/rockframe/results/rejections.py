@@ -27,11 +27,10 @@ def rejections_of(folder: Path) -> dict[str, str]:
     InputError
         If one of its files cannot be read.
     """
-    found = {
-        row["file"]: row["reason"]
-        for row in rows_of(folder / "records.csv")
-        if row["status"] == "rejected"
-    }
+    found: dict[str, str] = {}
+    for row in rows_of(folder / "records.csv"):
+        if row["status"] == "rejected":  # several records of one file may be
+            found[row["file"]] = f"{found.get(row['file'], '')} {row['reason']}".lstrip()
     for reasons in left_out_of(folder).values():
         found |= reasons
     return found
@@ -66,5 +65,5 @@ def rows_of(path: Path) -> list[dict[str, str]]:
     try:
         with path.open(newline="", encoding="utf-8") as stream:
             return list(csv.DictReader(stream))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise InputError(path, f"cannot be read: {error}.") from None
