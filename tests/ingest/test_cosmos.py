@@ -156,6 +156,28 @@ def test_seed_channel_names_what_the_text_does_not() -> None:
     assert (record.component, record.orientation) == ("BNZ", Orientation.VERTICAL)
 
 
+@pytest.mark.parametrize(
+    ("label", "code", "orientation"),
+    [
+        ("Up", 400, Orientation.VERTICAL),
+        ("Vert", 401, Orientation.DOWNWARD),
+        ("Vert", 402, Orientation.VERTICAL),
+        ("Other", 401, Orientation.DOWNWARD),
+        ("Down", 401, Orientation.DOWNWARD),
+    ],
+)
+def test_the_sense_of_a_vertical(label: str, code: int, orientation: Orientation) -> None:
+    [record] = read_bytes(PATH, cosmos(channel(label=label, integers={54: code})))
+    assert record.orientation is orientation
+
+
+@pytest.mark.parametrize(("label", "code"), [("Up", 401), ("Down", 400)])
+def test_up_is_not_down(label: str, code: int) -> None:
+    lines = channel(label=label, integers={54: code})
+    with pytest.raises(InputError, match=rf":9: component {label.upper()} stated, but {code} in"):
+        read_bytes(PATH, cosmos(lines))
+
+
 def test_velocity_beside_acceleration_is_passed_over() -> None:
     velocity = channel(units="cm/sec(05)", integers={2: 2})
     records = read_bytes(PATH, cosmos(channel(), velocity, channel(label="Up")))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS, ReadOptions, read_bytes
+from rockframe.record import Orientation
 
 Lines = list[str]
 PATH = Path("CCC.V1")
@@ -87,6 +88,34 @@ def test_damaged(
         lines[index] = lines[index].replace(old, new, 1)
     with pytest.raises(InputError, match=message):
         read_bytes(PATH, v1(lines))
+
+
+@pytest.mark.parametrize(
+    ("label", "code", "orientation"),
+    [
+        ("Up", 500, Orientation.VERTICAL),
+        ("Vert", 500, Orientation.VERTICAL),
+        ("Vert", 600, Orientation.DOWNWARD),
+        ("Down", 600, Orientation.DOWNWARD),
+        ("Up", 600, None),
+        ("Down", 500, None),
+        ("Up", 90, None),
+    ],
+)
+def test_the_sense_of_a_vertical(
+    v1: Callable[..., bytes],
+    channel: Callable[..., Lines],
+    label: str,
+    code: int,
+    orientation: Orientation | None,
+) -> None:
+    lines = channel(label)
+    lines[14] = lines[14][:50] + f"{code:5d}" + lines[14][55:]
+    if orientation is None:
+        with pytest.raises(InputError, match=rf":7: channel .* but {code} in item 27 of the int"):
+            read_bytes(PATH, v1(lines))
+    else:
+        assert read_bytes(PATH, v1(lines))[0].orientation is orientation
 
 
 def test_lost_line_of_samples(v1: Callable[..., bytes], channel: Callable[..., Lines]) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.columns import read_columns, require_layout
-from rockframe.ingest.cosmos_agreement import require_agreement
+from rockframe.ingest.cosmos_agreement import direction_of, require_agreement
 from rockframe.ingest.cosmos_names import (
     component_of,
     corners_of,
@@ -26,15 +26,15 @@ from rockframe.ingest.cosmos_names import (
     station_of,
 )
 from rockframe.ingest.cosmos_sections import TOP, Channel, channels_of
-from rockframe.ingest.identify import direction, record_ids, require_distinct
+from rockframe.ingest.identify import record_ids, require_distinct
 from rockframe.ingest.lines import head_lines, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import StatedPeak, require_peak
-from rockframe.record import Orientation, Record
+from rockframe.record import Record
 from rockframe.units import GRAVITY, acceleration_factor
 
 #: Items of the integer header.
-_STAGE, _QUANTITY, _UNITS, _AZIMUTH = 1, 2, 3, 54
+_STAGE, _QUANTITY, _UNITS = 1, 2, 3
 #: Items of the real header: magnitude (moment), epicentral distance [km], one count [uV], raw time
 #: step [s], sensitivity [V/g], gain, time step [ms], length [s], peak and its time [s].
 _MAGNITUDE, _DISTANCE, _COUNT, _RAW_STEP, _SENSITIVITY, _GAIN = 13, 17, 22, 34, 42, 47
@@ -141,7 +141,7 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
     peak_ratio = _peak_ratio(channel, samples, step, resolution, signed=stage != _RAW)
     named = station_of(channel.text[4]) or seed_name(channel.comments)
     component = _component(channel)
-    orientation, azimuth = _direction(channel, component)
+    orientation, azimuth = direction_of(channel, component)
     magnitude, distance = channel.real(_MAGNITUDE), channel.real(_DISTANCE)
     low, high = corners_of(channel.text)
     return Record(
@@ -277,23 +277,3 @@ def _peak_ratio(
 
 def _component(channel: Channel) -> str:
     return component_of(channel.text[8], seed_name(channel.comments))
-
-
-def _direction(channel: Channel, component: str) -> tuple[Orientation, float]:
-    orientation, azimuth = direction(component)
-    stated = channel.integer(_AZIMUTH)
-    if (
-        orientation is Orientation.HORIZONTAL
-        and stated is not None
-        and (stated - azimuth) % 360.0 != 0.0
-    ):
-        raise InputError(
-            channel.path,
-            f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer header. "
-            "Must be equal.",
-            line=channel.first_line + 8,
-        )
-    if orientation is Orientation.UNSTATED and component == seed_name(channel.comments).channel:
-        # Of the three letters of a channel in SEED, Z alone says a direction for certain.
-        return direction(component[-1]) if component.endswith("Z") else (orientation, azimuth)
-    return orientation, azimuth

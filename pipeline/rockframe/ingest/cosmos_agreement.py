@@ -10,14 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.cosmos_names import corners_of
+from rockframe.ingest.cosmos_names import corners_of, seed_name
 from rockframe.ingest.cosmos_sections import Channel
+from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
+from rockframe.record import Orientation
 
 #: Item of the integer header that states the stage of processing, and the words for it.
 _STAGE: Final = 1
 _STAGES: Final = {"raw": 0, "uncorrected": 1, "corrected": 2}
 _OTHER_QUANTITY: Final = re.compile(r"\b(?P<quantity>veloc|displ)", re.I)
+#: Item of the integer header that states the azimuth [degree], or by a code up or down.
+_AZIMUTH: Final = 54
+_UPRIGHT: Final = {400: Orientation.VERTICAL, 401: Orientation.DOWNWARD}
 #: Codes of units, by the names that the line above the samples gives them.
 _GAL: Final = ("cm/sec2", "cm/sec/sec", "cm/s/s", "cm/s2", "gal", "gals")
 _CODES: Final = {"g": {2}, "counts": {50}, **{name: {4, 10} for name in _GAL}}
@@ -69,6 +74,41 @@ def require_agreement(
         raise InputError(path, message, line=channel.sample_line)
     _require_corners(channel)
     _require_maximum(channel, samples, step, resolution, raw=stage == 0)
+
+
+def direction_of(channel: Channel, component: str) -> tuple[Orientation, float]:
+    """Return orientation and azimuth [degree] of a channel, by its name and the integer header.
+
+    Parameters
+    ----------
+    channel : Channel
+        With its headers.
+    component : str
+        Its name.
+
+    Raises
+    ------
+    InputError
+        If name and integer header state different azimuths, or one of them up, the other down.
+    """
+    orientation, azimuth = direction(component)
+    if orientation is Orientation.UNSTATED and component == seed_name(channel.comments).channel:
+        # Of the three letters of a channel in SEED, Z alone says a direction for certain.
+        orientation, azimuth = direction(component[-1] if component.endswith("Z") else "")
+    stated = channel.integer(_AZIMUTH)
+    sense: Orientation | None = orientation
+    if stated in _UPRIGHT and orientation.upright:
+        sense = upright_sense(component, _UPRIGHT[stated])
+    if stated is not None and orientation is Orientation.HORIZONTAL:
+        sense = None if (stated - azimuth) % 360.0 != 0.0 else orientation
+    if sense is None:
+        raise InputError(
+            channel.path,
+            f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer header. "
+            "Must be equal.",
+            line=channel.first_line + 8,
+        )
+    return sense, azimuth
 
 
 def _require_corners(channel: Channel) -> None:

@@ -7,12 +7,13 @@ from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.csmip import CHANNEL, Header
-from rockframe.ingest.identify import direction
+from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.lines import is_number
 from rockframe.record import Orientation
 
 #: Item of the integer header that states the azimuth [degree], or above 360 a vertical.
 _DIRECTION: Final = 27
+_UPRIGHT: Final = {500: Orientation.VERTICAL, 600: Orientation.DOWNWARD}
 _LENGTH: Final = re.compile(r"Record Length\s*=\s*(?P<length>[\d.]+)\s*sec", re.I)
 _CHANNEL_IN_LINE: Final = re.compile(r"\bChan\s+(?P<number>\d+)\s*:", re.I)
 
@@ -32,11 +33,10 @@ def require_agreement(header: Header, length_index: int, length: float, step: fl
     Raises
     ------
     InputError
-        If name and integer header state different directions, first line and name different
-        channels, or the length is more than two steps from that of the samples.
+        If first line and name state different channels, or the length is more than two steps from
+        that of the samples.
     """
     _require_number(header)
-    _require_direction(header)
     stated = _LENGTH.search(header.lines[length_index])
     token = stated["length"] if stated else ""
     if is_number(token.encode()) and abs(float(token) - length) > 2.0 * step + 0.001:
@@ -47,6 +47,39 @@ def require_agreement(header: Header, length_index: int, length: float, step: fl
         )
 
 
+def direction_of(header: Header) -> tuple[Orientation, float]:
+    """Return orientation and azimuth [degree] of a channel, by its name and the integer header.
+
+    Parameters
+    ----------
+    header : Header
+        Of the channel.
+
+    Raises
+    ------
+    InputError
+        If the two state different directions, or one of them up, the other down.
+    """
+    stated = header.item(_DIRECTION)
+    orientation, azimuth = direction(header.component)
+    # An item that is not filled in is 0 or -999.
+    if stated is None or stated <= 0 or orientation is Orientation.UNSTATED:
+        return orientation, azimuth
+    sense: Orientation | None = orientation
+    if stated in _UPRIGHT and orientation.upright:
+        sense = upright_sense(header.component, _UPRIGHT[stated])
+    elif stated <= 360 if orientation.upright else (stated - azimuth) % 360.0 != 0.0:
+        sense = None
+    if sense is None:
+        raise InputError(
+            header.path,
+            f"channel {header.component!r}, but {stated} in item {_DIRECTION} of the integer "
+            "header. Must be the same direction.",
+            line=header.line(header.name_index),
+        )
+    return sense, azimuth
+
+
 def _require_number(header: Header) -> None:
     first = _CHANNEL_IN_LINE.search(header.lines[0])
     named = CHANNEL.match(header.lines[header.name_index])
@@ -55,20 +88,5 @@ def _require_number(header: Header) -> None:
             header.path,
             f"channel {named['number']}, but channel {first['number']} in line "
             f"{header.first_line}. Must be equal.",
-            line=header.line(header.name_index),
-        )
-
-
-def _require_direction(header: Header) -> None:
-    stated = header.item(_DIRECTION)
-    orientation, azimuth = direction(header.component)
-    # An item that is not filled in is 0 or -999.
-    if stated is None or stated <= 0 or orientation is Orientation.UNSTATED:
-        return
-    if stated <= 360 if orientation.upright else (stated - azimuth) % 360.0 != 0.0:
-        raise InputError(
-            header.path,
-            f"channel {header.component!r}, but {stated} in item {_DIRECTION} of the integer "
-            "header. Must be the same direction.",
             line=header.line(header.name_index),
         )

@@ -21,8 +21,8 @@ from rockframe.ingest.csmip import (
     require_channels,
     require_header,
 )
-from rockframe.ingest.csmip_agreement import require_agreement
-from rockframe.ingest.identify import direction, record_ids, require_distinct
+from rockframe.ingest.csmip_agreement import direction_of, require_agreement
+from rockframe.ingest.identify import record_ids, require_distinct
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
@@ -162,7 +162,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     factor = acceleration_factor(settle_units(channel.path, "g", options, line))
     count, rate = _count_and_rate(channel, samples)
     columns = Columns(int(samples["columns"]), int(samples["width"]))
-    orientation, azimuth = direction(channel.component)
+    orientation, azimuth = direction_of(channel)
     step = settle_time_step(channel.path, 1.0 / rate, options, line)
     require_agreement(channel, 10, count * step, step)
     in_g = read_columns(channel.path, channel.body, columns, count, line)

@@ -25,8 +25,8 @@ from rockframe.ingest.csmip import (
     require_header,
     stated_processing,
 )
-from rockframe.ingest.csmip_agreement import require_agreement
-from rockframe.ingest.identify import direction, record_ids, require_distinct
+from rockframe.ingest.csmip_agreement import direction_of, require_agreement
+from rockframe.ingest.identify import record_ids, require_distinct
 from rockframe.ingest.lines import head_lines, is_number, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
@@ -223,7 +223,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     samples = read_columns(channel.path, block.rows, block.columns, block.count, block.line)
     places = int(block.heading["places"] or 3)
     peak_ratio = require_peak(channel.path, samples, step, _peak(channel), 10.0**-places)
-    orientation, azimuth = direction(channel.component)
+    orientation, azimuth = direction_of(channel)
     event = _EVENT.match(channel.lines[2])
     low, high = filter_corners(channel.lines[14])
     return Record(

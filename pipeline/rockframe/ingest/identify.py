@@ -209,6 +209,33 @@ def direction(component: str) -> tuple[Orientation, float]:
     return Orientation.UNSTATED, math.nan
 
 
+def upright_sense(component: str, coded: Orientation) -> Orientation | None:
+    """Return the sense of a vertical by its name and by a header's code for up or down.
+
+    Parameters
+    ----------
+    component : str
+        Its name; one that tells no sense, as ``VERT``, leaves it to the code.
+    coded : Orientation
+        What the code says.
+
+    Returns
+    -------
+    Orientation or None
+        None if name and code contradict each other.
+
+    Examples
+    --------
+    >>> upright_sense("VERT", Orientation.DOWNWARD)
+    <Orientation.DOWNWARD: 3>
+    >>> upright_sense("UP", Orientation.DOWNWARD) is None
+    True
+    """
+    named, _ = direction(component)
+    tells = component.strip().upper() == "UP" or named is Orientation.DOWNWARD
+    return None if tells and named is not coded else coded
+
+
 def _shared(one: str, other: str) -> int:
     """Number of characters with which both begin."""
     pairs = takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False))
