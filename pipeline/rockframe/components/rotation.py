@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from typing import Final
 
 import numpy as np
@@ -97,7 +98,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     same_file = one.source_sha256 == other.source_sha256
     return replace(
         one,
-        record_id=one.record_id[: _LONGEST_ID - len(end)] + end,
+        record_id=_within_length(one.record_id, _LONGEST_ID - len(end)) + end,
         acceleration=pair.toward([azimuth])[0],
         component=f"{azimuth:g}",
         orientation=Orientation.HORIZONTAL,
@@ -110,6 +111,14 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
         source_sha256=one.source_sha256 if same_file else "",
         processing=(*one.processing, step),
     )
+
+
+def _within_length(name: str, longest: int) -> str:
+    """A name cut to a length; what tells it from others cut alike stands at its end."""
+    if len(name) <= longest:
+        return name
+    mark = f"-{sha256(name.encode()).hexdigest()[:8]}"
+    return name[: longest - len(mark)] + mark
 
 
 def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Record]:
