@@ -13,6 +13,7 @@ from rockframe.components import Rotation
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions
 from rockframe.results import open_response, read_records
+from rockframe.signals import Passport
 from rockframe.stages import ingest_stage, respond_stage
 
 
@@ -95,6 +96,50 @@ def test_no_pair_at_all_leaves_the_table(tmp_path: Path) -> None:
         )
     assert (tmp_path / "records.csv").exists()
     assert not (tmp_path / "records.nc").exists()
+
+
+def test_damage_of_the_components_is_that_of_the_motion(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(4000)
+    for azimuth, seed in (("090", 1), ("360", 2)):
+        samples = 0.3 * np.random.default_rng(seed).standard_normal(4000) * np.exp(-time / 8)
+        if azimuth == "090":
+            samples[2000:2010] = 0.9  # out of the range of its instrument
+        (tmp_path / f"CCC{azimuth}.AT2").write_text(
+            f"PEER\nRidgecrest, 7/6/2019, Christmas Canyon, {azimuth}\n"
+            "ACCELERATION TIME SERIES IN UNITS OF G\n"
+            "NPTS= 4000, DT= .0100 SEC\n" + "\n".join(f"{a:.7f}" for a in samples)
+        )
+    output = tmp_path / "records.nc"
+
+    def toward(azimuth: float) -> Passport:
+        [record] = ingest_stage(
+            [tmp_path / "CCC090.AT2", tmp_path / "CCC360.AT2"],
+            output,
+            all_uncorrected=True,
+            workers=0,
+            rotation=Rotation(azimuth=azimuth),
+        ).accepted
+        return record.passport
+
+    between = toward(30.0)
+    assert between.measures.clipped_samples == 10
+    assert {"clipped_samples", "opening_share"} <= {*between.warnings}
+    assert between.late_trigger
+    assert toward(0.0).measures.clipped_samples == 1
+
+
+def test_long_names_stay_apart(tmp_path: Path) -> None:
+    for end in "pq":
+        folder = three(tmp_path / end)
+        for path in folder.iterdir():
+            text = path.read_text().replace("Christmas Canyon", f"Station {end}")
+            path.with_name(f"{'A' * 54}-{end}-{path.name}").write_text(text)
+            path.unlink()
+    output = tmp_path / "records.nc"
+    ingest_stage([tmp_path / "p", tmp_path / "q"], output, workers=0, rotation=Rotation(30.0))
+    names = [record.record_id for record in read_records(output)]
+    assert len(names) == len({*names}) == 4
+    assert max(map(len, names)) == 64
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,6 +20,15 @@ from rockframe.units import GRAVITY
 #: Status of the rows of the table, in their order.
 _ORDER: Final = ("accepted", "rejected", "filtered", "rotated", "unread")
 
+#: Checks (and measures) of what a rotation hides, and a filter and a taper before it.
+_AS_RECORDED: Final = (
+    "stated_peak",
+    "clipped_samples",
+    "constant_time",
+    "opening_share",
+    "closing_share",
+)
+
 
 @dataclass(frozen=True)
 class Accepted:
@@ -175,7 +184,12 @@ class Intake:
         return rows
 
 
-def checked(record: Record, before: Record, limits: PassportLimits) -> Entry:
+def checked(
+    record: Record,
+    before: Record,
+    limits: PassportLimits,
+    components: Sequence[Passport] = (),
+) -> Entry:
     """Return the row of a record with its passport, and the reason if that rejects it.
 
     Parameters
@@ -184,12 +198,30 @@ def checked(record: Record, before: Record, limits: PassportLimits) -> Entry:
         After processing, and as its archive hands it out.
     limits : PassportLimits
         Limits of the checks.
+    components : sequence of Passport
+        Of the recorded components that the record is made of, if it is a rotated one: clipping,
+        gaps, late trigger and the like are the worst of theirs.
     """
     result = passport(before, record, limits)
+    if components:
+        result = _as_recorded(result, components)
     reason = " ".join(str(check) for check in result.rejections)
     name = record.record_id
     return Entry(
         record.source_file, name, result, reason=f"record {name!r}: {reason}" if reason else ""
+    )
+
+
+def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
+    """The passport of a rotated motion, with the damage of the components in it."""
+    worst = {
+        name: max(components, key=lambda one: np.nan_to_num(getattr(one.measures, name), nan=-1.0))
+        for name in _AS_RECORDED
+    }
+    measures = {name: getattr(one.measures, name) for name, one in worst.items()}
+    checks = {name: {c.name: c for c in one.checks}[name] for name, one in worst.items()}
+    return Passport(
+        replace(made.measures, **measures), tuple(checks.get(c.name, c) for c in made.checks)
     )
 
 

@@ -99,7 +99,14 @@ def _toward(
     made = [rotate(pair, azimuth) for azimuth in rotation.azimuths]
     names = [component.record_id for component in (pair.first, pair.second)]
     for record in made:
-        row = checked(record, record, intake.limits)
+        # What stands square to the azimuth has no part in the motion toward it.
+        within = [
+            recorded[one.record_id].passport
+            for one in (pair.first, pair.second)
+            if (record.azimuth - one.azimuth) % 180.0 != 90.0
+        ]
+        passports = [one for one in within if one is not None]
+        row = checked(record, record, intake.limits, passports)
         here = not corrected.isdisjoint(names)
         if intake.let_through(record, row, corrected_here=here):
             yield record, row.passport
