@@ -14,6 +14,11 @@ from tests.workflow.slurm import is_installed, one_node
 from tests.workflow.snake import MARKS, rockframe, snakemake
 from tests.workflow.test_workflow import results
 
+#: Of a node of two cores, in a cluster that keeps no accounts of ended jobs, looked at often.
+WORDS = (
+    *("--max-threads", "2", "--slurm-status-command", "squeue"),
+    *("--slurm-init-seconds-before-status-checks", "5", "--seconds-between-status-checks", "5"),
+)
 pytestmark = [
     *MARKS,
     pytest.mark.skipif("ROCKFRAME_SLURM" not in os.environ, reason="set ROCKFRAME_SLURM=1"),
@@ -30,7 +35,7 @@ def test_jobs_of_slurm_give_the_bytes_of_a_run(
     with one_node(tmp_path / "slurm") as env:
         for name, value in env.items():
             monkeypatch.setenv(name, value)
-        ended = snakemake(tmp_path / "flow", "--max-threads", "2", profile="slurm")
+        ended = snakemake(tmp_path / "flow", *WORDS, profile="slurm")
     assert ended.returncode == 0, ended.stderr
     assert "has been submitted with SLURM jobid" in ended.stderr
     assert results(tmp_path / "flow") == results(tmp_path / "run")
