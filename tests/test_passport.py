@@ -100,6 +100,15 @@ def test_stillness_is_no_motion(measure: object) -> None:
         measure(np.zeros(10), STEP)  # type: ignore[operator]
 
 
+@pytest.mark.parametrize(
+    ("step", "expected"),
+    [(0.1, CheckVerdict.OK), (0.25, CheckVerdict.WARN), (10.0, CheckVerdict.REJECT)],
+)
+def test_milliseconds_are_not_taken_for_seconds(step: float, expected: CheckVerdict) -> None:
+    record = replace(record_of(shake()), time_step=step)
+    assert verdict(passport(record, record, PassportLimits()), "time_step") is expected
+
+
 def test_clipping_is_found_where_it_was_done() -> None:
     sine = np.sin(2 * np.pi * TIME + 0.1)
     assert clipped_samples(sine) == 1

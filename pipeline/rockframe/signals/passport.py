@@ -213,7 +213,7 @@ def passport(
     # Squares of absurd numbers overflow; the check of the peak says what is wrong with them.
     with np.errstate(over="ignore", invalid="ignore"):
         measures = _measure(before, after, limits.signal_to_noise_ratio)
-    return Passport(measures, _judge(measures, limits))
+    return Passport(measures, _judge(measures, after.time_step, limits))
 
 
 def _measure(before: Record, after: Record, ratio: float) -> Measures:
@@ -257,10 +257,11 @@ def _end_share(series: Float) -> float:
     return abs(float(series[-1])) / largest if largest > 0.0 else 0.0
 
 
-def _judge(measures: Measures, limits: PassportLimits) -> tuple[Check, ...]:
+def _judge(measures: Measures, time_step: float, limits: PassportLimits) -> tuple[Check, ...]:
     pga = measures.peak_acceleration
     return (
         _check("peak_acceleration", pga, "m s-2", limits),
+        _check("time_step", time_step, "s", limits),
         _check("stated_peak", measures.stated_peak, "1", limits),
         _check("clipped_samples", measures.clipped_samples, "1", limits),
         _check("constant_time", measures.constant_time, "s", limits),

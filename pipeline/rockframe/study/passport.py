@@ -28,7 +28,7 @@ class PassportLimits(Strict):
 
     Of each check there is a limit that warns and one that rejects. Rejected by default is only what
     no whole record of ground motion shows: flat tops, filled gaps, a peak of 10 g or one that does
-    not rise above the noise. The rest depends on the use,
+    not rise above the noise, a time step above 1 s. The rest depends on the use,
     and old records and mathematical pulses are used with it knowingly: it warns. Each warning limit
     lies where the real records at hand that are whole and well processed mostly pass.
 
@@ -37,6 +37,9 @@ class PassportLimits(Strict):
     peak_acceleration_warn, peak_acceleration_reject : float
         Peak after processing [m s-2], at most. Few records pass 2 g and none in the archives 5 g;
         10 g are gal taken for g, or no ground motion.
+    time_step_warn, time_step_reject : float
+        Interval between samples [s], at most. Accelerographs take ten samples a second and more;
+        steps of seconds are milliseconds, or samples a second, taken for seconds.
     stated_peak_warn, stated_peak_reject : float
         Difference between the peak in the file, with its sign where the header's has one, and the
         peak that the header states, over the latter [1], at most. Readers refuse what goes beyond
@@ -89,6 +92,8 @@ class PassportLimits(Strict):
 
     peak_acceleration_warn: _Limit = 2.0 * GRAVITY
     peak_acceleration_reject: _Limit = 10.0 * GRAVITY
+    time_step_warn: _Limit = 0.1
+    time_step_reject: _Limit = 1.0
     stated_peak_warn: _Limit = 0.01
     stated_peak_reject: _Limit = 0.5
     clipped_samples_warn: _Limit = 4.0
