@@ -119,8 +119,8 @@ def test_verdicts_without_a_curve(
 ) -> None:
     fit = fit_fragility(intensity, [1.0, 2.0], np.reshape(verdicts, (len(intensity), 2)))
     assert fit.outcome is outcome
-    if outcome is not Outcome.NOT_RISING:
-        assert math.isnan(fit.median)
+    assert math.isnan(fit.median)
+    assert np.isnan(fit.probability([1.0, 2.0])).all()
     assert outcome.sentence
 
 
@@ -132,11 +132,47 @@ def test_where_nothing_fell_the_bound_is_that_of_so_many_trials() -> None:
     assert_allclose(high, [1.0 - 0.05**0.1, 1.0])
 
 
+def test_weak_motions_say_nothing_of_strong_ones() -> None:
+    """Of ten motions that stand, one was as strong as 1: the bound there is that of one."""
+    fit = fit_fragility([0.05] * 9 + [1.0], [1.0], np.zeros((10, 1)))
+    assert_allclose(fit.band([0.05, 0.5, 1.0])[1], [1.0 - 0.05**0.1, 0.95, 0.95])
+
+
+def test_where_all_fell_weak_ones_count() -> None:
+    fit = fit_fragility([1.0] * 9 + [0.5], [1.0], np.ones((10, 1)))
+    low, high = fit.band([0.4, 0.5, 1.0])
+    assert_allclose(low, [0.0, 0.05, 0.05**0.1])
+    assert high.tolist() == [1.0, 1.0, 1.0]
+
+
 def test_separated_verdicts_leave_a_step_open() -> None:
+    """On either side so many motions bound it, not a certainty."""
     fit = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[0], [0], [1], [1]])
-    low, high = fit.band([1.9, 2.5, 3.1])
-    assert (low.tolist(), high.tolist()) == ([0.0, 0.0, 1.0], [0.0, 1.0, 1.0])
+    low, high = fit.band([0.9, 1.9, 2.5, 3.1, 4.1])
+    assert_allclose(low, [0.0, 0.0, 0.0, 0.05, 0.05**0.5])
+    assert_allclose(high, [1.0 - 0.05**0.5, 0.95, 1.0, 1.0, 1.0])
     assert (fit.safe_to, fit.overturned_from) == pytest.approx((2.0, 3.0))
+
+
+def test_scales_of_one_motion_are_one_trial() -> None:
+    fit = fit_fragility([1.0], SCALES, [[0, 0, 0, 0, 1, 1, 1]])
+    assert fit.outcome is Outcome.SEPARATED
+    low, high = fit.band([0.4, 5.0])
+    assert_allclose([*low, *high], [0.0, 0.05, 0.95, 1.0])
+
+
+def test_two_motions_have_no_covariance() -> None:
+    """At the maximum their scores cancel: a band of them would shrink to nothing somewhere."""
+    fit = fit_fragility([1.0, 2.0], [1.0, 1.5, 2.0], [[0, 1, 0], [0, 1, 1]])
+    assert fit.outcome is Outcome.FITTED
+    low, high = fit.band([0.5, 2.32])
+    assert (low.tolist(), high.tolist()) == ([0.0, 0.0], [1.0, 1.0])
+
+
+def test_overturning_that_becomes_rarer_has_no_curve() -> None:
+    fit = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[1], [1], [0], [1]])
+    assert fit.outcome is Outcome.NOT_RISING
+    assert np.isnan(fit.probability([1.0, 4.0])).all()
 
 
 def test_the_measure_that_decides_is_named() -> None:

@@ -71,14 +71,27 @@ def test_no_overflow_over_eighteen_decades() -> None:
     assert_allclose(found.rate, 1e-4, rtol=0.1)
 
 
-def test_separated_verdicts_give_the_rates_of_both_limits() -> None:
+def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open() -> None:
+    """Rates of exceedance at 0.6 and 0.9 from below; at 0.2 and 0.3, and all above, from above."""
     points = np.geomspace(0.01, 10.0, 200)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])
     found = overturning_rate(curve, fit)
     assert math.isnan(found.rate)
-    assert_allclose(found.low, 1e-4 * 0.6**-2.0, rtol=1e-3)
-    assert_allclose(found.high, 1e-4 * 0.3**-2.0, rtol=1e-3)
+    one, two = 0.05, 0.05**0.5
+    often = {x: 1e-4 * x**-2.0 for x in (0.01, 0.2, 0.3, 0.6, 0.9)}
+    low = one * (often[0.6] - often[0.9]) + two * often[0.9]
+    high = (1.0 - two) * (often[0.01] - often[0.2]) + 0.95 * (often[0.2] - often[0.3]) + often[0.3]
+    assert_allclose(found.low, low, rtol=1e-3)
+    assert_allclose(found.high, high, rtol=1e-3)
+
+
+def test_a_measure_that_overturning_falls_with_has_no_rate() -> None:
+    curve = HazardCurve("pga", np.array([1.0, 4.0]), np.array([1e-2, 1e-4]))
+    fit = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[1], [1], [0], [1]])
+    found = overturning_rate(curve, fit)
+    assert math.isnan(found.rate)
+    assert (found.low, found.high) == (0.0, pytest.approx(1e-2))
 
 
 def test_what_was_not_tried_is_said() -> None:

@@ -45,6 +45,7 @@ _SENTENCES: Final = {
     Outcome.NOT_RISING: "overturning does not become more frequent with this measure",
     Outcome.UNKNOWN: "the measure is not known, or is the same for all motions",
 }
+_WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.SEPARATED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,11 @@ class Fragility:
     intercept, slope : float
         Of the logit over the logarithm of the intensity.
     covariance : array, shape (2, 2)
-        Of these two, with scales and azimuths of one motion as one cluster; NaN for one motion.
+        Of these two, with scales and azimuths of one motion as one cluster; NaN for one or two
+        motions, whose scores at the maximum only mirror each other.
+    stood, fell : array, shape (motions,)
+        The strongest observation of each independent motion that stands, and the weakest that
+        overturns; -inf and inf if there is none.
     log_likelihood : array, shape (motions,)
         What each independent motion adds to it.
     pseudo_r2, concordance, brier : float
@@ -94,6 +99,8 @@ class Fragility:
     intercept: float = math.nan
     slope: float = math.nan
     covariance: Float = field(default_factory=lambda: np.full((2, 2), np.nan))
+    stood: Float = field(default_factory=lambda: np.empty(0), repr=False)
+    fell: Float = field(default_factory=lambda: np.empty(0), repr=False)
     log_likelihood: Float = field(default_factory=lambda: np.empty(0), repr=False)
     pseudo_r2: float = math.nan
     concordance: float = math.nan
@@ -116,10 +123,10 @@ class Fragility:
     def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
         """Return bounds of the probability [1]: of 90 % confidence, or all that can be said.
 
-        Of a curve they follow from the covariance and Student's t for so many motions. Without
-        one: where nothing (everything) overturned, up to (from) the strongest (weakest) intensity
-        tried, the share that so many independent motions leave open; a step between the two limits
-        if the verdicts are separated; else 0 and 1.
+        Of a curve they follow from the covariance and Student's t for so many motions. Where
+        nothing or everything overturned, or the verdicts are separated: the share that is left open
+        by so many independent motions as stand at the intensity or above (overturn at it or below),
+        as overturning does not become rarer with it. Else 0 and 1.
         """
         x = np.asarray(intensity, dtype=np.float64)
         zero, one = np.zeros_like(x), np.ones_like(x)
@@ -131,17 +138,19 @@ class Fragility:
             )
             logit = self.intercept + self.slope * terms[1]
             return logistic(logit - error), logistic(logit + error)
-        left_open = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / max(self.motions, 1))
-        if self.outcome is Outcome.NONE_OVERTURN:
-            return zero, np.where(x <= self.highest, left_open, one)
-        if self.outcome is Outcome.ALL_OVERTURN:
-            return np.where(x >= self.lowest, 1.0 - left_open, zero), one
-        if self.outcome is Outcome.SEPARATED:
-            return (
-                np.where(x >= self.overturned_from, one, zero),
-                np.where(x > self.safe_to, one, zero),
-            )
+        if self.outcome in _WITHOUT_MAXIMUM:
+            stand = (self.stood >= x[..., None]).sum(axis=-1)
+            fall = (self.fell <= x[..., None]).sum(axis=-1)
+            # where one motion stands and another falls, neither bound holds
+            low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
+            return low, np.where(fall > 0, one, _left_open(stand))
         return zero, one
+
+
+def _left_open(motions: NDArray[np.intp]) -> Float:
+    """The largest probability of what none of so many motions showed; 1 for no motion."""
+    chance = 0.5 * (1.0 - CONFIDENCE)
+    return np.where(motions > 0, 1.0 - chance ** (1.0 / np.maximum(motions, 1)), 1.0)
 
 
 def logistic(logit: Float) -> Float:
@@ -186,13 +195,14 @@ def fit_fragility(
     strength, fell = strength[known], fell[known]
     _, belongs = np.unique(belongs[known], return_inverse=True)
     x = np.log(strength)[:, None] + np.log(factors)
-    tried = _tried(x, fell, int(belongs.max(initial=-1)) + 1)
+    tried = _tried(x, fell, belongs)
     if tried.outcome is not Outcome.FITTED:
         return tried
     fit = maximum_likelihood(x, fell, belongs)
+    if not fit.slope > 0.0:
+        return replace(tried, outcome=Outcome.NOT_RISING)
     return replace(
         tried,
-        outcome=Outcome.FITTED if fit.slope > 0.0 else Outcome.NOT_RISING,
         intercept=fit.intercept,
         slope=fit.slope,
         covariance=fit.covariance,
@@ -203,9 +213,14 @@ def fit_fragility(
     )
 
 
-def _tried(x: Float, fell: NDArray[np.bool_], motions: int) -> Fragility:
+def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fragility:
     """What was tried, and whether there is a maximum of the likelihood."""
     outcome = _outcome(x, fell)
+    motions = int(clusters.max(initial=-1)) + 1
+    stands, falls = np.full(motions, -np.inf), np.full(motions, np.inf)
+    if x.size:
+        np.maximum.at(stands, clusters, np.where(fell, -np.inf, x).max(axis=1))
+        np.minimum.at(falls, clusters, np.where(fell, x, np.inf).min(axis=1))
     return Fragility(
         outcome,
         motions=motions,
@@ -215,6 +230,8 @@ def _tried(x: Float, fell: NDArray[np.bool_], motions: int) -> Fragility:
         highest=math.exp(x.max()) if x.size else math.nan,
         safe_to=math.nan if fell.all() else math.exp(x[~fell].max()),
         overturned_from=math.exp(x[fell].min()) if fell.any() else math.nan,
+        stood=np.exp(stands),
+        fell=np.exp(falls),
         # a step explains separated verdicts wholly: towards it the likelihood tends to 1
         log_likelihood=np.zeros(motions if outcome is Outcome.SEPARATED else 0),
     )

@@ -111,7 +111,8 @@ def _described(
         both = np.stack([missed.sum(axis=1), (missed * z[rows]).sum(axis=1)], axis=1)
         np.add.at(scores, clusters[rows], both)
         squares += float((missed**2).sum())
-    spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 1 else np.nan)
+    # the scores add up to zero: of two clusters they are one and its mirror, and span no plane
+    spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 2 else np.nan)
     centre, spread = scaling
     back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
     intercept, slope = back @ where
