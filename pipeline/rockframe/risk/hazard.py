@@ -172,16 +172,18 @@ def read_hazard(path: Path) -> HazardCurve:
     must_be = f"Must be {_RATE} and one of {', '.join(columns)}."
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            rows = [row for row in csv.reader(stream, strict=True) if row]
+            reader = csv.reader(stream, strict=True)
+            lines = [(reader.line_num, row) for row in reader if row]
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
-    header = [name.strip() for name in rows[0]] if rows else []
+    first, names = lines[0] if lines else (1, [])
+    header = [name.strip() for name in names]
     known = [name for name in header if name in columns]
     if len(header) != 2 or len(known) != 1 or _RATE not in header:
-        raise InputError(path, f"columns {', '.join(header) or 'missing'}. {must_be}", line=1)
-    values = np.array([_numbers(path, row, line) for line, row in enumerate(rows[1:], start=2)])
+        raise InputError(path, f"columns {', '.join(header) or 'missing'}. {must_be}", line=first)
+    values = np.array([_numbers(path, row, line) for line, row in lines[1:]])
     measure = columns[known[0]]
     if len(values) == 0:
         values = np.empty((0, 2))
