@@ -17,6 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import names, sine, site, stored, structures, three
 
 from rockframe.cli.main import main
+from rockframe.cli.screen import values
 from rockframe.components import pair_horizontals, rotate
 from rockframe.engines import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
@@ -440,6 +441,10 @@ def test_few_recordings_are_said_to_be_few(
         (["--design", "height"], "--design and --design-range belong together"),
         (["--design", "height", "--design-range", "3", "2"], "Invalid range 3.0 to 2.0"),
         (["--design", "width", "--design-range", "1", "50"], "Invalid slenderness"),
+        (
+            ["--design", "height", "--design-range", "2", "3", "--design-steps", "1000000000000"],
+            "Invalid number of steps 1000000000000. Must be 2 to 10000",
+        ),
         (["--workers", "-1"], "number of workers -1"),
         (["--structure", "none"], "Invalid structure 'none'"),
         (["--pulses", "no.nc"], "no.nc: no such file"),
@@ -467,6 +472,62 @@ def test_values_that_are_none(
         main(["screen", str(tmp_path), "--output", "s.nc", "--scales", word])
     assert caught.value.code == 2
     assert f"Invalid value {word!r}. Must be a number or FROM:TO:COUNT" in capsys.readouterr().err
+
+
+def test_values_meet_both_ends_and_one() -> None:
+    """Or a scale of 1 would be looked for in the file and not be found."""
+    assert values("0.1:3:30")[9] == 1.0
+    assert all(values(f"0.2:2:{count}")[-1] == 2.0 for count in range(2, 50))
+    assert values("2.5") == [2.5]
+
+
+def test_rate_over_pulses_of_turned_pairs_is_refused(tmp_path: Path) -> None:
+    records, hazard = stored(three("a"), tmp_path), tmp_path / "site.csv"
+    hazard.write_text("a_p_g,annual_rate\n0.1,0.01\n0.2,0.001\n", encoding="utf-8")
+    with pytest.raises(ParameterError, match="Must be given without --azimuths"):
+        screen_stage(
+            records,
+            tmp_path / "screen.nc",
+            pulses_path=tmp_path / "pulses.nc",
+            hazard_path=hazard,
+            azimuths=[10.0],
+        )
+
+
+def test_azimuths_of_one_name_do_not_share_batches(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run that ended before its file was whole left batches of another azimuth."""
+    records = stored(three("a"), tmp_path)
+    options: dict[str, Any] = {"margins": False, "scales": [0.4, 0.6, 0.8], "engine": OneProcess()}
+    near, exact = [10.00004], [10.0]
+    screen_stage(records, tmp_path / "whole.nc", azimuths=exact, **options)
+
+    def stop(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    output = tmp_path / "screen.nc"
+    with monkeypatch.context() as patched:
+        patched.setattr("rockframe.stages.screen.statistics", stop)
+        with pytest.raises(KeyboardInterrupt):
+            screen_stage(records, output, azimuths=near, **options)
+    assert list(tmp_path.glob(".screen-*.batches"))
+    screen_stage(records, output, azimuths=exact, **options)
+    found, whole = (read_screening(tmp_path / name) for name in ("screen.nc", "whole.nc"))
+    assert_array_equal(found["peak_rotation_ratio"].values, whole["peak_rotation_ratio"].values)
+    assert not list(tmp_path.glob(".screen-*.batches"))
+
+
+def test_design_says_its_scale_and_margins_what_is_undecided(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records, output = stored(site(1), tmp_path), tmp_path / "s.nc"
+    words = ["--structures", str(structures(tmp_path)), "--structure", "slender", "--scales", "0.5"]
+    words += ["--design", "height", "--design-range", "2", "3", "--design-steps", "2"]
+    assert main(["screen", str(records), "--output", str(output), *words]) == 0
+    told = capsys.readouterr().out
+    assert "for 90 %, at scale 0.5" in told
+    assert "0 of 1 verdicts on the motions as recorded are undecided" in told
 
 
 def test_names_of_the_records_made_here() -> None:

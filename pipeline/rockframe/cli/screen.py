@@ -173,7 +173,8 @@ def values(text: str) -> list[float]:
         raise argparse.ArgumentTypeError(
             f"Invalid value {text!r}. Must be a number or FROM:TO:COUNT"
         ) from None
-    return [first + (last - first) * k / (count - 1) for k in range(count)]
+    # both ends weighted: the last is met to the last bit, and 0.1:3:30 holds 1
+    return [(first * (count - 1 - k) + last * k) / (count - 1) for k in range(count)]
 
 
 def _selection(options: argparse.Namespace) -> Selection:

@@ -184,10 +184,12 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
         return
     what = str(screening["design_dimension"].item()).replace("_", " ")
     share = 100.0 * float(screening["design_required_share"])
+    scale = float(screening["reference_scale"])
     tried = screening["design_value"].values
     parts = ("smallest", "sure_from")
     show_table(
-        f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} %",
+        f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} %, "
+        f"at scale {scale:g}",
         ["structure", "smallest that does>", "from which on all do>"],
         [
             [one["structure"], *(number(one[f"design_{part}"], 3) for part in parts)]
@@ -210,6 +212,12 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
     )
     if recordings < FEWEST_MOTIONS:
         print(f"{recordings} recordings are few: fragility, bands and rates are rough.")
+    if "undecided" in screening:
+        undecided = screening["undecided"].values
+        print(
+            f"{undecided.sum()} of {undecided.size} verdicts on the motions as recorded are "
+            "undecided: they change with small perturbations."
+        )
     for name, reason in islice(done.left_out.items(), _SHOWN):
         print(f"left out: {name}: {reason}")
     more = len(done.left_out) - _SHOWN

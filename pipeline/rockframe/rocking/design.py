@@ -20,6 +20,8 @@ DIMENSIONS: Final = {
     "width": "width of the columns [m], their height kept",
     "mass_ratio": "mass of the beam over that of all columns [1], the columns kept",
 }
+#: Values that may be tried; each is a structure that all motions are computed for.
+_MOST_STEPS: Final = 10_000
 _SECTIONS: Final = ("rectangular", "circular")
 
 
@@ -78,8 +80,10 @@ class Design:
             raise ParameterError(
                 f"Invalid share {self.share!r} of the motions. Must be above 0 and at most 1."
             )
-        if self.steps < 2:
-            raise ParameterError(f"Invalid number of steps {self.steps}. Must be 2 or more.")
+        if not 2 <= self.steps <= _MOST_STEPS:
+            raise ParameterError(
+                f"Invalid number of steps {self.steps}. Must be 2 to {_MOST_STEPS}."
+            )
 
     @property
     def values(self) -> Float:

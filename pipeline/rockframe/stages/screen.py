@@ -137,7 +137,7 @@ def screen_stage(
     candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
     factors = _require_increasing(scales)
     asked = Asked(frames, candidates, factors, margins, Histories(histories), design, seed)
-    hazard = _hazard(hazard_path, pulses_path)
+    hazard = _hazard(hazard_path, pulses_path, azimuths)
     facts = read_facts(records_path, pulses_path)
     with open_records(records_path) as file:
         chosen = Motions(file, facts, vertical=vertical)
@@ -145,6 +145,8 @@ def screen_stage(
         origin = {
             "records": input_hash(records_path),
             "motions": [motion.name for motion in chosen.motions],
+            # names of motions round them
+            "azimuths": [motion.azimuth for motion in chosen.motions],
             "vertical": vertical,
         }
         batches = Batches(output, origin | asked.scenarios())
@@ -186,7 +188,9 @@ def _require_increasing(scales: ArrayLike) -> NDArray[np.float64]:
     return factors
 
 
-def _hazard(path: Path | None, pulses_path: Path | None) -> HazardCurve | None:
+def _hazard(
+    path: Path | None, pulses_path: Path | None, azimuths: Sequence[float]
+) -> HazardCurve | None:
     if path is None:
         return None
     curve = read_hazard(path)
@@ -194,5 +198,10 @@ def _hazard(path: Path | None, pulses_path: Path | None) -> HazardCurve | None:
         raise ParameterError(
             f"{path}: is a hazard curve of {curve.measure}, which is not known without pulses. "
             "Must be given with --pulses."
+        )
+    if curve.measure in ("a_p", "L_p") and len(azimuths):
+        raise ParameterError(
+            f"{path}: is a hazard curve of {curve.measure}, which is not known of pairs that are "
+            "turned. Must be given without --azimuths."
         )
     return curve
