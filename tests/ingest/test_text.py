@@ -148,3 +148,23 @@ def test_options_are_checked() -> None:
         ReadOptions(units="gallon")
     with pytest.raises(ParameterError, match=r"Invalid time step 0\.0 s"):
         ReadOptions(time_step=0.0)
+
+
+@pytest.mark.parametrize(
+    ("comment", "agrees"),
+    [
+        ("# dt=0.01", True),
+        ("% npts: 3, dt = .010 s", True),
+        ("# dt = 5e-3 sec, unfiltered", False),
+        ("# dt=0.005", False),
+        ("# dt=10 ms", True),  # not compared
+    ],
+)
+def test_a_step_in_a_comment_is_that_of_the_samples(comment: str, agrees: bool) -> None:
+    data = f"{comment}\n0.1\n0.2\n-0.3\n".encode()
+    options = ReadOptions(units="g", time_step=0.01)
+    if agrees:
+        assert read_bytes("a.txt", data, options)[0].time_step == 0.01
+    else:
+        with pytest.raises(InputError, match=r"a\.txt:1: dt .* in the comment, time step 0\.01 s"):
+            read_bytes("a.txt", data, options)

@@ -6,6 +6,7 @@ Comment lines (``#``, ``%``) may come first, then one line of column names, whic
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -44,6 +45,12 @@ _ROWS: Final = 1 << 16
 #: Rows whose form is compared with that of the last.
 _ROWS_OF_END: Final = 20
 _STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
+_STATED_STEP: Final = re.compile(
+    r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
+    re.I,
+)
+#: Relative difference up to which two time steps are the same number, one of them rounded.
+_SAME_STEP: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -105,8 +112,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If units or time step are unstated, a column is none of time and acceleration, rows differ
-        in length, a number is none, or the times are uneven.
+        If units or time step are unstated, a comment states another step or number of samples, a
+        column is none of time and acceleration, rows differ in length, a number is none, or the
+        times are uneven.
 
     Examples
     --------
@@ -124,11 +132,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         line = layout.first_line + len(layout.rows) - len(end)
         require_whole_end(path, b"\n".join(end), line, layout.columns)
     _require_count(path, layout, len(table))
+    step = _time_step(path, layout, quantities, table, options)
+    _require_step(path, layout, step)
     return [
         Record(
             record_id=record_ids(path, [""])[0],
             acceleration=table[:, quantities.index("acceleration")] * factor,
-            time_step=_time_step(path, layout, quantities, table, options),
+            time_step=step,
         )
     ]
 
@@ -207,6 +217,18 @@ def _require_count(path: Path, layout: _Layout, rows: int) -> None:
             raise InputError(
                 path,
                 f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal.",
+                line=line,
+            )
+
+
+def _require_step(path: Path, layout: _Layout, step: float) -> None:
+    for line, comment in enumerate(layout.comments, 1):
+        stated = _STATED_STEP.search(comment.strip())
+        if stated and not math.isclose(float(stated["step"]), step, rel_tol=_SAME_STEP):
+            raise InputError(
+                path,
+                f"dt {stated['step']} s in the comment, time step {step:g} s of the samples. "
+                "Must be equal.",
                 line=line,
             )
 
