@@ -219,18 +219,17 @@ def _numbers(wavelet: str, half_cycles: Sequence[float]) -> list[float | None]:
 
 
 def _powers(products: Single, span: str, wavelets: Sequence[str]) -> Iterator[tuple[str, Single]]:
-    """Squares of the coefficients of the wavelets that a span holds."""
-    squares = np.square(products)
+    """Squares of the coefficients of the wavelets that a span holds; `products` are used up."""
+    squares = np.square(products, out=products)
     if span in RICKERS:
         yield span, squares[:, :, 0]
-    elif span == _ANY_PHASE:
+        return
+    if span == _ANY_PHASE:
         for i, name in enumerate(RICKERS):
             if name in wavelets:
                 yield name, squares[:, :, i]
-        if span in wavelets:
-            yield span, squares[:, :, 0] + squares[:, :, 1]
-    else:
-        yield span, squares[:, :, 0] + squares[:, :, 1]
+    if span in wavelets:
+        yield span, np.add(squares[:, :, 0], squares[:, :, 1], out=squares[:, :, 0])
 
 
 def _largest(power: Single, octave: Octave) -> Float:
@@ -239,20 +238,25 @@ def _largest(power: Single, octave: Octave) -> Float:
     Of shape (2, signals, periods): heights and times.
     """
     scale = octave.periods / octave.step**2
-    top = power.argmax(axis=-1)
+    rows = power.reshape(-1, power.shape[-1])
+    every = np.arange(rows.shape[0])
+    top = rows.argmax(axis=-1)
 
     def beside(offset: int) -> Float:
-        return np.take_along_axis(power, (inner + offset)[..., None], -1)[..., 0].astype(np.float64)
+        return rows[every, inner + offset].astype(np.float64)
+
+    def shaped(height: Float, time: Float) -> Float:
+        shape = power.shape[:-1]
+        return np.stack([height.reshape(shape) * scale, time.reshape(shape) * octave.step])
 
     if octave.within < 3:
         inner = top
-        return np.stack([beside(0) * scale, top * octave.step])
-    inner = np.clip(top, 1, octave.within - 2)
+        return shaped(beside(0), top)
+    inner = np.minimum(np.maximum(top, 1), octave.within - 2)
     before, here, after = beside(-1), beside(0), beside(1)
     bend = 2.0 * here - before - after
     located = (top == inner) & (bend > 0.0)
     shift = np.where(located, 0.5 * (after - before) / np.where(located, bend, 1.0), top - inner)
     raised = here + np.where(located, 0.25 * (after - before) * shift, 0.0)
     ends = np.where(top < inner, before, after)
-    raised = np.where(located | (top == inner), raised, ends)
-    return np.stack([raised * scale, (inner + shift) * octave.step])
+    return shaped(np.where(located | (top == inner), raised, ends), inner + shift)
