@@ -15,17 +15,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.matching.series import taylor, top_near
 from rockframe.matching.signal import Signal, part_energies, part_spectra
 
 Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 #: Spectra of wavelets are summed up to this frequency times T_p; beyond it a Ricker wavelet is
 #: below 1e-16, and one with kinks has a tail that moves flat maxima by up to a percent.
 _HIGHEST: Final = 8.0
 #: Terms of the Taylor series over time, and how far it is trusted, over T_p.
 _TERMS: Final = 6
-_SIGNS: Final = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])
 _NEAR: Final = 0.06
 #: The same where all lines are summed: fewer terms, as those of high frequency grow fast.
 _WHOLE_TERMS: Final = 3
@@ -189,15 +188,16 @@ def crest(
     velocity = signal.weighting.of_velocity
     seen = math.floor(_HIGHEST * signal.period / period) + 1
     bins = min(signal.spectrum.size, seen if lines is None else lines)
-    nu = np.arange(bins, dtype=np.float64) * (period / signal.period)
+    line = period / signal.period
+    nu = np.arange(bins, dtype=np.float64) * line
     energies = part_energies(wavelet, half_cycles, velocity)
     spectra = part_spectra(wavelet, half_cycles, nu, velocity)
     matched = np.conj(np.stack(spectra)) * signal.spectrum[:bins]
     terms, near = (_TERMS, _NEAR) if bins <= seen else (_WHOLE_TERMS, _WHOLE_NEAR)
     for _ in range(_MOST_SHIFTS):
-        series = _taylor(matched, nu, time / period, terms) * (2.0 * period / signal.period)
+        series = taylor(matched, line, time / period, terms) * (2.0 * line)
         ends = (-time / period, (signal.duration - time) / period)
-        shift = _climb(series, energies, (max(ends[0], -near), min(ends[1], near)))
+        shift = top_near(series, energies, (max(ends[0], -near), min(ends[1], near)))
         time += period * shift
         if abs(shift) < near:
             break
@@ -214,46 +214,6 @@ def crest(
         explained,
         bins,
     )
-
-
-def _taylor(matched: Complex, nu: Float, tau: float, terms: int) -> Float:
-    """Coefficients of the products in powers of the time around tau, over T_p; (parts, terms)."""
-    turned = matched * np.exp(2j * math.pi * tau * nu)
-    powers = np.empty((terms, nu.size))
-    powers[0] = 1.0
-    for k in range(1, terms):
-        np.multiply(powers[k - 1], (2.0 * math.pi / k) * nu, out=powers[k])
-    # i^k: the real part of the even terms, minus the imaginary of the odd ones, in turn
-    series = np.empty((matched.shape[0], terms))
-    series[:, 0::2] = np.ascontiguousarray(turned.real) @ powers[0::2].T
-    series[:, 1::2] = np.ascontiguousarray(turned.imag) @ powers[1::2].T
-    return np.asarray(series * _SIGNS[:terms])
-
-
-def _climb(series: Float, energies: tuple[float, ...], bounds: tuple[float, float]) -> float:
-    """Time of the maximum of the sum of squares near 0, over T_p, no further than is trusted."""
-    terms = series.shape[1]
-    total = np.zeros(2 * terms - 1)
-    for row, energy in zip(series, energies, strict=True):
-        total += np.convolve(row, row) / energy
-    slope = [k * c for k, c in enumerate(total[:terms].tolist())][1:]
-    bend = [k * c for k, c in enumerate(slope)][1:]
-    low, high = bounds
-    x = 0.0
-    for _ in range(8):
-        rise, curve = _polynomial(slope, x), _polynomial(bend, x)
-        move = -rise / curve if curve < 0.0 else math.copysign(high - low, rise)
-        x, last = min(max(x + move, low), high), x
-        if abs(x - last) < 1e-14:
-            break
-    return x
-
-
-def _polynomial(coefficients: list[float], x: float) -> float:
-    value = 0.0
-    for coefficient in reversed(coefficients):
-        value = value * x + coefficient
-    return value
 
 
 def _variables(point: Refined) -> Float:
@@ -286,7 +246,7 @@ def _newton_move(
     before = np.array([height(-axis) for axis in axes])
     slope = (after - before) / (2.0 * step)
     if bend is None:
-        middle = height(0.0 * axes[0])
+        middle = height(0.0 * axes[0])  # not that of `here`: its series is around another time
         bend = np.diag(after - 2.0 * middle + before) / step**2
         if x.size == 2:
             corners = height(axes[0] + axes[1]) + height(-axes[0] - axes[1])

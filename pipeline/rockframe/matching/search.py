@@ -243,7 +243,7 @@ def _largest(power: Single, octave: Octave) -> Float:
     top = rows.argmax(axis=-1)
 
     def beside(offset: int) -> Float:
-        return rows[every, inner + offset].astype(np.float64)
+        return np.asarray(rows[every, inner + offset], dtype=np.float64)
 
     def shaped(height: Float, time: Float) -> Float:
         shape = power.shape[:-1]
