@@ -77,6 +77,7 @@ def test_a_range_of_less_than_an_octave_is_searched() -> None:
         (np.where(np.arange(500) == 7, math.inf, 1.0), "not all samples are finite"),
         (1e200 * np.sin(np.arange(500.0)), "Must be from 1e-100 to 1e\\+100"),
         (1e-200 * np.sin(np.arange(500.0)), "Must be from 1e-100 to 1e\\+100"),
+        (np.resize([0.3, -0.3], 500), "its velocity is zero at all samples"),
         (np.ones((2, 500)), r"of shape \(2, 500\). Must be one row"),
         (np.ones(1), r"of shape \(1,\). Must be one row of two samples or more"),
     ],

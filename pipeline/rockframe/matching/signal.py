@@ -81,8 +81,15 @@ def signal_of(
         ``VELOCITY`` takes the integral of the record.
     longest_reach : float
         How far the longest wavelet reaches from its centre [s].
+
+    Raises
+    ------
+    ParameterError
+        If velocities are compared and the record's is zero throughout.
     """
     samples = velocity_of(acceleration, time_step) if weighting.of_velocity else acceleration
+    if weighting.of_velocity and not samples.any():  # samples that turn at each step
+        raise ParameterError("Invalid acceleration: its velocity is zero at all samples.")
     padded = padded_size(samples.shape[-1] + math.ceil(longest_reach / time_step))
     spectrum = scipy.fft.rfft(samples, padded) * time_step
     return Signal(samples, time_step, weighting, padded, spectrum)
