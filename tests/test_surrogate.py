@@ -101,3 +101,15 @@ def test_pulses_of_none_of_the_records_are_refused(stages: Path, tmp_path: Path)
                  "--output", str(records)]) == 0  # fmt: skip
     with pytest.raises(InputError, match=r"holds no pulse of these records. Must be made from"):
         respond_stage(records, tmp_path / "response.nc", pulses_path=stages / "pulses.nc")
+
+
+@pytest.mark.parametrize("variable", ["outside", "samples_sha256", "best_wavelet"])
+def test_pulses_of_another_version_are_refused(
+    stages: Path, tmp_path: Path, variable: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.nc"
+    with xr.open_dataset(stages / "pulses.nc") as dataset:
+        dataset.drop_vars(variable).to_netcdf(old)
+    words = ["respond", str(stages / "records.nc"), "--pulses", str(old)]
+    assert main([*words, "--output", str(tmp_path / "response.nc")]) == 2
+    assert f"without variable '{variable}'. Must be as this version" in capsys.readouterr().err

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.matching import PulseVerdict
 from rockframe.provenance import sha256_of
-from rockframe.results.files import PULSES, RECORDS, opened
+from rockframe.results.files import RECORDS, opened
+from rockframe.results.loaded_pulses import loaded_pulses
 
 Float = NDArray[np.float64]
 
@@ -87,10 +88,9 @@ def _pulses(
     path: Path, records: str, names: list[str]
 ) -> tuple[dict[str, Float], list[bool | None]]:
     """Numbers of the best pulse of each record, and whether it is one."""
-    with opened(path, PULSES) as file:
-        if records not in json.loads(file.attrs["input_sha256"]).values():
-            raise InputError(path, "was made from other records. Must be of the same records.")
-        pulses = file.load()
+    pulses = loaded_pulses(path, (*PULSE_NUMBERS, "pulse_verdict"))
+    if records not in json.loads(pulses.attrs["input_sha256"]).values():
+        raise InputError(path, "was made from other records. Must be of the same records.")
     values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}
     like: list[bool | None] = [None] * len(names)
     row_of = {name: row for row, name in enumerate(names)}

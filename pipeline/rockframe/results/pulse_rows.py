@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from rockframe.matching import PulseVerdict
-from rockframe.results.files import PULSES, opened
+from rockframe.results.loaded_pulses import loaded_pulses
 from rockframe.units import GRAVITY
 
 #: Keys of a row and their variables, in the order of the row; a_p comes before them in g.
@@ -48,10 +48,12 @@ def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, damaged, something else, or of another version.
     """
-    with opened(pulses_path, PULSES) as dataset:
-        pulses = dataset.drop_dims("obs", errors="ignore").load()
+    needed = ("a_p", "surrogates", "pulse_verdict")
+    pulses = loaded_pulses(
+        pulses_path, (*needed, *_NUMBERS.values(), *_OF_RECORD.values(), *_FLAGS)
+    )
     if "record_id" not in pulses:  # of a batch in which no record came through
         return []
     columns = {str(name): array.values for name, array in pulses.variables.items()}

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.matching import PulseMatch
-from rockframe.results.files import PULSES, opened
+from rockframe.results.loaded_pulses import loaded_pulses
 from rockframe.wavelets import Pulse
 
 #: Variables of which a match is made.
@@ -23,10 +23,9 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, damaged, something else, or of another version.
     """
-    with opened(path, PULSES) as dataset:
-        pulses = dataset.drop_dims("obs", errors="ignore").load()
+    pulses = loaded_pulses(path, _OF_MATCH)
     found: dict[str, PulseMatch] = {}
     if "record_id" not in pulses:  # of a batch in which no record came through
         return found
@@ -59,10 +58,11 @@ def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, damaged, something else, or of another version.
     """
     found = best_pulses(path)
-    with opened(path, PULSES) as dataset:
-        names = [str(name) for name in dataset["record_id"].values] if found else []
-        hashes = [str(text) for text in dataset["samples_sha256"].values] if found else []
-    return {name: (found[name].pulse, text) for name, text in zip(names, hashes, strict=True)}
+    hashes = loaded_pulses(path, ("samples_sha256",))["samples_sha256"].values if found else ()
+    return {
+        name: (match.pulse, str(text))
+        for (name, match), text in zip(found.items(), hashes, strict=True)
+    }
