@@ -15,6 +15,7 @@ from scipy.integrate import quad
 
 from rockframe.errors import ParameterError
 from rockframe.wavelets import BETA, RICKERS, WAVELETS, MotherWavelet, Pulse
+from rockframe.wavelets.mavroeidis_papageorgiou import spectra, spectra_of_lines
 
 Expected = Callable[[str], Any]
 
@@ -350,3 +351,12 @@ def test_parts_are_even_and_odd(name: str) -> None:
 def test_shapes_that_are_none(values: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         Pulse(a_p=1.0, T_p=1.0, **values)
+
+
+@pytest.mark.parametrize("gamma", [1.0, 1.5, 2.0, 2.7183, 10.0])
+def test_spectra_at_equal_steps_are_those_at_any_frequencies(gamma: float) -> None:
+    line, count = 1.0 / 64.0, 3000
+    nu = line * np.arange(count, dtype=np.float64)
+    parts = zip(spectra_of_lines(line, count, gamma), spectra(nu, gamma), strict=True)
+    for stepped, free in parts:
+        np.testing.assert_allclose(stepped, free, rtol=0.0, atol=1e-11)

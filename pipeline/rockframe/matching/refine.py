@@ -189,9 +189,8 @@ def crest(
     seen = math.floor(_HIGHEST * signal.period / period) + 1
     bins = min(signal.spectrum.size, seen if lines is None else lines)
     line = period / signal.period
-    nu = np.arange(bins, dtype=np.float64) * line
     energies = part_energies(wavelet, half_cycles, velocity)
-    spectra = part_spectra(wavelet, half_cycles, nu, velocity)
+    spectra = part_spectra(wavelet, half_cycles, line, bins, velocity)
     matched = np.conj(np.stack(spectra)) * signal.spectrum[:bins]
     terms, near = (_TERMS, _NEAR) if bins <= seen else (_WHOLE_TERMS, _WHOLE_NEAR)
     for _ in range(_MOST_SHIFTS):

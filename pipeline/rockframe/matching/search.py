@@ -189,7 +189,8 @@ def correlations(octave: Octave, span: str, half_cycles: float | None) -> Single
     shape = _shape(span, half_cycles, octave.of_velocity)
     rows, bins = octave.lines.shape
     sizes = (octave.spectrum.shape[0], rows, shape.shape[0], octave.count // 2 + 1)
-    table = np.zeros(sizes, dtype=np.complex64)
+    table = np.empty(sizes, dtype=np.complex64)
+    table[..., bins:] = 0.0
     for i, part in enumerate(shape):
         seen = np.take(part, octave.lines, mode="clip")
         np.multiply(seen, octave.spectrum[:, None, :], out=table[:, :, i, :bins])
@@ -199,9 +200,9 @@ def correlations(octave: Octave, span: str, half_cycles: float | None) -> Single
 @lru_cache(maxsize=64)
 def _shape(span: str, half_cycles: float | None, of_velocity: bool) -> SingleComplex:
     """Conjugate spectra of the parts with unit energy, over nu in steps of 1 / _FINENESS."""
-    nu = np.arange(_HIGHEST * _FINENESS) / _FINENESS
     energies = np.array(part_energies(span, half_cycles, of_velocity))
-    spectra = np.stack(part_spectra(span, half_cycles, nu, of_velocity))
+    lines = _HIGHEST * _FINENESS
+    spectra = np.stack(part_spectra(span, half_cycles, 1.0 / _FINENESS, lines, of_velocity))
     return np.asarray(np.conj(spectra) / np.sqrt(energies)[:, None], dtype=np.complex64)
 
 

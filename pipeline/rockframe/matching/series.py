@@ -9,6 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.wavelets.turns import turns
+
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
@@ -23,21 +25,13 @@ def taylor(matched: Complex, line: float, tau: float, terms: int) -> Float:
     The lines of the spectrum are `line` apart, over 1 / T_p.
     """
     count = matched.shape[1]
-    turned = matched * _turns(2.0 * math.pi * tau * line, count)
+    turned = matched * turns(2.0 * math.pi * tau * line, count)
     powers = _powers(1 << count.bit_length())[:, :count]
     # i^k: the real part of the even terms, minus the imaginary of the odd ones, in turn
     series = np.empty((matched.shape[0], terms))
     series[:, 0::2] = np.ascontiguousarray(turned.real) @ powers[0:terms:2].T
     series[:, 1::2] = np.ascontiguousarray(turned.imag) @ powers[1:terms:2].T
     return np.asarray(series * (_SIGNS * line ** np.arange(_MOST_TERMS))[:terms])
-
-
-def _turns(angle: float, count: int) -> Complex:
-    """exp(i k angle) for k from 0: an exponential for each of a few rows and columns is enough."""
-    side = math.isqrt(count) + 1
-    k = np.arange(side)
-    table = np.multiply.outer(np.exp(1j * angle * side * k), np.exp(1j * angle * k))
-    return np.asarray(table.ravel()[:count])
 
 
 @lru_cache(maxsize=16)

@@ -166,11 +166,15 @@ def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) ->
 
 
 def part_spectra(
-    wavelet: str, half_cycles: float | None, nu: Float, of_velocity: bool
+    wavelet: str, half_cycles: float | None, line: float, count: int, of_velocity: bool
 ) -> tuple[Complex, ...]:
-    """Return the spectrum of each part, of its velocity if that is compared, over nu >= 0 [1]."""
-    spectra = WAVELETS[wavelet].spectra(nu, half_cycles)
+    """Return the spectrum of each part, of its velocity if that is compared [1].
+
+    Over `count` frequencies times T_p from 0, `line` apart.
+    """
+    spectra = WAVELETS[wavelet].spectra(line, count, half_cycles)
     if not of_velocity:
         return spectra
+    nu = line * np.arange(count, dtype=np.float64)
     rate = 2j * math.pi * np.where(nu == 0.0, 1.0, nu)
     return tuple(np.where(nu == 0.0, 0.0, spectrum / rate) for spectrum in spectra)

@@ -12,8 +12,12 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.mavroeidis_papageorgiou import NAME, mavroeidis_papageorgiou, spectra
-from rockframe.wavelets.mother import Complex, Float, MotherWavelet, combined
+from rockframe.wavelets.mavroeidis_papageorgiou import (
+    NAME,
+    mavroeidis_papageorgiou,
+    spectra_of_lines,
+)
+from rockframe.wavelets.mother import Complex, MotherWavelet, combined
 from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 
 #: The two wavelets of Makris and Vassiliou (2013), by name.
@@ -50,10 +54,21 @@ class Family:
     parts: Callable[[float | None], tuple[MotherWavelet, ...]]
     has_half_cycles: bool = False
 
-    def spectra(self, nu: Float, half_cycles: float | None) -> tuple[Complex, ...]:
-        """Return the Fourier integrals of the parts over nu = frequency times T_p [1]."""
+    def spectra(self, line: float, count: int, half_cycles: float | None) -> tuple[Complex, ...]:
+        """Return the Fourier integrals of the parts.
+
+        Parameters
+        ----------
+        line : float
+            Step of frequency times T_p [1].
+        count : int
+            Number of frequencies, from 0.
+        half_cycles : float or None
+            Number of half cycles [1].
+        """
         if self.has_half_cycles and half_cycles is not None:
-            return spectra(nu, half_cycles)
+            return spectra_of_lines(line, count, half_cycles)
+        nu = line * np.arange(count, dtype=np.float64)
         return tuple(part.spectrum(nu) for part in self.parts(half_cycles))
 
     @property

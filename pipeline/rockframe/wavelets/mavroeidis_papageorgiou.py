@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.wavelets.mother import MotherWavelet
+from rockframe.wavelets.turns import turns
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -54,9 +55,23 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
     half_cycles : float
         Number of half cycles, gamma [1].
     """
-    lower, upper = (_window_spectrum(nu + shift, half_cycles) for shift in (-1.0, 1.0))
+    return _spectra(nu, half_cycles, np.exp(1j * math.pi * half_cycles * nu))
+
+
+def spectra_of_lines(line: float, count: int, half_cycles: float) -> tuple[Complex, Complex]:
+    """Return the same over `count` frequencies from 0, `line` apart, at a third of the cost."""
+    nu = line * np.arange(count, dtype=np.float64)
+    return _spectra(nu, half_cycles, turns(math.pi * half_cycles * line, count))
+
+
+def _spectra(nu: Float, gamma: float, turned: Complex) -> tuple[Complex, Complex]:
+    """The spectra; `turned` is exp(i pi gamma nu)."""
+    sine, cosine = turned.imag * math.cos(math.pi * gamma), turned.real * math.sin(math.pi * gamma)
+    lower = _window_spectrum(gamma * (nu - 1.0), sine - cosine, gamma)
+    upper = _window_spectrum(gamma * (nu + 1.0), sine + cosine, gamma)
     rate = math.pi * nu
-    first = np.asarray(1j * rate * (lower + upper), dtype=np.complex128)
+    first = np.zeros(nu.shape, dtype=np.complex128)
+    np.multiply(rate, lower + upper, out=first.imag)
     return first, np.asarray(rate * (upper - lower), dtype=np.complex128)
 
 
@@ -101,12 +116,14 @@ def _area_of_cosine(tau: Float, end: float, rate: float, phi: float) -> Float:
     return np.asarray(length * middle * np.sinc(rate * length / _TURN))
 
 
-def _window_spectrum(nu: Float, gamma: float) -> Float:
-    """Fourier integral of the raised cosine w: (gamma / 2) sinc(x) / (1 - x^2), x = gamma nu."""
-    x = gamma * nu
+def _window_spectrum(x: Float, sine: Float, gamma: float) -> Float:
+    """Fourier integral of the raised cosine w: (gamma / 2) sinc(x) / (1 - x^2), x = gamma nu.
+
+    `sine` is sin(pi x).
+    """
     rest = x * (1.0 - x) * (1.0 + x)
     near = np.abs(rest) < 1e-6  # the limits at 0 and +-1 are taken from three shifted sincs
-    whole = np.sin(math.pi * x) / (math.pi * np.where(near, 1.0, rest))
+    whole = sine / (math.pi * np.where(near, 1.0, rest))
     if near.any():
         there = x[near]
         whole[near] = np.sinc(there) + 0.5 * (np.sinc(there - 1.0) + np.sinc(there + 1.0))
