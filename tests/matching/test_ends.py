@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching import FindOptions, MatchOptions, find_pulses, match_pulse
+from rockframe.matching import (
+    FindOptions,
+    LikenessOptions,
+    MatchOptions,
+    find_pulses,
+    match_pulse,
+)
 from rockframe.wavelets import WAVELETS, Pulse
 
 TIME = 0.01 * np.arange(2000, dtype=np.float64)
@@ -85,6 +91,12 @@ def test_a_range_of_less_than_an_octave_is_searched() -> None:
 def test_records_without_a_pulse_to_look_for(record: np.ndarray, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         find_pulses(record, 0.01, FindOptions())
+
+
+def test_the_periods_told_are_those_that_were_searched() -> None:
+    options = FindOptions(drawing=LikenessOptions(surrogates=0))
+    found = find_pulses(np.sin(np.arange(60.0) ** 1.5), 0.05, options)
+    assert found.periods == pytest.approx((0.4, 2.95))  # 8 steps, the duration
 
 
 @pytest.mark.parametrize("step", [0.0, -0.01, math.nan])

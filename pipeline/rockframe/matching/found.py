@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.matching.likeness import Likeness, LikenessOptions, likeness
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
-from rockframe.matching.options import MatchOptions
+from rockframe.matching.options import MatchOptions, period_range
 from rockframe.matching.velocity import VelocityPulse, velocity_pulse
 
 Float = NDArray[np.float64]
@@ -88,7 +88,7 @@ class RecordPulses:
     runners_up : tuple of RunnerUp
         Further pulses of that wavelet.
     periods : tuple of float
-        Shortest and longest period that was asked for [s].
+        Shortest and longest period that was searched [s].
     """
 
     matches: Mapping[str, PulseMatch]
@@ -136,7 +136,7 @@ def find_pulses(acceleration: Float, time_step: float, options: FindOptions) -> 
         velocity=velocity_pulse(acceleration, time_step, matching),
         used=used,
         runners_up=_runners_up(acceleration, time_step, matches[used], options),
-        periods=(matching.shortest_period, matching.longest_period),
+        periods=period_range(acceleration.size, time_step, matching),
     )
 
 
