@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, cast
 
+import numba
+import pytest
+from numba.core import caching
+
 from rockframe.rocking import kernel, lanes
+from rockframe.rocking.compiled import compiled
 
 
 def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
@@ -17,3 +26,72 @@ def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
         digest.update((room / name).read_bytes())
     for function in (kernel.integrate, lanes.integrate_lanes):
         assert digest.hexdigest()[:12] in cast("Any", function).py_func.__qualname__
+
+
+@pytest.fixture
+def cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where what is compiled in a test is kept."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    return tmp_path
+
+
+def twice(x: float) -> float:
+    return 2.0 * x
+
+
+def again() -> Any:
+    """The function as another process would have it: nothing of it compiled yet."""
+    twice.__qualname__ = "twice"
+    return compiled(twice)
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("left", [0, 40])
+def test_a_damaged_cache_is_compiled_anew(cached: Path, ending: str, left: int) -> None:
+    assert again()(1.0) == 2.0
+    [file] = cached.rglob(f"*.{ending}")
+    whole = file.stat().st_size
+    file.write_bytes(file.read_bytes()[:left])
+    assert again()(1.0) == 2.0
+    assert file.stat().st_size == whole
+    last = again()
+    assert last(1.0) == 2.0
+    assert sum(last.stats.cache_hits.values()) == 1
+
+
+def test_a_full_disk_costs_time_alone(cached: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(caching.IndexDataCacheFile, "_open_for_write", full)
+    assert again()(1.0) == 2.0
+    assert not list(cached.rglob("*.nb?"))
+
+
+_INTERRUPTED = """
+import os, signal
+from numba.core import codegen
+
+kept = codegen.JITCodeLibrary._object_compiled_hook
+def hook(module, code):
+    os.kill(os.getpid(), signal.SIGINT)
+    kept(module, code)
+codegen.JITCodeLibrary._object_compiled_hook = hook
+
+from rockframe.rocking.compiled import compiled
+
+def twice(x):
+    return 2.0 * x
+
+compiled(twice)(1.0)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends itself a signal")
+def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
+    """It arrives in a function that C calls, where Python prints what is raised and goes on."""
+    script = tmp_path / "script.py"
+    script.write_text(_INTERRUPTED)
+    ran = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+    assert ran.returncode in (-signal.SIGINT, 130)
+    assert ran.stderr.rstrip().endswith("KeyboardInterrupt")

@@ -114,7 +114,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
 
 
 def _keep_cache_where_there_is_room() -> None:
-    """Let numba cache elsewhere for this process if its disk is full: it would not survive that."""
+    """Let numba cache elsewhere if its disk is full, or each process would compile for itself."""
     stated = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(stated) if stated else Path(__file__).parents[1]
     while not home.exists():

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.caching import FunctionCache
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -56,7 +59,41 @@ def _compile(function: F, *, forceinline: bool) -> F:
         # the time
         "_nrt": not forceinline,
     }
-    try:
-        return cast("F", numba.njit(cache=True, **options)(function))
-    except RuntimeError:  # no folder to cache in: a read-only installation
-        return cast("F", numba.njit(**options)(function))
+    dispatcher = numba.njit(**options)(function)
+    with suppress(RuntimeError):  # no folder to cache in: a read-only installation
+        dispatcher._cache = _Cache(function)  # noqa: SLF001  where numba keeps its own
+    return cast("F", dispatcher)
+
+
+class _Cache:
+    """Numba's cache on disk, of which a full disk or a damaged file costs nothing but time."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._files = cast("Any", FunctionCache)(function)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._files, name)
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Return what is kept, or nothing."""
+        try:
+            return self._files.load_overload(signature, target)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            with suppress(OSError):
+                self._files.flush()
+            return None
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep what was compiled.
+
+        An interrupt while it was compiled is lost in LLVM, and so is the outcome: numba then finds
+        nothing to keep, and the interrupt is raised here.
+        """
+        try:
+            self._files.save_overload(signature, compiled)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            return
+        except RuntimeError as error:
+            if "no compiled object" in str(error):
+                raise KeyboardInterrupt from error
+            raise
