@@ -16,6 +16,9 @@ alpha the slenderness [rad], p_hat the frequency parameter [rad s-1].
 
 Only `integrate` and the loop around it touch arrays. The other functions pass numbers and tuples:
 an array passed down costs two atomic operations a call, which at first took 80 % of the time.
+
+The file is long because numba's cache sees no change of a function in another file, and because
+the series is written out.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ to the next uplift, and those at the end of their motion make room for the next 
 waits for another one's motion, and none knows what the others do: the numbers of a scenario have
 the same bits in any company.
 
-The longest function is one loop over one set of arrays, for the reason given in the scalar kernel.
+The longest function is one loop over one set of arrays, for the reason given in the scalar kernel;
+the file is long with what that loop is made of.
 """
 
 from __future__ import annotations

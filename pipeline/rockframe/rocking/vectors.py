@@ -8,6 +8,8 @@ quantity, so that the compiler sees that nothing overlaps.
 
 There is no branch in these loops: each lane comes to the same whatever the others do. A lane in
 which something happens is left as it was, and marked.
+
+The file is long because what is one vector to the compiler must be written out in one loop.
 """
 
 from __future__ import annotations
