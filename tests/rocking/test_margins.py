@@ -142,3 +142,8 @@ def test_one_archives_copy_of_a_record_decides_nothing(peer_records: Path) -> No
     assert_allclose(respond(COLUMN, record).peak_rotation_ratio, 0.907, rtol=0, atol=1e-3)
     assert of_frame.undecided_by == 0
     assert_allclose(of_frame.critical_scale, 1.302, rtol=0, atol=1e-3)
+
+
+def test_nothing_to_shake_is_an_error() -> None:
+    with pytest.raises(ParameterError, match="Invalid number of motions, 0"):
+        margins([], [RockingFrame(height=2.0, width=0.4)])

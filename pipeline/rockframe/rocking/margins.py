@@ -101,8 +101,8 @@ def margins(
     Raises
     ------
     ParameterError
-        If the largest scale is below 1 or not finite, the step not between 0 and 1, or a vertical
-        acceleration falls faster than gravity.
+        If there is no motion or frame, the largest scale is below 1 or not finite, the step not
+        between 0 and 1, or a vertical acceleration falls faster than gravity.
 
     Notes
     -----
@@ -118,6 +118,9 @@ def margins(
     >>> round(margin.critical_scale, 4), margin.safe_islands, margin.undecided_by.value
     (1.0941, 1, 0)
     """
+    for label, number in (("motions", len(motions)), ("frames", len(frames))):
+        if number == 0:
+            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
     if not (math.isfinite(largest_scale) and largest_scale >= 1.0):
         raise ParameterError(f"Invalid largest scale {largest_scale!r}. Must be 1 or more.")
     if not 0.0 < step < 1.0:
