@@ -163,6 +163,8 @@ def test_columns_of_unit_frequency() -> None:
         ({"slendernesses": [math.nan]}, r"Invalid slenderness nan\. Must be positive and finite"),
         ({"amplitudes": [1.0, 1.0]}, r"Invalid amplitude 1\.0 after 1\.0"),
         ({"pulses": []}, r"Invalid number of pulses, 0"),
+        ({"pulses": [SYMMETRIC, SYMMETRIC]}, r"Invalid pulses: 'symmetric_ricker' twice"),
+        ({"frequency_ratios": [1e-9]}, r"Invalid frequency_ratio 1e-09\. Must be 0\.01 or more"),
     ],
 )
 def test_refused(change: dict[str, Any], message: str) -> None:

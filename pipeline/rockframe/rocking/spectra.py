@@ -29,6 +29,8 @@ Float = NDArray[np.float64]
 EDGE_TOLERANCE: Final = 1e-9
 #: Step of amplitude between whose values slivers may be missed [1].
 AMPLITUDE_STEP: Final = 0.005
+#: Below it a pulse lasts for hundreds of the frame's periods: it is a static pull, and never ends.
+LEAST_FREQUENCY_RATIO: Final = 0.01
 #: Responses in a batch: a tenth of a second or more.
 _BATCH: Final = 40_000
 
@@ -117,7 +119,8 @@ def overturning_spectrum(
     Raises
     ------
     ParameterError
-        If there is no pulse, or one of the lists is empty, not increasing, or not positive.
+        If there is no pulse, or one twice, or one of the lists is empty, not increasing, not
+        positive, or a frequency ratio below 0.01.
 
     Notes
     -----
@@ -134,9 +137,17 @@ def overturning_spectrum(
     """
     if not pulses:
         raise ParameterError("Invalid number of pulses, 0. Must be one or more.")
+    for number, pulse in enumerate(pulses):
+        if pulse in pulses[:number]:
+            raise ParameterError(f"Invalid pulses: {pulse.wavelet!r} twice. Must differ.")
     slenderness = increasing("slenderness", slendernesses)
     mass_ratio = increasing("mass_ratio", mass_ratios, zero=True)
     frequency_ratio = increasing("frequency_ratio", frequency_ratios)
+    if frequency_ratio[0] < LEAST_FREQUENCY_RATIO:
+        raise ParameterError(
+            f"Invalid frequency_ratio {frequency_ratio[0]:g}. Must be {LEAST_FREQUENCY_RATIO:g} or "
+            "more: a longer pulse is a static pull."
+        )
     amplitude = increasing("amplitude", amplitudes)
     frames = tuple(
         column_of(*of_frame) for of_frame in product(slenderness.tolist(), mass_ratio.tolist())
