@@ -17,7 +17,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import names, sine, site, stored, structures, three
 
 from rockframe.cli.main import main
-from rockframe.cli.screen import values
 from rockframe.components import pair_horizontals, rotate
 from rockframe.engines import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
@@ -386,99 +385,6 @@ def test_every_variable_explains_itself(screen: Screen) -> None:
     for name, variable in found.variables.items():
         assert variable.attrs["long_name"], name
         assert variable.attrs["units"], name
-
-
-@pytest.fixture(scope="module")
-def bundled(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> Path:
-    """The bundled records, screened by the command, with their figures."""
-    folder = tmp_path_factory.mktemp("bundled")
-    words = ["screen", str(bundled_records), "--output", str(folder / "screen.nc")]
-    words += ["--structure", "slender-frame", "--no-margins", "--figures", str(folder / "figures")]
-    assert main(words) == 0
-    return folder
-
-
-def test_command_on_the_bundled_records(bundled: Path) -> None:
-    found = read_screening(bundled / "screen.nc")
-    assert found.sizes["record"] == 6
-    rows = (bundled / "screen.csv").read_text(encoding="utf-8").splitlines()
-    assert rows[0].startswith("record_id,structure,scale,verdict,peak_rotation_ratio")
-    assert len(rows) == 7
-    captions = list((bundled / "figures").glob("*.caption.txt"))
-    assert len(captions) == 2
-    assert all("3 recordings" in caption.read_text(encoding="utf-8") for caption in captions)
-
-
-def test_few_recordings_are_said_to_be_few(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    records = stored(site(3), tmp_path)
-    words = ["screen", str(records), "--output", str(tmp_path / "s.nc"), "--no-margins"]
-    assert main(words) == 0
-    assert "3 recordings are few" in capsys.readouterr().out
-    assert main([*words, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["motions"] == 3
-    assert len(told["structures"]) == 5
-    assert (
-        "too few" in told["structures"][0]["better_measure_reason"]
-        or "measures have a fit" in (told["structures"][0]["better_measure_reason"])
-    )
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--scales", "1", "0.5"], "Invalid scales, 0.5 after 1. Must increase"),
-        (["--magnitude", "8", "9"], "no record is left to screen"),
-        (["--azimuths", "45"], "is the only horizontal"),
-        (["--azimuths", "10", "10"], "Invalid azimuths, 10 degrees twice"),
-        (["--azimuths", "nan"], "Invalid azimuth nan"),
-        (["--seed", "-1"], "Invalid seed -1. Must be zero or positive"),
-        (["--vertical"], "no vertical record"),
-        (["--scheduler", "tcp://127.0.0.1:1"], "ask"),
-        (["--hazard", "no.csv"], "no.csv: cannot be read"),
-        (["--design", "height"], "--design and --design-range belong together"),
-        (["--design", "height", "--design-range", "3", "2"], "Invalid range 3.0 to 2.0"),
-        (["--design", "width", "--design-range", "1", "50"], "Invalid slenderness"),
-        (
-            ["--design", "height", "--design-range", "2", "3", "--design-steps", "1000000000000"],
-            "Invalid number of steps 1000000000000. Must be 2 to 10000",
-        ),
-        (["--workers", "-1"], "number of workers -1"),
-        (["--structure", "none"], "Invalid structure 'none'"),
-        (["--pulses", "no.nc"], "no.nc: no such file"),
-    ],
-)
-def test_mistakes_are_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
-) -> None:
-    records = stored(site(2), tmp_path)
-    output = tmp_path / "s.nc"
-    status = main(["screen", str(records), "--output", str(output), "--no-margins", *words])
-    told = capsys.readouterr().err
-    assert status == 2
-    assert told.count("\n") == 1
-    if message != "ask":  # of the scheduler: Dask may not be installed
-        assert message in told
-    assert not output.exists()
-
-
-@pytest.mark.parametrize("word", ["a", "1:2", "1:2:1", "1:2:3:4", "::"])
-def test_values_that_are_none(
-    tmp_path: Path, word: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["screen", str(tmp_path), "--output", "s.nc", "--scales", word])
-    assert caught.value.code == 2
-    assert f"Invalid value {word!r}. Must be a number or FROM:TO:COUNT" in capsys.readouterr().err
-
-
-def test_values_meet_both_ends_and_one() -> None:
-    """Or a scale of 1 would be looked for in the file and not be found."""
-    assert values("0.1:3:30")[9] == 1.0
-    assert all(values(f"0.2:2:{count}")[-1] == 2.0 for count in range(2, 50))
-    assert values("2.5") == [2.5]
 
 
 def test_rate_over_pulses_of_turned_pairs_is_refused(tmp_path: Path) -> None:
