@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
 from rockframe.provenance import whole_file
+from rockframe.results.tables import refuse_other_table
 from rockframe.signals import Passport
 
 #: First columns of the table.
@@ -91,14 +91,7 @@ def refuse_strange_entries(path: Path) -> None:
     InputError
         If there is such a file.
     """
-    if not path.is_file():
-        return
-    with path.open("rb") as stream:
-        first = stream.readline().decode("latin-1").strip()
-    if first.split(",")[: len(_COLUMNS)] != list(_COLUMNS):
-        raise InputError(
-            path, "is in the place of the list of inputs, and is not one. Must be moved away."
-        )
+    refuse_other_table(path, _COLUMNS, "the list of inputs")
 
 
 def _cells(passport: Passport | None, count: int) -> list[object]:

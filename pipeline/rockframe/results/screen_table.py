@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
 from rockframe.provenance import whole_file
 from rockframe.results.screen import read_screening
+from rockframe.results.tables import refuse_other_table
 from rockframe.risk import MEASURES, Measure, Outcome
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
@@ -180,14 +180,7 @@ def refuse_strange_table(path: Path) -> None:
     InputError
         If there is such a file.
     """
-    if not path.is_file():
-        return
-    with path.open("rb") as stream:
-        first = stream.readline().decode("latin-1").strip()
-    if first.split(",")[: len(_FIRST)] != list(_FIRST):
-        raise InputError(
-            path, "is in the place of the table of the screening, and is not one. Must be moved."
-        )
+    refuse_other_table(path, _FIRST, "the table of the screening")
 
 
 def _margins(columns: dict[Any, Any], i: int, k: int) -> dict[str, Any]:
