@@ -10,30 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.commands import STRUCTURE, ingested, run
 
 import rockframe
-from rockframe.cli.main import main
 from rockframe.ingest import FORMATS
 from rockframe.paper import paper_record_of
 from rockframe.wavelets import Pulse
-
-STRUCTURE = """
-[[structure]]
-name = "portico"
-height_m = 4.0
-width_m = 0.8
-mass_ratio = 0.5
-"""
-
-
-def run(*words: str | Path) -> int:
-    return main([str(word) for word in words])
-
-
-def ingested(motion: Path) -> Path:
-    output = motion.with_name("records.nc")
-    assert run("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", output) == 0
-    return output
 
 
 def test_from_a_text_file_to_verdicts(motion: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,27 +7,9 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.commands import STRUCTURE, ingested, run
 
 import rockframe
-from rockframe.cli.main import main
-
-STRUCTURE = """
-[[structure]]
-name = "portico"
-height_m = 4.0
-width_m = 0.8
-mass_ratio = 0.5
-"""
-
-
-def run(*words: str | Path) -> int:
-    return main([str(word) for word in words])
-
-
-def ingested(motion: Path) -> Path:
-    output = motion.with_name("records.nc")
-    assert run("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", output) == 0
-    return output
 
 
 @pytest.mark.parametrize(
