@@ -260,3 +260,17 @@ def test_step_that_fails_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert run(study, tmp_path / "run") == 2
     assert "rockframe: error: " in capsys.readouterr().err
     assert not (tmp_path / "run" / "manifest.json").exists()
+
+
+def test_upgrade_of_a_library_makes_everything_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the manifest would state versions with which the files were not made."""
+    from rockframe.runs import plan
+
+    study = read_study(make_study(tmp_path))
+    before = make_plan(study, tmp_path / "run").keys
+    assert make_plan(study, tmp_path / "run").keys == before
+    monkeypatch.setattr(plan, "versions", lambda: {"numpy": "99.0"})
+    after = make_plan(study, tmp_path / "run").keys
+    assert all(after[name] != before[name] for name in before)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rockframe.engines import Engine, map_batches
 from rockframe.errors import InputError
-from rockframe.provenance import source_code_hash, whole_file
+from rockframe.provenance import source_code_hash, versions, whole_file
 
 Task = TypeVar("Task")
 Arrays = dict[str, NDArray[Any]]
@@ -33,7 +33,7 @@ class Batches:
     output : Path
         What they will make up.
     origin : mapping
-        All that they depend on besides the source code; JSON values.
+        All that they depend on besides the source code and libraries; JSON values.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Batches:
     """
 
     def __init__(self, output: Path, origin: Mapping[str, Any]) -> None:
-        text = json.dumps([source_code_hash(), dict(origin)], sort_keys=True)
+        text = json.dumps([source_code_hash(), versions(), dict(origin)], sort_keys=True)
         key = hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
         self._output = output
         self.folder = output.parent / f".{output.stem}-{key}.batches"

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.ingest import CATALOGUE
-from rockframe.provenance import sha256_of, source_code_hash, whole_file
+from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
 from rockframe.runs.further import STRUCTURES
 from rockframe.runs.graph import INPUTS, steps_of
 from rockframe.runs.step import Step
@@ -101,11 +101,13 @@ def make_plan(study: Study, folder: Path) -> Plan:
         files[STRUCTURES] = structures_text(study)
     known = {name: _digest(text) for name, text in files.items()}
     keys: dict[str, str] = {}
+    # libraries compute too: what an older one made is made again, or the manifest would not be true
+    code = (source_code_hash(), _digest(json.dumps(versions(), sort_keys=True)))
     for step in steps:
         further = [i.sha256 for i in inputs if str(i.path) in step.command or step.rule == "ingest"]
         if step.rule == "manifest":
             further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
-        keys[step.name] = step.key(known, source_code_hash(), *further)
+        keys[step.name] = step.key(known, *code, *further)
         known |= dict.fromkeys(step.outputs, keys[step.name])
     return Plan(study.name, study.parameters(), inputs, steps, keys, files)
 

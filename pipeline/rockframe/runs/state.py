@@ -43,9 +43,9 @@ class StepState:
     step : Step
         Which.
     state : str
-        ``done``; ``to do``; ``outdated``, after a change of its inputs, options or of the source
-        code; ``damaged``, if an output is not as it was written; ``removed``, if its outputs were
-        temporary and are no longer needed.
+        ``done``; ``to do``; ``outdated``, after a change of its inputs, its options, the source
+        code or a library; ``damaged``, if an output is not as it was written; ``removed``, if its
+        outputs were temporary and are no longer needed.
     fault : str
         Of a damaged one, what is wrong.
     """

@@ -61,7 +61,8 @@ class Step:
         known : mapping of str to str
             Of each of its inputs the key of the step that writes it, or the hash of the file.
         *further : str
-            Hashes of the source code and of files that are no part of the run.
+            Hashes of the source code, of the versions of libraries, and of files that are no
+            part of the run.
         """
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.command]
         parts = [words, [known[name] for name in self.inputs], list(further)]
