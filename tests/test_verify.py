@@ -12,6 +12,7 @@ import pytest
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
+from rockframe.results import read_run
 from rockframe.stages import verify_run
 from rockframe.wavelets import Pulse
 
@@ -103,10 +104,11 @@ def test_without_a_manifest_no_run_ended(run: Path, capsys: pytest.CaptureFixtur
     ("text", "words"),
     [
         ("{", "cannot be read"),
-        ("[]", "without 'inputs'"),
-        ('{"inputs": {}}', "without 'outputs'"),
+        ("[]", "holds no 'inputs'"),
+        ('{"inputs": {}}', "holds no 'outputs'"),
+        ('{"inputs": {}, "outputs": [1]}', "holds another 'outputs'"),
         (
-            '{"inputs": 1, "outputs": {"../x": ""}, "parameters": 1, "source_code_hash": "", '
+            '{"inputs": {}, "outputs": {"../x": ""}, "parameters": {}, "source_code_hash": "", '
             '"versions": {}}',
             "names outputs outside its folder",
         ),
@@ -114,8 +116,9 @@ def test_without_a_manifest_no_run_ended(run: Path, capsys: pytest.CaptureFixtur
 )
 def test_a_manifest_that_is_none_is_refused(run: Path, text: str, words: str) -> None:
     (run / MANIFEST).write_text(text)
-    with pytest.raises(InputError, match=words):
-        verify_run(run)
+    for reader in (verify_run, read_run):
+        with pytest.raises(InputError, match=words):
+            reader(run)
 
 
 def test_other_source_code_is_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,3 +126,54 @@ def test_other_source_code_is_said(run: Path, capsys: pytest.CaptureFixture[str]
     (run / MANIFEST).write_text(json.dumps(manifest | {"source_code_hash": "0" * 64}))
     assert main(["verify", str(run)]) == 0
     assert "another version of the source code" in capsys.readouterr().out
+
+
+def test_other_libraries_are_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Another numpy may give other last bits: who computes it again must know."""
+    manifest = json.loads((run / MANIFEST).read_text())
+    manifest["versions"]["numpy"] = "1.0"
+    (run / MANIFEST).write_text(json.dumps(manifest))
+    assert main(["verify", str(run)]) == 0
+    assert "made with other libraries than those here: numpy 1.0" in capsys.readouterr().out
+    assert main(["verify", str(run), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["other_versions"] == {"numpy": "1.0"}
+
+
+def test_response_to_other_pulses_is_of_another_run(run: Path) -> None:
+    """With `--pulses` it holds what the pulse alone does: that pulse must be the run's."""
+    words = ["--structure", "bridge-bent", "--no-margins", "--output", str(run / "response.nc")]
+    pulses = ["--pulses", str(run / "pulses.nc")]
+    assert main(["respond", str(run / "records.nc"), *pulses, *words]) == 0
+    restated(run, "response.nc")
+    assert verify_run(run).faults == ()
+    words = ["--periods", "0.5", "3.0", "--surrogates", "0", "--output", str(run / "pulses.nc")]
+    assert main(["pulse", str(run / "records.nc"), *words]) == 0
+    restated(run, "pulses.nc")
+    (fault,) = verify_run(run).faults
+    assert "response.nc: was made from another pulses.nc" in fault
+
+
+def test_records_of_other_files_than_the_listed_ones_are_a_fault(run: Path) -> None:
+    manifest = json.loads((run / MANIFEST).read_text())
+    manifest["inputs"]["motion.csv"] = "0" * 64
+    (run / MANIFEST).write_text(json.dumps(manifest))
+    (fault,) = verify_run(run).faults
+    assert "records.nc: was made from a 'motion.csv' that the manifest does not list" in fault
+
+
+def test_record_that_is_lost_between_two_stages_is_a_fault(tmp_path: Path) -> None:
+    """A batch that was forgotten when the batches were put together."""
+    for name, height in (("one", 0.4), ("two", 0.5)):
+        pulse = Pulse(wavelet="symmetric_ricker", a_p=height, T_p=1.0, time=3.0)
+        np.savetxt(tmp_path / f"{name}.csv", pulse.acceleration(0.01 * np.arange(601)), fmt="%.8f")
+    folder, words = tmp_path / "run", ["--structure", "bridge-bent", "--no-margins"]
+    given = ["--records", str(tmp_path / "one.csv"), str(tmp_path / "two.csv")]
+    given += ["--units", "g", "--time-step", "0.01", "--surrogates", "0", "--output", str(folder)]
+    assert main(["table1", *given, *words]) == 0
+    part = ["--batch", "1/2", "--output", str(folder / "response.nc")]
+    assert main(["respond", str(folder / "records.nc"), *part, *words]) == 0
+    restated(folder, "response.nc")
+    assert any(
+        "response.nc: neither holds 'two' of records.nc nor says why" in fault
+        for fault in verify_run(folder).faults
+    )

@@ -39,6 +39,7 @@ def run(options: argparse.Namespace) -> int:
                 "faults": faults,
                 "computed_again": repeated,
                 "same_source": found.same_source,
+                "other_versions": dict(found.other_versions),
                 "whole": not faults,
             }
         )
@@ -47,6 +48,9 @@ def run(options: argparse.Namespace) -> int:
             print(f"{name}: {len(held.records)} records")
         if not found.same_source:
             print("made by another version of the source code")
+        if found.other_versions:
+            made = ", ".join(f"{name} {number}" for name, number in found.other_versions.items())
+            print(f"made with other libraries than those here: {made}")
         for what in repeated:
             print(f"computed again: {what}")
         if not faults:

@@ -29,6 +29,7 @@ from rockframe.results.files import require_ending as require_ending
 from rockframe.results.files import write as write
 from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
+from rockframe.results.manifest import read_manifest as read_manifest
 from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
 from rockframe.results.motions import Ground as Ground

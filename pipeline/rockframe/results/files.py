@@ -274,11 +274,14 @@ class Described:
         Name and SHA-256 of what it was made from.
     structures : int
         Number of its structures.
+    left_out : tuple of str
+        Identifiers of the records that the stage left out, with a reason.
     """
 
     records: tuple[str, ...]
     inputs: Mapping[str, str]
     structures: int = 0
+    left_out: tuple[str, ...] = ()
 
 
 def describe(path: Path, kind: str) -> Described:
@@ -297,4 +300,5 @@ def describe(path: Path, kind: str) -> Described:
             tuple(str(name) for name in names),
             json.loads(dataset.attrs["input_sha256"]),
             dataset.sizes.get("structure", 0),
+            tuple(json.loads(dataset.attrs["left_out"])),
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ import xarray as xr
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
 from rockframe.results.files import PULSES, RECORDS, RESPONSE, opened
+from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import Pair
 
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.
@@ -107,8 +107,9 @@ def read_run(folder: Path) -> Run:
     --------
     >>> read_run(Path("no-such-folder"))
     Traceback (most recent call last):
-    rockframe.errors.InputError: no-such-folder/manifest.json: cannot be read: No such file ...
+    rockframe.errors.InputError: no-such-folder: no such folder. Must be the folder of a run.
     """
+    manifest = read_manifest(folder)
     manifest_sha256 = sha256_of(folder / MANIFEST)
     table = _text(folder / "table.csv")
     rows = _rows_of_text(table)
@@ -125,7 +126,7 @@ def read_run(folder: Path) -> Run:
         pairs = _facts_of_pairs(dataset)
     return Run(
         folder,
-        json.loads(_text(folder / MANIFEST)),
+        manifest,
         manifest_sha256,
         table,
         rows,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, sha256_of, source_code_hash
+from rockframe.provenance import sha256_of, source_code_hash, versions
 from rockframe.results import (
     PULSES,
     RECORDS,
@@ -19,6 +18,8 @@ from rockframe.results import (
     SPECTRUM,
     Described,
     describe,
+    open_records,
+    read_manifest,
     rows_of,
 )
 
@@ -26,8 +27,8 @@ from rockframe.results import (
 _DATASETS: Final = {
     f"{kind}.nc": kind for kind in (RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM)
 }
-#: What a manifest must have.
-_PARTS: Final = ("inputs", "outputs", "parameters", "source_code_hash", "versions")
+#: Files of a run that later ones are made from.
+_MADE_FROM: Final = ("records.nc", "pulses.nc", "structures.toml")
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,17 @@ class Verification:
     faults : tuple of str
         Why the run is not whole, each in one line; empty if it is.
     same_source : bool
-        The run was made by this very source code, so that it can be repeated to the last bit.
+        The run was made by this very source code.
+    other_versions : mapping of str to str
+        Of libraries that are here in another version, that with which the run was made. Without
+        any, and by the same source code, it can be repeated to the last bit.
     """
 
     files: int
     datasets: Mapping[str, Described]
     faults: tuple[str, ...]
     same_source: bool
+    other_versions: Mapping[str, str]
 
 
 def verify_run(folder: Path) -> Verification:
@@ -70,7 +75,7 @@ def verify_run(folder: Path) -> Verification:
     InputError
         If there is no such folder, or it has no manifest that can be read: no run ended there.
     """
-    manifest = _manifest(folder)
+    manifest = read_manifest(folder)
     outputs: dict[str, str] = manifest["outputs"]
     changed = dict(_changed(folder, outputs))
     faults = list(changed.values())
@@ -82,38 +87,20 @@ def verify_run(folder: Path) -> Verification:
             datasets[name] = describe(folder / name, kind)
         except InputError as error:
             faults.append(str(error))
-    faults += _unrelated(folder, outputs, datasets)
+    faults += _unrelated(folder, manifest, datasets)
+    faults += _lost(folder, datasets)
     faults += _miscounted(folder, datasets, set(outputs) - set(changed))
     faults += [
         f"{path}: left by a run that was interrupted. Must be removed."
         for path in sorted(folder.rglob(".*partial*"))
     ]
     same = manifest["source_code_hash"] == source_code_hash()
-    return Verification(len(outputs), datasets, tuple(faults), same)
+    return Verification(len(outputs), datasets, tuple(faults), same, _other_versions(manifest))
 
 
-def _manifest(folder: Path) -> dict[str, Any]:
-    path = folder / MANIFEST
-    if not folder.is_dir():
-        raise InputError(folder, "no such folder. Must be the folder of a run.")
-    if not path.is_file():
-        raise InputError(path, "missing: the run did not end. Must be the folder of a whole run.")
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(path, f"cannot be read: {error}. Must be JSON.") from None
-    missing = [part for part in _PARTS if not isinstance(content, dict) or part not in content]
-    if missing:
-        raise InputError(path, f"without {missing[0]!r}. Must have {', '.join(_PARTS)}.")
-    outputs = content["outputs"]
-    if not isinstance(outputs, dict) or not all(map(_inside, outputs)):
-        raise InputError(path, "names outputs outside its folder. Must be names within it.")
-    return dict(content)
-
-
-def _inside(name: str) -> bool:
-    path = PurePosixPath(name)
-    return not path.is_absolute() and ".." not in path.parts
+def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
+    here, stated = versions(), manifest["versions"]
+    return {name: str(made) for name, made in stated.items() if here.get(name, made) != made}
 
 
 def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, str]]:
@@ -130,7 +117,7 @@ def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, st
 def _miscounted(
     folder: Path, datasets: Mapping[str, Described], sound: Collection[str]
 ) -> Iterator[str]:
-    """Lists whose rows are not as many as the datasets say."""
+    """Lists whose rows are not those of the datasets."""
     records = datasets.get("records.nc")
     if records is not None and "records.csv" in sound:
         entries = rows_of(folder / "records.csv")
@@ -142,30 +129,64 @@ def _miscounted(
             )
     response = datasets.get("response.nc")
     if response is not None and "table.csv" in sound:
-        rows = len(response.records) * response.structures
-        found = len(rows_of(folder / "table.csv"))
-        if found != rows:
-            yield f"{folder / 'table.csv'}: {found} rows, {rows} responses. Must be equal."
+        listed = [row["record_id"] for row in rows_of(folder / "table.csv")]
+        answered = [name for name in response.records for _ in range(response.structures)]
+        if len(listed) != len(answered):
+            yield (
+                f"{folder / 'table.csv'}: {len(listed)} rows, {len(answered)} responses. "
+                "Must be equal."
+            )
+        elif sorted(listed) != sorted(answered):
+            yield f"{folder / 'table.csv'}: other records than response.nc. Must be the same."
 
 
 def _unrelated(
-    folder: Path, outputs: Mapping[str, str], datasets: Mapping[str, Described]
+    folder: Path, manifest: Mapping[str, Any], datasets: Mapping[str, Described]
 ) -> Iterator[str]:
-    """Files of later stages that were made from other records than those of this run."""
-    records = datasets.get("records.nc")
-    if records is None:
+    """Files that were made from others than those of this run."""
+    known = {**manifest["inputs"], **manifest["outputs"]}
+    for name, held in datasets.items():
+        if name == "records.nc":
+            strange = next((k for k, v in held.inputs.items() if v not in _hashes(manifest)), "")
+            if strange:
+                yield (
+                    f"{folder / name}: was made from a {strange!r} that the manifest does not "
+                    "list. Must be of the same run."
+                )
+            continue
+        for source in _MADE_FROM:
+            needed = source == "records.nc" and name != "spectrum.nc"
+            stated = held.inputs.get(source)
+            if (needed or stated is not None) and stated != known.get(source):
+                yield f"{folder / name}: was made from another {source}. Must be of the same run."
+
+
+def _hashes(manifest: Mapping[str, Any]) -> set[str]:
+    return {str(sha256) for sha256 in manifest["inputs"].values()}
+
+
+def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
+    """Records that a later stage holds and records.nc does not, or the other way round."""
+    if "records.nc" not in datasets:
         return
-    for name in datasets:
-        if name in ("records.nc", "spectrum.nc"):
+    with open_records(folder / "records.nc") as file:
+        names = set(file.names)
+        named = zip(file.names, file.orientations, strict=True)
+        horizontal = [name for name, orientation in named if not orientation.upright]
+    for name in ("pulses.nc", "response.nc", "rocking_spectrum.nc"):
+        if name not in datasets:
             continue
-        made_from = datasets[name].inputs.get("records.nc")
-        if made_from != outputs["records.nc"]:
-            yield f"{folder / name}: was made from another records.nc. Must be of the same run."
-        if name == "screen.nc":  # its motions may be records that were turned
-            continue
-        strange = [r for r in datasets[name].records if r not in set(records.records)]
+        held = datasets[name].records
+        strange = [record for record in held if record not in names]
         if strange:
             yield (
                 f"{folder / name}: holds {strange[0]!r}, which is not in records.nc. "
                 "Must be of the same run."
+            )
+        known = {*held, *datasets[name].left_out}
+        lost = [record for record in horizontal if record not in known]
+        if lost:
+            yield (
+                f"{folder / name}: neither holds {lost[0]!r} of records.nc nor says why. "
+                "Must do one of them."
             )

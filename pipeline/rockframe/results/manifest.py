@@ -1,0 +1,68 @@
+"""The manifest of a run, read back: what it must have, of which type."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path, PurePosixPath
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.provenance import MANIFEST
+
+#: What a manifest must have, and of which type.
+_PARTS: Final = {
+    "inputs": dict,
+    "outputs": dict,
+    "parameters": dict,
+    "source_code_hash": str,
+    "versions": dict,
+}
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Read the manifest of the run in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a whole run.
+
+    Returns
+    -------
+    dict of str to Any
+        With ``inputs``, ``outputs``, ``parameters``, ``source_code_hash`` and ``versions``; each
+        output lies within the folder.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is no manifest.
+
+    Examples
+    --------
+    >>> read_manifest(Path("no-such-folder"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: no-such-folder: no such folder. Must be the folder of a run.
+    """
+    path = folder / MANIFEST
+    if not folder.is_dir():
+        raise InputError(folder, "no such folder. Must be the folder of a run.")
+    if not path.is_file():
+        raise InputError(path, "missing: the run did not end. Must be the folder of a whole run.")
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(path, f"cannot be read: {error}. Must be JSON.") from None
+    stated: dict[str, Any] = content if isinstance(content, dict) else {}
+    wrong = next((p for p, kind in _PARTS.items() if not isinstance(stated.get(p), kind)), "")
+    if wrong:
+        what = "another" if wrong in stated else "no"
+        raise InputError(path, f"holds {what} {wrong!r}. Must be as a run wrote it.")
+    if not all(map(_inside, stated["outputs"])):
+        raise InputError(path, "names outputs outside its folder. Must be names within it.")
+    return dict(stated)
+
+
+def _inside(name: str) -> bool:
+    path = PurePosixPath(name)
+    return not path.is_absolute() and ".." not in path.parts
