@@ -28,20 +28,28 @@ def rockframe(*words: object) -> None:
     )
 
 
+def started(folder: Path, *words: str, profile: str = "default") -> subprocess.Popen[str]:
+    """Start the workflow in a folder that has a plan, in a process group of its own."""
+    profiles = WORKFLOW / "profiles" / profile
+    beside = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    called: list[str | Path] = [SNAKEMAKE, "-s", WORKFLOW / "Snakefile", "--directory", folder]
+    return subprocess.Popen(
+        [*called, "--workflow-profile", profiles, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PATH": beside},
+    )
+
+
 def snakemake(
     folder: Path, *words: str, profile: str = "default"
 ) -> subprocess.CompletedProcess[str]:
     """Run the workflow in a folder that has a plan."""
-    profiles = WORKFLOW / "profiles" / profile
-    beside = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    called: list[str | Path] = [SNAKEMAKE, "-s", WORKFLOW / "Snakefile", "--directory", folder]
-    return subprocess.run(
-        [*called, "--workflow-profile", profiles, *words],
-        check=False,
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PATH": beside},
-    )
+    process = started(folder, *words, profile=profile)
+    said, errors = process.communicate()
+    return subprocess.CompletedProcess(process.args, process.returncode, said, errors)
 
 
 def jobs_done(ended: subprocess.CompletedProcess[str]) -> set[str]:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import os
+import random
+import shutil
+import signal
+import time
 from pathlib import Path
 
 import pytest
+from tests.faults.harness import all_gone, children, wait_until
 from tests.runs.small import STUDY, contents, make_study, run
-from tests.workflow.snake import MARKS, WORKFLOW, jobs_done, rockframe, snakemake
+from tests.workflow.snake import MARKS, WORKFLOW, jobs_done, rockframe, snakemake, started
 
 from rockframe.cli.main import main
 from rockframe.runs import locked
 
 pytestmark = MARKS
+KILLS = 5
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +69,35 @@ def test_second_run_is_refused(made: Path) -> None:
     assert ended.returncode != 0
     assert "another run is at work here" in ended.stderr
     assert snakemake(made / "flow").returncode == 0
+
+
+def logs(folder: Path) -> int:
+    """How many jobs have begun."""
+    return len(list(folder.glob("logs/*.log")))
+
+
+def test_killed_at_random_moments_it_goes_on(made: Path) -> None:
+    """Kill -9 of the whole process group leaves no lock: the same command goes on."""
+    chance = random.Random(2026)  # noqa: S311 - moments, no secrets
+    folder, kills = made / "killed", 0
+    while kills < KILLS:
+        rockframe("plan", made / "small.toml", "--output", folder)
+        begun, process = logs(folder) + chance.choice((0, 1, 3)), started(folder)
+        if wait_until(lambda begun=begun: logs(folder) >= begun, process):  # type: ignore[misc]
+            time.sleep(chance.uniform(0.0, 5.0))
+        below = list(children(process.pid))
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            kills += 1
+        else:
+            assert process.returncode == 0
+            shutil.rmtree(folder)
+        process.communicate()
+        assert all_gone(below)
+    rockframe("plan", made / "small.toml", "--output", folder)
+    ended = snakemake(folder)
+    assert ended.returncode == 0, ended.stderr
+    assert results(folder) == results(made / "flow")
 
 
 def test_without_a_plan_it_says_what_to_do(tmp_path: Path) -> None:
