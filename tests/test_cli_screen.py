@@ -18,8 +18,8 @@ def bundled(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> 
     """The bundled records, screened by the command, with their figures."""
     folder = tmp_path_factory.mktemp("bundled")
     words = ["screen", str(bundled_records), "--output", str(folder / "screen.nc")]
-    words += ["--structure", "slender-frame", "--no-margins", "--figures", str(folder / "figures")]
-    assert main(words) == 0
+    assert main([*words, "--structure", "slender-frame", "--no-margins"]) == 0
+    assert main(["draw", str(folder / "screen.nc"), "--output", str(folder / "figures")]) == 0
     return folder
 
 
@@ -29,7 +29,7 @@ def test_command_on_the_bundled_records(bundled: Path) -> None:
     rows = (bundled / "screen.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0].startswith("record_id,structure,scale,verdict,peak_rotation_ratio")
     assert len(rows) == 7
-    captions = list((bundled / "figures").glob("*.caption.txt"))
+    captions = list((bundled / "figures" / "screen").glob("*.caption.txt"))
     assert len(captions) == 2
     assert all("3 recordings" in caption.read_text(encoding="utf-8") for caption in captions)
 

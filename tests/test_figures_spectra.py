@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.backend_bases import MouseEvent
 from matplotlib.collections import QuadMesh
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -53,6 +56,19 @@ def test_figure_9_has_a_panel_for_each_pulse_and_slenderness(spectrum: xr.Datase
         (image,) = axes.get_images()
         overturning = spectrum["overturning"].values[(*place, 0)]
         assert_array_equal(image.get_array(), overturning.T)
+
+
+def test_map_of_unevenly_spaced_points_has_its_cells_around_them() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0)
+    ratios = np.asarray([1.0, 2.0, 2.5, 7.0])
+    asked = ([pulse], np.radians([14.0]), [0.0], ratios, np.linspace(1.0, 12.0, 23))
+    drawn = draw_overturning_spectra(spectrum_dataset(overturning_spectrum(*asked)))
+    axes = drawn.figure.axes[0]
+    (image,) = axes.get_images()
+    for x, column in ((1.49, 0), (1.51, 1), (2.26, 2), (4.7, 2), (4.8, 3)):
+        pointed = cast(MouseEvent, SimpleNamespace(xdata=x, ydata=6.0))
+        assert image.get_cursor_data(pointed) == np.asarray(image.get_array())[10, column]
+    assert axes.get_xlim() == (0.5, 9.25)
 
 
 def test_figure_9_names_the_limit_and_what_may_be_missed(spectrum: xr.Dataset) -> None:

@@ -10,6 +10,7 @@ import pytest
 from tests.conftest import REPOSITORY
 
 from rockframe.cli.main import main
+from rockframe.cli.screen import values
 from rockframe.errors import InputError
 from rockframe.study import (
     SCHEMA,
@@ -74,6 +75,16 @@ def test_shipped_studies_are_read(path: Path) -> None:
             r":6: pulse.periods_s \[1.0\]. Must be a list of two",
         ),
         ("[respond]", "[filters]\nmagnitude=[7, 6]\n[respond]", r":6: filters.magnitude \[7, 6\]."),
+        (
+            "[respond]",
+            "[screen]\nscales={ from = 1, to = 2 }\n[respond]",
+            r":6: screen.scales {'from': 1, 'to': 2}. Must be a list of numbers, or { from = NUMB",
+        ),
+        (
+            "[respond]",
+            "[screen]\nscales={ from = 2, to = 1, count = 3 }\n[respond]",
+            r":6: screen.scales 1.5 after 2. Must increase",
+        ),
         ("[respond]", "[batches]\nrecords=0\n[respond]", r":6: batches.records 0. Must be at leas"),
         ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, height_m"),
         ("9.6", "-9.6", r":7: Invalid height -9.6 of frame 'bent'"),
@@ -91,6 +102,15 @@ def test_each_mistake_is_named_with_its_place(
     with pytest.raises(InputError, match=words) as caught:
         read_study(path)
     assert "\n" not in str(caught.value)
+
+
+def test_evenly_spaced_numbers_are_those_of_the_command(tmp_path: Path) -> None:
+    """0.1 to 3 by 30 holds 1 to the last bit, and both ends."""
+    stated = "[screen]\nscales = { from = 0.1, to = 3.0, count = 30 }\n[respond]"
+    study = read_study(written(tmp_path, GOOD.replace("[respond]", stated)))
+    assert study.tables.screen is not None
+    assert list(study.tables.screen.scales) == values("0.1:3:30")
+    assert 1.0 in study.tables.screen.scales
 
 
 def test_structures_of_a_study_are_those_of_its_file(tmp_path: Path) -> None:

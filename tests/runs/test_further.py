@@ -12,6 +12,8 @@ from tests.runs.small import STUDY, make_study, run
 
 from rockframe.cli.main import main, parser
 from rockframe.provenance import MANIFEST, sha256_of
+from rockframe.results import read_rocking_spectrum
+from rockframe.rocking import Verdict
 from rockframe.runs import make_plan
 from rockframe.study import commented_study, read_study
 
@@ -51,6 +53,52 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def folder(made: Path, tmp_path: Path) -> Path:
     """A copy of it, to change."""
     return Path(shutil.copytree(made, tmp_path / "run"))
+
+
+def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None:
+    listed = (made / "figures" / "figures.csv").read_text(encoding="utf-8").splitlines()
+    assert listed[0] == "file,shows"
+    shown = dict(line.split(",") for line in listed[1:])
+    assert {file.partition("/")[0] for file in shown if "/" in file} == {
+        "screen",
+        "spectrum",
+        "rocking_spectrum",
+    }
+    assert shown["screen/fragility-slender-column.png"] == "slender-column"
+    assert "motion-3.png" in shown
+    drawn = {p.relative_to(made / "figures").as_posix() for p in made.rglob("*.png")}
+    assert drawn == set(shown)
+
+
+def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_path: Path) -> None:
+    """Those under which a frame turns furthest and stands come first."""
+    words = ["draw", str(made / "rocking_spectrum.nc"), "--most", "1", "--output"]
+    assert main([*words, str(tmp_path / "figures")]) == 0
+    (figure,) = (tmp_path / "figures").rglob("*.png")
+    spectrum = read_rocking_spectrum(made / "rocking_spectrum.nc")
+    stands = spectrum["verdict"] != Verdict.OVERTURNED
+    peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
+    furthest = peaks.max(["slenderness", "mass_ratio", "column_period"]).argmax("record")
+    assert figure.name == f"{spectrum['record_id'].values[furthest]}-mass-ratio-0.png"
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (["screen.nc", "screen.nc"], "of kind 'screen', as is"),
+        (["records.nc", "response.nc"], "without a file of kind 'pulses'. Must be given with all"),
+        (["table.csv"], "cannot be read as netCDF"),
+    ],
+)
+def test_files_that_do_not_make_figures_are_refused(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], names: list[str], words: str
+) -> None:
+    files = [str(made / name) for name in names]
+    assert main(["draw", *files, "--output", str(tmp_path / "figures")]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "figures").exists()
 
 
 def test_computed_again_it_is_the_same(made: Path, capsys: pytest.CaptureFixture[str]) -> None:

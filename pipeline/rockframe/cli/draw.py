@@ -1,4 +1,4 @@
-"""rockframe draw: draw each record with its pulse and the response of all structures."""
+"""rockframe draw: draw what the stages found: each record with its responses, and all curves."""
 
 from __future__ import annotations
 
@@ -8,52 +8,92 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.arguments import path
-from rockframe.cli.table import add_stages
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rockframe.results import TableRow
 
 #: The list of the figures in their folder.
 _INDEX: Final = "figures.csv"
+#: What the figure of a record is drawn from.
+_OF_RECORDS: Final = ("records", "pulses", "response")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Three files of stages in, a folder of figures out."""
-    add_stages(parser)
+    """Files of stages in, a folder of figures out."""
+    parser.add_argument(
+        "files",
+        type=path,
+        nargs="+",
+        metavar="FILE",
+        help="outputs of stages: of ingest, pulse and respond, all three, for a figure of each "
+        "record; of screen for fragility and peaks; of spectrum for its curves",
+    )
     parser.add_argument("--output", type=path, required=True, help="folder to write")
     parser.add_argument(
         "--most",
         type=int,
         default=24,
         metavar="N",
-        help="most figures; of more records, those under which a structure stands and turns "
-        "furthest (default: 24)",
+        help="most figures of single records; of more, those under which a structure stands and "
+        "turns furthest (default: 24)",
     )
 
 
 def run(options: argparse.Namespace) -> int:
     """Draw, and say how many."""
     from rockframe.cli.console import show_json
-    from rockframe.cli.table import rows_of
+    from rockframe.cli.curves import draw_curves
     from rockframe.errors import ParameterError
     from rockframe.provenance import replaced_folder
 
     if options.most < 1:
         raise ParameterError(f"Invalid number of figures {options.most}. Must be at least 1.")
-    files = (options.records, options.pulses, options.response)
-    rows = rows_of(*files)
+    given = _by_kind(options.files)
+    drawn: dict[str, str] = {}
     with replaced_folder(options.output, _INDEX) as partial:
-        chosen = _furthest(rows, options.response, options.most)
-        draw(rows, files, partial, chosen)
-        lines = ["record_id,file", *(f"{name},{name}.png" for name in chosen)]
+        if "response" in given:
+            drawn |= _draw_records(given, partial, options.most)
+        drawn |= draw_curves(given, partial, options.most)
+        lines = ["file,shows", *(f"{file},{shows}" for file, shows in drawn.items())]
         (partial / _INDEX).write_text("\n".join(lines) + "\n", encoding="utf-8")
     if options.json:
-        show_json({"records": chosen, "output": str(options.output)})
+        show_json({"figures": drawn, "output": str(options.output)})
     else:
-        print(f"{len(chosen)} figures in {options.output}")
+        print(f"{len(drawn)} figures in {options.output}")
     return 0
+
+
+def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
+    """The files by what they hold: one of a kind, and of records all that their figures want."""
+    from rockframe.errors import InputError
+    from rockframe.results import kind_of
+
+    given: dict[str, Path] = {}
+    for file in files:
+        kind = kind_of(file)
+        if kind in given:
+            raise InputError(file, f"of kind {kind!r}, as is {given[kind]}. Must be one of a kind.")
+        given[kind] = file
+    missing = [kind for kind in _OF_RECORDS if kind not in given]
+    if 0 < len(missing) < len(_OF_RECORDS):
+        stated = next(given[kind] for kind in _OF_RECORDS if kind in given)
+        raise InputError(
+            stated, f"without a file of kind {missing[0]!r}. Must be given with all three."
+        )
+    return given
+
+
+def _draw_records(given: Mapping[str, Path], folder: Path, most: int) -> dict[str, str]:
+    """What each figure shows, by its file."""
+    from rockframe.cli.table import rows_of
+
+    files = tuple(given[kind] for kind in _OF_RECORDS)
+    rows = rows_of(*files)
+    chosen = _furthest(rows, given["response"], most)
+    draw(rows, files, folder, chosen)
+    return {f"{name}.png": name for name in chosen}
 
 
 def draw(

@@ -110,17 +110,14 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=int, default=0, help="of the draws of the bands (default: 0)"
     )
-    parser.add_argument(
-        "--figures", type=path, metavar="FOLDER", help="draw fragility and distributions into it"
-    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the stage, print the tables, draw the figures."""
+    """Run the stage, print the tables."""
     from rockframe.cli.arguments import records_file
     from rockframe.cli.computing import engine
     from rockframe.cli.console import progress_bar, show_rejections
-    from rockframe.cli.screen_tables import draw, show
+    from rockframe.cli.screen_tables import show
     from rockframe.rocking import Histories
     from rockframe.stages import SCALES, screen_stage
     from rockframe.study import SHIPPED_STRUCTURES
@@ -154,8 +151,7 @@ def run(options: argparse.Namespace) -> int:
             file=sys.stderr,
         )
         return 130
-    drawn = draw(options.output, options.figures) if options.figures else []
-    show(options.output, done, drawn, as_json=options.json)
+    show(options.output, done, as_json=options.json)
     show_rejections(done.rejections)
     return 1 if done.rejections else status
 
@@ -173,8 +169,9 @@ def values(text: str) -> list[float]:
         raise argparse.ArgumentTypeError(
             f"Invalid value {text!r}. Must be a number or FROM:TO:COUNT"
         ) from None
-    # both ends weighted: the last is met to the last bit, and 0.1:3:30 holds 1
-    return [(first * (count - 1 - k) + last * k) / (count - 1) for k in range(count)]
+    from rockframe.study import evenly
+
+    return evenly(first, last, count)
 
 
 def _selection(options: argparse.Namespace) -> Selection:

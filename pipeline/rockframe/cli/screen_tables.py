@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _SHOWN: Final = 10
 
 
-def show(output: Path, done: Screening, drawn: Sequence[Path], *, as_json: bool) -> None:
+def show(output: Path, done: Screening, *, as_json: bool) -> None:
     """Print the screening as tables, or as JSON."""
     from rockframe.results import read_screening, screen_rows, screen_summary
 
@@ -35,7 +35,6 @@ def show(output: Path, done: Screening, drawn: Sequence[Path], *, as_json: bool)
                 "rows": screen_rows(screening),
                 "output": str(output),
                 "table": str(done.table),
-                "figures": [str(path) for path in drawn],
             }
         )
         return
@@ -46,7 +45,7 @@ def show(output: Path, done: Screening, drawn: Sequence[Path], *, as_json: bool)
     _show_rates(summary)
     _show_design(screening, summary)
     _show_notes(screening, done)
-    for path in (output, done.table, *drawn):
+    for path in (output, done.table):
         print(path)
 
 
@@ -223,21 +222,3 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
     more = len(done.left_out) - _SHOWN
     if more > 0:
         print(f"left out: {more} more; the file's attribute left_out has all")
-
-
-def draw(output: Path, folder: Path) -> list[Path]:
-    """Draw fragility and distributions of peaks of each structure into a folder."""
-    from rockframe.figures import draw_fragility, draw_peak_distribution, save_captioned
-    from rockframe.results import read_screening
-
-    screening = read_screening(output, every_scale=False)
-    drawn = []
-    for structure in screening["structure"].values:
-        one = screening.sel(structure=structure)
-        for name, figure in (
-            (f"fragility-{structure}.png", draw_fragility(one)),
-            (f"peaks-{structure}.png", draw_peak_distribution(one)),
-        ):
-            save_captioned(figure, folder / name)
-            drawn.append(folder / name)
-    return drawn

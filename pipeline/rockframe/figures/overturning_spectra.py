@@ -19,6 +19,8 @@ from rockframe.figures.style import LINES, PRINT_WIDTH, styled
 
 #: Shades of the map: stands, overturns after an impact, overturns without one.
 _SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
+#: Fewer points of a curve are marked.
+_FEW: Final = 30
 #: A beam so heavy is the limit.
 _HEAVY: Final = 1e12
 
@@ -57,12 +59,11 @@ def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
 def _draw(panel: Axes, panel_of: xr.Dataset) -> None:
     ratio, amplitude = panel_of["frequency_ratio"].values, panel_of["amplitude"].values
     lightest = panel_of["overturning"].isel(mass_ratio=0).transpose("amplitude", "frequency_ratio")
-    panel.imshow(
+    edges = _edges(ratio)
+    panel.pcolorfast(
+        edges,
+        _edges(amplitude),
         lightest.values,
-        extent=(*_around(ratio), *_around(amplitude)),
-        origin="lower",
-        aspect="auto",
-        interpolation="nearest",
         cmap=ListedColormap(_SHADES),
         vmin=0,
         vmax=len(_SHADES) - 1,
@@ -70,19 +71,27 @@ def _draw(panel: Axes, panel_of: xr.Dataset) -> None:
     for i, gamma in enumerate(panel_of["mass_ratio"].values):
         least = panel_of["minimum_overturning_amplitude"].isel(mass_ratio=i)
         panel.plot(
-            ratio, least, label=_gamma(gamma), linestyle=LINES[i % len(LINES)], linewidth=0.9
+            ratio,
+            least,
+            label=_gamma(gamma),
+            linestyle=LINES[i % len(LINES)],
+            linewidth=0.9,
+            marker="." if ratio.size < _FEW else "",
         )
-    panel.set_xlim(ratio[0], ratio[-1])
+    whole = ratio.size >= _FEW  # of few, the cells of the ends are shown whole
+    panel.set_xlim((ratio[0], ratio[-1]) if whole else (edges[0], edges[-1]))
     panel.set_ylim(0.0, amplitude[-1])
     panel.yaxis.set_major_locator(MaxNLocator(3, integer=True))
     panel.grid(visible=False)
     panel.tick_params(labelsize=7)
 
 
-def _around(nodes: NDArray[np.float64]) -> tuple[float, float]:
-    """Half a step beyond both ends: each point of a map is the middle of its cell."""
-    half = 0.5 * (nodes[1] - nodes[0])
-    return float(nodes[0] - half), float(nodes[-1] + half)
+def _edges(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges of cells: half-way between nodes, which need not be evenly spaced."""
+    if nodes.size == 1:
+        return np.asarray([nodes[0] - 0.5, nodes[0] + 0.5])
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    return np.asarray([2.0 * nodes[0] - middle[0], *middle, 2.0 * nodes[-1] - middle[-1]])
 
 
 def _gamma(gamma: float) -> str:

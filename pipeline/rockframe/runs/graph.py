@@ -36,10 +36,11 @@ def steps_of(study: Study, files: int) -> list[Step]:
             *_in_batches("pulse", "pulses.nc", ("records.nc",), _pulse(study), batches),
             *_in_batches("respond", "response.nc", tuple(needs), _respond(study), batches),
             *further_steps(study),
-            *_tables(study),
+            *_table(),
         ]
     else:
         steps += further_steps(study)
+    steps += _draw(study, steps)
     return [*steps, *_last(study, steps)]
 
 
@@ -129,16 +130,25 @@ def _in_batches(
     return [*steps, merged]
 
 
-def _tables(study: Study) -> list[Step]:
+def _table() -> list[Step]:
     files = ("records.nc", "pulses.nc", "response.nc")
-    steps = [
-        Step("table", "table", ("table", *files, "--output", "table.csv"), files, ("table.csv",))
-    ]
+    words = ("table", *files, "--output", "table.csv")
+    return [Step("table", "table", words, files, ("table.csv",))]
+
+
+def _draw(study: Study, steps: list[Step]) -> list[Step]:
+    """The figures of what the stages give."""
+    made = [name for step in steps for name in step.outputs]
     most = study.tables.figures.most
-    if most and study.tables.respond.histories != "none":
-        words = ("draw", *files, "--most", str(most), "--output", "figures/")
-        steps.append(Step("draw", "draw", words, files, ("figures/",)))
-    return steps
+    files: list[str] = []
+    if study.records and most and study.tables.respond.histories != "none":
+        files += ["records.nc", "pulses.nc", "response.nc"]
+    files += [name for name in ("screen.nc", "spectrum.nc") if name in made]
+    files += [name for name in ("rocking_spectrum.nc",) if most and name in made]
+    if not files:
+        return []
+    words = ("draw", *files, "--most", str(max(most, 1)), "--output", "figures/")
+    return [Step("draw", "draw", words, tuple(files), ("figures/",))]
 
 
 def _last(study: Study, steps: list[Step]) -> list[Step]:

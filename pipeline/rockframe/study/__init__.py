@@ -3,6 +3,7 @@
 from rockframe.study.commented import SCHEMA as SCHEMA
 from rockframe.study.commented import commented_study as commented_study
 from rockframe.study.commented import schema as schema
+from rockframe.study.numbers import evenly as evenly
 from rockframe.study.passport import PassportLimits as PassportLimits
 from rockframe.study.passport import read_limits as read_limits
 from rockframe.study.sections import Filters as Filters

@@ -123,7 +123,8 @@ class FiguresTable(Strict):
     """The figures of single records."""
 
     most: Annotated[int, Field(ge=0)] = 24
-    """Most figures; of more records, those under which a structure stands and turns furthest."""
+    """Most figures of single records; of more, those under which a structure stands and turns
+    furthest. Screenings and overturning spectra are drawn in any case."""
 
 
 class ReportTable(Strict):

@@ -2,30 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
+from rockframe.study.numbers import Numbers
 from rockframe.study.sections import Bounds, Range, Texts
-from rockframe.study.toml import VALUE, Strict
-
-
-def _ascending(numbers: tuple[float, ...]) -> tuple[float, ...]:
-    for number, following in itertools.pairwise(numbers):
-        if not number < following:
-            raise PydanticCustomError(VALUE, f"{following:g} after {number:g}. Must increase")
-    if not all(map(math.isfinite, numbers)):
-        raise PydanticCustomError(VALUE, "with an infinite number. Must be finite")
-    return numbers
-
-
-#: At least one number, increasing.
-Numbers = Annotated[
-    tuple[float, ...], Field(strict=False, min_length=1), AfterValidator(_ascending)
-]
+from rockframe.study.toml import Strict
 
 
 class PulseTable(Strict):
@@ -83,7 +66,7 @@ class ScreenTable(Strict):
     """The screening of the structures by the records at many scales."""
 
     scales: Numbers = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)
-    """Multiples of the records."""
+    """Multiples of the records: a list, or { from = 0.25, to = 3.0, count = 12 }."""
     azimuths_degree: Numbers | None = None
     """Turn each pair of horizontals toward these azimuths."""
     vertical: bool = False
@@ -116,7 +99,7 @@ class SpectrumTable(Strict):
     mass_ratio: Numbers = (0.0,)
     """Mass of the beam over that of all columns; 0 is a column alone."""
     frequency_ratio: Numbers
-    """omega_p / p, p of the column alone."""
+    """omega_p / p, p of the column alone: a list, or evenly spaced."""
     max_amplitude: Annotated[float, Field(gt=1.0)] = 30.0
     """Where the scan ends, a_p / (g tan slenderness)."""
     amplitude_step: Annotated[float, Field(gt=0.0)] | None = None

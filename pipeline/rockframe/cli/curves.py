@@ -1,0 +1,93 @@
+"""Figures of many responses at once: what screenings and spectra found, into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.figures import Captioned
+
+#: Name of a figure without its suffix, what it is of, and the figure.
+_Named = tuple[str, str, "Captioned"]
+
+
+def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str, str]:
+    """Draw the curves of files, each kind into a folder of its own.
+
+    Parameters
+    ----------
+    given : mapping of str to Path
+        Files by their kind; other kinds have no curves.
+    folder : Path
+        Where the folders go.
+    most : int
+        Most figures of single records.
+
+    Returns
+    -------
+    dict of str to str
+        By the file of each figure, relative to the folder, what it is of.
+    """
+    from rockframe.figures import save_captioned
+
+    drawn: dict[str, str] = {}
+    for kind, figures in _FIGURES.items():
+        if kind in given:
+            for name, shows, figure in figures(given[kind], most):
+                file = f"{kind}/{name}.png"
+                save_captioned(figure, folder / file)
+                drawn[file] = shows
+    return drawn
+
+
+def _of_screening(path: Path, _most: int) -> Iterator[_Named]:
+    from rockframe.figures import draw_fragility, draw_peak_distribution
+    from rockframe.results import read_screening
+
+    screening = read_screening(path, every_scale=False)
+    for structure in map(str, screening["structure"].values):
+        one = screening.sel(structure=structure)
+        yield f"fragility-{structure}", structure, draw_fragility(one)
+        yield f"peaks-{structure}", structure, draw_peak_distribution(one)
+
+
+def _of_spectrum(path: Path, _most: int) -> Iterator[_Named]:
+    from rockframe.figures import draw_overturning_spectra
+    from rockframe.results import read_spectrum
+
+    spectrum = read_spectrum(path)
+    pulses = " ".join(map(str, spectrum["wavelet"].values))
+    yield "overturning", pulses, draw_overturning_spectra(spectrum)
+
+
+def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
+    from rockframe.figures import draw_rocking_spectrum
+    from rockframe.results import read_rocking_spectrum
+
+    spectrum = read_rocking_spectrum(path)
+    for k in _furthest(spectrum, most):
+        for j, gamma in enumerate(spectrum["mass_ratio"].values):
+            one = spectrum.isel(record=[k], mass_ratio=[j])
+            name = str(one["record_id"].item())
+            yield f"{name}-mass-ratio-{gamma:g}", name, draw_rocking_spectrum(one)
+
+
+def _furthest(spectrum: xr.Dataset, most: int) -> list[int]:
+    """Records by position; of too many, those under which a frame turns furthest and stands."""
+    from rockframe.rocking import Verdict
+
+    stands = spectrum["verdict"] != Verdict.OVERTURNED
+    peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
+    furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values
+    return sorted(sorted(range(len(furthest)), key=lambda k: -furthest[k])[:most])
+
+
+_FIGURES: Final[Mapping[str, Callable[[Path, int], Iterator[_Named]]]] = {
+    "screen": _of_screening,
+    "spectrum": _of_spectrum,
+    "rocking_spectrum": _of_rocking_spectrum,
+}
