@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -48,8 +49,28 @@ def literal_bars(
             lines[i] = line.replace("|", r"\|")
 
 
+#: What docutils makes of an index to an accented letter: it would stand below the letter.
+_INDEX_BELOW = re.compile(
+    r"<munderover>\s*(<mi>\w+</mi>)\s*(<mi>\w+</mi>)\s*(<mo[^>]*>[^<]*</mo>)\s*</munderover>"
+)
+_FUNCTION = re.compile(
+    r"(</m(?:i|n|sup|frac)>\s*)?((?:<msup>\s*)?<mi[^>]*>(?:sin|cos|tan|sgn)</mi>"
+    r"(?:\s*<mn>\d</mn>\s*</msup>)?)(?!\s*<mo>&ApplyFunction;</mo>\s*<mo[^>]*>\()"
+)
+_SPACE = '<mspace width="0.17em"/>'
+
+
+def mathml(tex: str, *, as_block: bool = False) -> str:
+    """Return MathML in which an index follows its letter, and a function stands apart."""
+    text = tex2mathml(tex, as_block=as_block)
+    text = _INDEX_BELOW.sub(r"<msub><mover accent='true'>\1\3</mover>\2</msub>", text)
+    if "munderover" in text or re.search(r"frac\d", tex):
+        raise ValueError(f"docutils sets {tex!r} as something else")
+    return _FUNCTION.sub(lambda m: f"{m[1] + _SPACE if m[1] else ''}{m[2]}{_SPACE}", text)
+
+
 def _mathml(translator: Any, node: nodes.Node, *, as_block: bool) -> None:
-    translator.body.append(tex2mathml(node.astext(), as_block=as_block))
+    translator.body.append(mathml(node.astext(), as_block=as_block))
     raise nodes.SkipNode
 
 

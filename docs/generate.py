@@ -63,7 +63,7 @@ def public_names() -> dict[str, list[str]]:
 def _write_names(folder: Path) -> None:
     names = public_names()
     rooms = [*_ROOMS, *sorted(set(names) - set(_ROOMS))]
-    pages = []
+    pages, rows = [], []
     for room in rooms:
         if room not in names:
             continue
@@ -72,15 +72,33 @@ def _write_names(folder: Path) -> None:
         page = folder / f"api-{room}.rst"
         page.write_text("\n".join([title, "=" * len(title), "", *directives]), encoding="utf-8")
         pages.append(page.stem)
-    (folder / "api.md").write_text(_index("Python", _API, pages), encoding="utf-8")
+        rows += [f"| | {_linked(name)} |" for name in names[room]]
+        rows[-len(names[room])] = f"| {title} | {_linked(names[room][0])} |"
+    text = "\n".join([_API, "", _table("", "name", "what it is"), *rows])
+    (folder / "api.md").write_text(_index("Python", text, pages), encoding="utf-8")
+
+
+def _linked(name: str) -> str:
+    """Return a name that leads to its place, and the first line of what is said of it."""
+    thing = getattr(rockframe, name)
+    said = (inspect.getdoc(thing) or "").partition("\n")[0] if callable(thing) else _NAMED[name]
+    return f"{{py:obj}}`~rockframe.{name}` | {_code(said)}"
+
+
+def _code(text: str) -> str:
+    """Keep what is literal, and options, as they are typed."""
+    return re.sub(r"``(.+?)``|(?<![\w-])(--[a-z-]+)", r"`\1\2`", text).replace("|", r"\|")
 
 
 def _directive(name: str) -> str:
     thing = getattr(rockframe, name)
     if inspect.isclass(thing):
         kind = "autoexception" if issubclass(thing, Exception) else "autoclass"
+    elif inspect.isroutine(thing):
+        kind = "autofunction"
     else:
-        kind = "autofunction" if inspect.isroutine(thing) else "autodata"
+        names = ", ".join(f"``{key}``" for key in thing)
+        return f".. py:data:: rockframe.{name}\n\n   {_NAMED[name]}: {names}.\n"
     return f".. {kind}:: rockframe.{name}\n"
 
 
@@ -100,7 +118,7 @@ def _write_commands(folder: Path) -> None:
 
 def _formats() -> str:
     rows = [
-        f"| `{f.name}` | {', '.join(f.extensions)} | {f.description} | `{f.obspy_name}` |"
+        f"| `{f.name}` | {', '.join(f.extensions)} | {_code(f.description)} | `{f.obspy_name}` |"
         for f in FORMATS
     ]
     return "\n".join([_table("format", "usual endings", "what it is", "in obspy"), *rows, ""])
@@ -113,7 +131,7 @@ def _write_datasets(folder: Path) -> None:
         records = home / "records.nc"
         rockframe.ingest_stage([rockframe.bundled_records() / "Ridgecrest2019-CCC.V1"], records)
         rockframe.pulse_stage(records, home / "pulses.nc")
-        rockframe.respond_stage(records, home / "response.nc")
+        (home / "hazard.csv").write_text("pga_g,annual_rate\n0.05,0.05\n0.8,0.0002\n")
         for words in _FURTHER:
             with contextlib.redirect_stdout(io.StringIO()):
                 main([word.format(home=home) for word in words.split()])
@@ -157,15 +175,25 @@ def _index(title: str, text: str, pages: Sequence[str]) -> str:
 
 #: Files of further commands, as small as they come.
 _FURTHER = (
+    "respond {home}/records.nc --pulses {home}/pulses.nc --output {home}/response.nc",
     "screen {home}/records.nc --pulses {home}/pulses.nc --structure slender-frame --scales 1 "
-    "--output {home}/screen.nc",
+    "--hazard {home}/hazard.csv --design height --design-range 2 4 --design-steps 2 "
+    "--histories all --output {home}/screen.nc",
     "spectrum --wavelet symmetric_ricker --slenderness-deg 14 --mass-ratio 0 --frequency-ratio 3 "
     "--max-amplitude 4 --output {home}/spectrum.nc",
+    "spectrum --records {home}/records.nc --slenderness-deg 10 --column-period 5 "
+    "--output {home}/rocking.nc",
 )
 
 _API = """All public names are in `rockframe` itself: `import rockframe`, then `rockframe.respond`.
 Arrays are of NumPy, in SI units; angles are in rad. What a user can mend is raised as a child of
 {py:class}`rockframe.RockframeError`, in one line that says what is wrong, and what it must be."""
+
+#: What the mappings are; their repr would be a page.
+_NAMED = {
+    "RICKERS": "The two wavelets of Makris and Vassiliou (2013), by name",
+    "WAVELETS": "All wavelets, by name, in the order of tables and datasets",
+}
 
 _COMMANDS = """What each command prints as its `--help`. All take `--json`.
 
