@@ -86,7 +86,10 @@ def perform(task: Task) -> int:
     from rockframe.cli.main import call
 
     with _log(task).open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
-        status = call(task.step.words(task.folder))
+        try:
+            status = call(task.step.words(task.folder))
+        except SystemExit as refused:  # its words were not understood; its log says why
+            status = int(refused.code or 0)
     return _ended(task, status)
 
 

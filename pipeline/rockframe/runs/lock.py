@@ -37,11 +37,15 @@ def is_locked(folder: Path) -> bool:
     >>> is_locked(Path("no-such-folder"))
     False
     """
-    if not (folder / KEPT / "lock").is_file():
+    path = folder / KEPT / "lock"
+    if not path.is_file():
         return False
-    descriptor = _opened(folder)
     try:
-        return not _taken(descriptor)
+        descriptor = os.open(path, os.O_RDONLY)  # also of a folder that is another's
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+    try:
+        return not _taken(descriptor, shared=True)
     finally:
         os.close(descriptor)
 
@@ -55,13 +59,13 @@ def _opened(folder: Path) -> int:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
 
 
-def _taken(descriptor: int) -> bool:
+def _taken(descriptor: int, *, shared: bool = False) -> bool:
     try:
         import fcntl
     except ImportError:  # no such locks on this system: two runs at once are the user's to avoid
         return True
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except OSError:
         return False
     return True

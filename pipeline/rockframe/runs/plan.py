@@ -8,7 +8,7 @@ import json
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
@@ -150,16 +150,22 @@ def read_plan(folder: Path) -> Plan:
         raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        return Plan(
+        plan = Plan(
             content["study"],
             content["parameters"],
             tuple(Input(i["name"], Path(i["path"]), i["sha256"]) for i in content["inputs"]),
             tuple(_step(step) for step in content["steps"]),
-            content["keys"],
-            content["files"],
+            {step["name"]: content["keys"][step["name"]] for step in content["steps"]},
+            dict(content["files"]),
         )
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(path, f"cannot be read ({error}). Must be as it was written.") from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        must_be = "Must be as it was written; `rockframe run` makes it again."
+        raise InputError(path, f"cannot be read ({error}). {must_be}") from None
+    # what a run of another study may remove is read from here
+    for name in (*plan.outputs, *(name for step in plan.steps for name in step.outputs)):
+        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+            raise InputError(path, f"names an output {name!r}. Must be within the folder.")
+    return plan
 
 
 def _step(content: Mapping[str, Any]) -> Step:

@@ -148,15 +148,15 @@ def prepare(plan: Plan, folder: Path, *, replace: bool, watch: Watch) -> list[St
     InputError
         If the folder holds something else.
     """
-    _make_room(plan, folder, replace)
+    _make_room(plan, folder, replace, watch)
     sweep(plan, folder)
     states = states_of(plan, folder)
     for state in states:
         if state.fault:
             watch.fault(f"{state.fault}; made again.")
             for name in state.step.outputs:
-                if not name.endswith("/"):
-                    (folder / name).unlink(missing_ok=True)
+                if (folder / name).is_file() or (folder / name).is_symlink():
+                    (folder / name).unlink()
     if any(not state.is_done and state.step.name not in _AFTER for state in states):
         take_back_manifest(plan, folder)
     write_plan(plan, folder)
@@ -184,15 +184,18 @@ def _perform(
     return tuple(rejecting)
 
 
-def _make_room(plan: Plan, folder: Path, replace: bool) -> None:
+def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> None:
     """Refuse a folder that holds something else, and remove what the same study no longer makes."""
-    former = _former(folder)
+    former, damage = _former(folder)
     if former is not None and former.study == plan.study:
         sweep(former, folder)
         remove_former(plan, former, folder)
         return
     found = f"the run of the study {former.study!r}" if former else _strange(plan, folder)
     if not found:
+        return
+    if former is None and _ended_here(plan, folder):
+        watch.fault(f"{damage or folder / KEPT / 'plan.json: missing'}; made again.")
         return
     if not replace:
         raise InputError(folder, f"holds {found}. Must be another folder, or --replace be stated.")
@@ -204,10 +207,20 @@ def _make_room(plan: Plan, folder: Path, replace: bool) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-def _former(folder: Path) -> Plan | None:
-    if not (folder / KEPT / "plan.json").is_file():
-        return None
-    return read_plan(folder)
+def _former(folder: Path) -> tuple[Plan | None, str]:
+    """The plan of the run in a folder, if there is one; or how it is damaged."""
+    path = folder / KEPT / "plan.json"
+    if not path.is_file():
+        return None, ""
+    try:
+        return read_plan(folder), ""
+    except InputError:
+        return None, f"{path}: is damaged: not as it was written"
+
+
+def _ended_here(plan: Plan, folder: Path) -> bool:
+    """Whether the manifest in the folder is that of this very study."""
+    return any(s.is_done for s in states_of(plan, folder) if s.step.outputs == (MANIFEST,))
 
 
 def _strange(plan: Plan, folder: Path) -> str:

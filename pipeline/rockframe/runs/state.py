@@ -97,6 +97,8 @@ def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState
         return StepState(step, "to do")
     if stamp.key != key:
         return StepState(step, "outdated")
+    if any(name not in stamp.outputs for name in step.outputs if not name.endswith("/")):
+        return StepState(step, "to do")  # a stamp that is not as it was written
     for name, stated in stamp.outputs.items():
         path = folder / name
         if not path.is_file():
@@ -183,7 +185,7 @@ def _remove_if_empty(folder: Path) -> None:
 def _read(folder: Path, name: str) -> Stamp | None:
     try:
         content = json.loads((folder / _STAMPS / f"{name}.json").read_text(encoding="utf-8"))
-        return Stamp(content["key"], content["outputs"])
+        return Stamp(content["key"], dict(content["outputs"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

@@ -1,0 +1,124 @@
+"""What a run keeps for itself may be damaged, lost or tampered with: nothing else suffers."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.runs.small import STUDY, contents, make_study, run
+
+from rockframe.cli.main import main
+from rockframe.runs import Task, is_locked, locked, read_plan
+
+FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A home with a study, and its run in `run`."""
+    home = tmp_path_factory.mktemp("damage")
+    assert run(make_study(home, 1, FEW), home / "run") == 0
+    return home
+
+
+@pytest.fixture
+def home(made: Path, tmp_path: Path) -> Path:
+    """A copy of it, to change."""
+    return Path(shutil.copytree(made, tmp_path / "home"))
+
+
+def change(path: Path, meddle: Callable[[dict[str, Any]], object]) -> None:
+    content = json.loads(path.read_text())
+    meddle(content)
+    path.write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"study": "small"}', None])
+def test_damaged_plan_is_named_and_made_again(
+    home: Path, text: str | None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the steps left behind is enough to know the run by."""
+    plan = home / "run" / ".rockframe" / "plan.json"
+    before = read_plan(home / "run").keys
+    plan.unlink() if text is None else plan.write_text(text)
+    assert main(["status", str(home / "run")]) == 2
+    assert run(home / "small.toml", home / "run") == 0
+    said = capsys.readouterr()
+    what = "missing" if text is None else "is damaged: not as it was written"
+    assert f"{plan}: {what}; made again." in said.err
+    assert "nothing to do" in said.out
+    assert read_plan(home / "run").keys == before
+
+
+def test_damaged_plan_of_another_study_is_in_the_way(home: Path) -> None:
+    """Of the same records: what it shares with this one does not make it the same."""
+    (home / "run" / ".rockframe" / "plan.json").write_text("{")
+    (home / "other.toml").write_text(FEW.replace('"small"', '"other"'))
+    before = contents(home / "run")
+    assert run(home / "other.toml", home / "run") == 2
+    assert contents(home / "run") == before
+    assert run(home / "other.toml", home / "run", "--replace") == 0
+
+
+@pytest.mark.parametrize("steps", [[1, 2], {"a": 1}, [{"name": "ingest"}]])
+def test_plan_of_other_types_is_one_line(
+    home: Path, steps: object, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change(home / "run" / ".rockframe" / "plan.json", lambda plan: plan.update(steps=steps))
+    assert main(["status", str(home / "run")]) == 2
+    assert "plan.json: cannot be read" in capsys.readouterr().err
+
+
+def test_plan_that_names_files_elsewhere_removes_none(home: Path) -> None:
+    """A run removes what its former plan made, and the folder may come from somebody else."""
+    precious = home / "precious.txt"
+    precious.write_text("mine")
+    change(
+        home / "run" / ".rockframe" / "plan.json",
+        lambda plan: plan["files"].update({"../precious.txt": "x"}),
+    )
+    assert run(home / "small.toml", home / "run") == 0
+    assert precious.exists()
+
+
+@pytest.mark.parametrize("outputs", [["x"], {}, 3])
+def test_stamp_of_other_types_is_none(home: Path, outputs: object) -> None:
+    for name in ("respond", "verify"):
+        path = home / "run" / ".rockframe" / "steps" / f"{name}.json"
+        change(path, lambda stamp: stamp.update(outputs=outputs))
+    (home / "run" / "response.nc").unlink()
+    assert run(home / "small.toml", home / "run") == 0
+    assert main(["verify", str(home / "run")]) == 0
+
+
+def test_folder_in_the_place_of_an_output_is_one_line(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "run" / "table.csv").unlink()
+    (home / "run" / "table.csv").mkdir()
+    assert run(home / "small.toml", home / "run") == 2
+    assert "table.csv: cannot be written: Is a directory" in capsys.readouterr().err
+
+
+def test_status_does_not_write(home: Path) -> None:
+    """A colleague may look at a run that only its owner may change."""
+    lock = home / "run" / ".rockframe" / "lock"
+    assert not is_locked(home / "run")
+    with locked(home / "run"):
+        lock.chmod(0o444)
+        assert is_locked(home / "run")
+
+
+def test_step_whose_words_are_not_understood_says_why(home: Path) -> None:
+    """As a plan of another version may have them: argparse would leave without a word."""
+    from rockframe.cli.run import perform
+    from rockframe.errors import InputError
+    from rockframe.runs import Step
+
+    step = Step("ingest", "ingest", ("ingest", "--bogus"), (), ())
+    with pytest.raises(InputError, match=r"step ingest failed: .*required: PATH, --output"):
+        perform(Task(step, "", home / "run"))
