@@ -201,3 +201,9 @@ def test_every_command_of_a_plan_is_one_that_can_be_typed(tmp_path: Path) -> Non
         "--azimuths",
     ):
         assert option in words
+
+
+@pytest.mark.parametrize("number", ["-1e-05", "-inf", "-3", "-.5", "-1.5E+3"])
+def test_any_number_that_a_study_states_is_one_on_the_command_line(number: str) -> None:
+    words = ["ingest", "motion.csv", "--output", "records.nc", "--pga-g", number, "9"]
+    assert parser().parse_args(words).pga_g == [float(number), 9.0]

@@ -11,7 +11,7 @@ from tests.runs.small import STUDY, make_study, run
 from rockframe.cli.main import main
 from rockframe.results import rows_of
 
-FILTERS = "[filters]\npga_g = [0.32, 9.0]\n\n"
+FILTERS = "[filters]\npga_g = [0.32, inf]\npgv_m_s = [-inf, 9.0]\n\n"
 
 
 @pytest.fixture(scope="module")
@@ -39,14 +39,20 @@ def test_from_file_to_verdict(folder: Path, capsys: pytest.CaptureFixture[str]) 
     assert set(told["responses"]) == {"bridge-bent", "slender-column"}  # type: ignore[call-overload]
     assert main(["show", str(folder), "motion-2.csv"]) == 0
     printed = capsys.readouterr().out
-    for words in ("SHA-256", "PGA 0.40", "T_p 1.0", "pga_g from 0.32 to 9", "bridge-bent"):
+    for words in (
+        "SHA-256",
+        "PGA 0.40",
+        "T_p 1.0",
+        "pga_g from 0.32; pgv_m_s to 9\n",
+        "bridge-bent",
+    ):
         assert words in printed
 
 
 def test_filtered_record_says_by_what(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = shown(folder, "motion-0", capsys)
     assert (told["status"], told["responses"]) == ("filtered", {})
-    assert told["reason"] == "pga_g 0.3. Must be from 0.32 to 9."
+    assert told["reason"] == "pga_g 0.3. Must be from 0.32 to inf."
     assert [row["record_id"] for row in rows_of(folder / "table.csv")][::2] == [
         "motion-1",
         "motion-2",

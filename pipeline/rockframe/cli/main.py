@@ -6,6 +6,7 @@ import argparse
 import atexit
 import io
 import os
+import re
 import shutil
 import signal
 import sys
@@ -15,7 +16,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from types import FrameType
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 from rockframe.cli import (
     draw,
@@ -54,8 +55,15 @@ _VERBS = (
 _CACHE_ROOM: Final = 16_000_000
 
 
+#: What begins with a minus and is a number; to argparse -1e-5 and -inf are options.
+_NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line; argparse would print the usage before it."""
+
+    def _parse_optional(self, word: str) -> Any:
+        return None if _NEGATIVE.fullmatch(word) else super()._parse_optional(word)
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")

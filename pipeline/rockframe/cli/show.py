@@ -182,7 +182,13 @@ def _of_passport(passport: Mapping[str, Any]) -> str:
 
 def _of_filters(told: Mapping[str, Any]) -> str:
     stated = {name: bounds for name, bounds in told["filters"].items() if bounds is not None}
-    return "; ".join(f"{name} from {low:g} to {high:g}" for name, (low, high) in stated.items())
+    return "; ".join(f"{name}{_of_bounds(*bounds)}" for name, bounds in stated.items())
+
+
+def _of_bounds(low: float | None, high: float | None) -> str:
+    """A bound at infinity is none, and null in JSON."""
+    least = "" if low is None else f" from {low:g}"
+    return least + ("" if high is None else f" to {high:g}")
 
 
 def _of_motion(facts: Mapping[str, Any]) -> str:
