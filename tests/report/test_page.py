@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 import rockframe
 from rockframe.cli.main import main
 from rockframe.provenance import sha256_of
+from rockframe.report import is_whole, sealed
 from rockframe.report.columns import shown
 from rockframe.report.payload import decode, encode, unpack
 
@@ -204,6 +205,25 @@ def test_a_page_of_another_run_is_a_fault(
     manifest.write_text(manifest.read_text() + "\n")
     assert main(["verify", str(run)]) == 1
     assert "report.html: shows another run" in capsys.readouterr().err
+
+
+@given(st.binary(min_size=1, max_size=80), st.data())
+def test_a_flipped_bit_of_a_page_is_found(text: bytes, data: st.DataObject) -> None:
+    whole = bytearray(sealed(text.decode("latin-1")))
+    assert is_whole(bytes(whole))
+    whole[data.draw(st.integers(0, len(whole) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    assert not is_whole(bytes(whole))
+
+
+def test_a_damaged_page_is_a_fault(
+    hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Path(shutil.copytree(hostile_run, tmp_path / "run"))
+    assert main(["report", str(run)]) == 0
+    page = run / "report.html"
+    page.write_bytes(page.read_bytes().replace(b"</h1>", b"</h2>", 1))
+    assert main(["verify", str(run)]) == 1
+    assert "report.html: is damaged: not as it was written. Must be" in capsys.readouterr().err
 
 
 def test_no_file_of_the_run_is_written_over(

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json
     from rockframe.errors import InputError
     from rockframe.provenance import refuse_overwriting, whole_file
-    from rockframe.report import choose, render
+    from rockframe.report import choose, render, sealed
     from rockframe.results import read_histories, read_run
     from rockframe.stages import verify_run
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     chosen = choose(content, options.histories)
     page = render(content, read_histories(folder, chosen))
     with whole_file(output) as partial:
-        partial.write_text(page, encoding="utf-8", newline="\n")
+        partial.write_bytes(sealed(page))
     if options.json:
         show_json(
             {
@@ -69,15 +69,20 @@ def strange_report(folder: Path) -> list[str]:
     import json
 
     from rockframe.provenance import MANIFEST, sha256_of
+    from rockframe.report import is_whole
 
     page = folder / _PAGE
     if not page.is_file():
         steps = json.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("steps", {})
         missing = f"{page}: missing. Must be made by `rockframe report {folder}`."
         return [missing] if "report" in steps else []
-    if sha256_of(folder / MANIFEST).encode() in page.read_bytes():
-        return []
-    return [f"{page}: shows another run. Must be made again, by `rockframe report {folder}`."]
+    content = page.read_bytes()
+    again = f"Must be made again, by `rockframe report {folder}`."
+    if not is_whole(content):
+        return [f"{page}: is damaged: not as it was written. {again}"]
+    if sha256_of(folder / MANIFEST).encode() not in content:
+        return [f"{page}: shows another run. {again}"]
+    return []
 
 
 def _count(text: str) -> int:

@@ -5,3 +5,5 @@ Template, style and script are beside this file; what other pages share is in `w
 
 from rockframe.report.page import render as render
 from rockframe.report.payload import choose as choose
+from rockframe.report.seal import is_whole as is_whole
+from rockframe.report.seal import sealed as sealed
