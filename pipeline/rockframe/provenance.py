@@ -43,7 +43,7 @@ def sha256_of(path: Path) -> str:
     Raises
     ------
     InputError
-        If the file cannot be read.
+        If the file cannot be read, or is a pipe or a device.
 
     Examples
     --------
@@ -52,6 +52,8 @@ def sha256_of(path: Path) -> str:
     rockframe.errors.InputError: no-such-file: cannot be read: No such file or directory.
     """
     try:
+        if not (path.is_file() or path.is_dir()) and path.exists():  # a pipe would be waited for
+            raise InputError(path, "is not a regular file. Must be one.")
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:

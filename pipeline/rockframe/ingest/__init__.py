@@ -10,6 +10,7 @@ from rockframe.ingest.catalogue import write_catalogue as write_catalogue
 from rockframe.ingest.collect import collect as collect
 from rockframe.ingest.collect import collect_sources as collect_sources
 from rockframe.ingest.collect import sorted_out as sorted_out
+from rockframe.ingest.containers import printable as printable
 from rockframe.ingest.options import ReadOptions as ReadOptions
 from rockframe.ingest.quarantine import Limits as Limits
 from rockframe.ingest.reading import read_file as read_file
@@ -18,4 +19,5 @@ from rockframe.ingest.registry import Format as Format
 from rockframe.ingest.registry import read_bytes as read_bytes
 from rockframe.ingest.registry import sniff_format as sniff_format
 from rockframe.ingest.sources import Source as Source
+from rockframe.ingest.sources import folder_names as folder_names
 from rockframe.ingest.sources import sources_of as sources_of

@@ -104,7 +104,7 @@ def sources_of(
     asked = [Path(path) for path in paths]
     replaced = {path.resolve() for path in outputs}
     found: list[Source] = []
-    for path in asked:
+    for path, called in zip(asked, folder_names(asked), strict=True):
         if not _exists(path):
             raise InputError(path, "no such file or folder. Must exist.")
         if not path.is_dir():
@@ -114,9 +114,34 @@ def sources_of(
         within = list(_within(path, "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
             raise InputError(path, "a folder without files of records. Must hold one.")
-        before = f"{printable(path.resolve().name)}/" if len(asked) > 1 else ""
+        before = f"{called}/" if len(asked) > 1 else ""
         found += [replace(source, name=before + source.name) for source in within]
     return found
+
+
+def folder_names(paths: Iterable[Path]) -> list[str]:
+    r"""Return what lists call each of several folders: its name; of two of one name with a number.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Folders, and files that lie between them; a link is called as it is named.
+
+    Examples
+    --------
+    >>> folder_names([Path("near/records"), Path("far/records"), Path("near")])
+    ['records', 'records-2', 'near']
+    """
+    names: list[str] = []
+    for path in paths:
+        plain = path.name not in {"", ".."}
+        name = called = printable(path.name if plain else path.resolve().name)
+        number = 1
+        while called in names:
+            number += 1
+            called = f"{name}-{number}"
+        names.append(called)
+    return names
 
 
 def _within(

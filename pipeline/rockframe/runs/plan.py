@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest import CATALOGUE
+from rockframe.ingest import CATALOGUE, folder_names, printable
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
 from rockframe.runs.further import STRUCTURES
 from rockframe.runs.graph import INPUTS, steps_of
@@ -175,40 +175,64 @@ def _step(content: Mapping[str, Any]) -> Step:
 
 
 def _inputs(study: Study, folder: Path) -> Iterator[Input]:
-    """Every file below the paths that are stated, but for hidden ones; sorted in each folder."""
-    for stated in study.records:
+    """Every file that is read, once, under a name of its own."""
+    names: set[str] = set()
+    paths: set[Path] = set()
+    for name, path in _named(study, folder):
+        if path in paths:
+            continue
+        called, number = printable(name), 1
+        while called in names:
+            number += 1
+            called = f"{printable(name)} ({number})"
+        names.add(called)
+        paths.add(path)
+        yield Input(called, path, sha256_of(path))
+
+
+def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
+    for stated, called in zip(study.records, folder_names(study.records), strict=True):
         if stated.is_dir():
             if folder.resolve().is_relative_to(stated.resolve()):
                 raise InputError(folder, "lies among the records. Must be another folder.")
-            for path in sorted(stated.rglob("*")):
-                name = path.relative_to(stated.parent)
-                if path.is_file() and not any(part.startswith(".") for part in name.parts[1:]):
-                    yield Input(name.as_posix(), path, sha256_of(path))
+            yield from _within(stated, called)
         else:
-            yield Input(stated.name, stated, sha256_of(stated))
-            for path in sorted(stated.parent.glob("*.xml")):  # of a miniSEED file
-                yield Input(path.name, path, sha256_of(path))
-    table = study.tables.records
-    for option in ("station_xml", "catalogue", "limits") if table is not None else ():
-        beside = getattr(table, option)
-        if beside is not None:
-            path = study.beside(beside)
-            yield Input(path.name, path, sha256_of(path))
-    if study.tables.screen is not None and study.tables.screen.hazard is not None:
-        path = study.beside(study.tables.screen.hazard)
-        yield Input(path.name, path, sha256_of(path))
+            yield stated.name, stated
+            beside = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
+            yield from ((path.name, path) for path in beside if path.is_file())
+    table, screen = study.tables.records, study.tables.screen
+    further = [table.station_xml, table.catalogue, table.limits] if table is not None else []
+    for name in (*further, screen.hazard if screen is not None else None):
+        if name is not None:
+            yield study.beside(name).name, study.beside(name)
+
+
+def _within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:
+    """Every file in a folder and in its folders, but for hidden ones; sorted."""
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder)
+        if path.is_file() and not any(part.startswith(".") for part in name.parts):
+            yield f"{called}/{name.as_posix()}", path
 
 
 def _count(inputs: tuple[Input, ...]) -> int:
     """About how many records there are: so many batches are worth it."""
     count = 0
     for file in inputs:
-        if zipfile.is_zipfile(file.path):
-            with zipfile.ZipFile(file.path) as archive:
-                count += len(archive.infolist())
-        elif file.path.suffix.lower() not in _BESIDE and file.path.name != CATALOGUE:
-            count += 1
+        if file.path.suffix.lower() not in _BESIDE and file.path.name != CATALOGUE:
+            count += _members(file.path)
     return max(count, 1)
+
+
+def _members(path: Path) -> int:
+    """Files in an archive, if it is a whole one; of anything else, one."""
+    try:
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as archive:
+                return len(archive.infolist())
+    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile):
+        pass
+    return 1
 
 
 def _listed(inputs: tuple[Input, ...]) -> str:

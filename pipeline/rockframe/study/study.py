@@ -94,7 +94,9 @@ class Study:
 
     def beside(self, stated: str) -> Path:
         """Return the absolute path that the file states relative to itself."""
-        return (self.path.parent / stated).resolve()
+        path = self.path.parent / stated
+        # a link keeps its name: lists do not depend on where it leads
+        return path.resolve() if path.name == ".." else path.parent.resolve() / path.name
 
     def parameters(self) -> dict[str, Any]:
         """Return all that the file says, with the defaults of what it does not, as JSON has it."""

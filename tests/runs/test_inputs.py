@@ -1,0 +1,113 @@
+"""Whatever lies among the records is listed once, by a name of its own, or refused in a line."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from tests.runs.small import STUDY, make_study, run
+
+from rockframe.cli.main import main
+from rockframe.errors import InputError
+from rockframe.ingest import sources_of
+from rockframe.results import rows_of
+from rockframe.runs import make_plan
+from rockframe.study import read_study
+
+FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
+#: The end of an archive whose list of members is not where it says.
+DAMAGED_ZIP = b"hello" * 20 + b"PK\5\6" + bytes([0, 0, 0, 0, 1, 0, 1, 0, 46, 0, 0, 0, 255, 255])
+
+
+def listed(study: Path) -> list[str]:
+    return [file.name for file in make_plan(read_study(study), study.parent / "run").inputs]
+
+
+def stating(study: Path, paths: str) -> Path:
+    study.write_text(FEW.replace('["motions"]', paths))
+    return study
+
+
+def test_folders_of_one_name_keep_all_their_files(tmp_path: Path) -> None:
+    """Two events, each with its records and its catalogue under the same names."""
+    study = stating(make_study(tmp_path, 1), '["motions", "far/motions"]')
+    shutil.copytree(tmp_path / "motions", tmp_path / "far" / "motions")
+    other = tmp_path / "far" / "motions" / "motion-0.csv"
+    other.write_text(other.read_text().replace("0.3", "0.2"))
+    for folder, magnitude in (("motions", 6.5), ("far/motions", 7.5)):
+        heads = "file,event,station,network,magnitude,epicentral_distance_km,source"
+        text = f"{heads}\nmotion-0.csv,quake,here,XX,{magnitude},10.0,measured\n"
+        (tmp_path / folder / "catalogue.csv").write_text(text)
+    assert run(study, tmp_path / "run") == 0
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    names = ["catalogue.csv", "motion-0.csv"]
+    assert set(manifest["inputs"]) == {
+        f"{folder}/{name}" for folder in ("motions", "motions-2") for name in names
+    }
+    assert main(["verify", str(tmp_path / "run")]) == 0
+    files = [row["file"] for row in rows_of(tmp_path / "run" / "records.csv")]
+    assert {"motions/motion-0.csv", "motions-2/motion-0.csv"} <= set(files)
+
+
+def test_file_that_is_stated_twice_over_is_listed_once(tmp_path: Path) -> None:
+    study = stating(make_study(tmp_path, 2), '["motions", "motions/motion-0.csv"]')
+    assert listed(study) == ["motions/motion-0.csv", "motions/motion-1.csv"]
+
+
+def test_files_of_one_name_have_a_number(tmp_path: Path) -> None:
+    study = stating(make_study(tmp_path, 1), '["motions/motion-0.csv", "far/motion-0.csv"]')
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "motion-0.csv").write_text("0.1\n")
+    assert listed(study) == ["motion-0.csv", "motion-0.csv (2)"]
+
+
+def test_link_is_called_as_it_is_named(tmp_path: Path) -> None:
+    """Where an archive lies on one machine is nothing of the run."""
+    study = stating(make_study(tmp_path, 1), '["archive"]')
+    (tmp_path / "archive").symlink_to("motions")
+    assert listed(study) == ["archive/motion-0.csv"]
+    (source,) = sources_of([tmp_path / "archive"])
+    assert source.name == "motion-0.csv"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+@pytest.mark.parametrize("name", ["motions", "motion.csv"])
+def test_pipe_is_not_waited_for(tmp_path: Path, name: str) -> None:
+    study = stating(make_study(tmp_path, 1), f'["motions/{name}"]')
+    os.mkfifo(tmp_path / "motions" / name)
+    with pytest.raises(InputError, match=r"is not a regular file\. Must be one"):
+        listed(study)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+def test_pipe_beside_a_record_is_no_station_file(tmp_path: Path) -> None:
+    study = stating(make_study(tmp_path, 1), '["motions/motion-0.csv"]')
+    os.mkfifo(tmp_path / "motions" / "station.xml")
+    assert listed(study) == ["motion-0.csv"]
+
+
+def test_damaged_archive_is_the_affair_of_ingest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = stating(make_study(tmp_path, 1), '["motions"]')
+    (tmp_path / "motions" / "event.zip").write_bytes(DAMAGED_ZIP + bytes(6))
+    assert run(study, tmp_path / "run") == 1
+    assert "rejected: event.zip" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", [b"El Centro\n(NS).csv", b"\xff.csv"])
+def test_name_that_does_not_print_is_listed_as_it_is_said(tmp_path: Path, name: bytes) -> None:
+    study = stating(make_study(tmp_path, 1), '["motions"]')
+    record = tmp_path / "motions" / "motion-0.csv"
+    try:
+        record.rename(Path(os.fsdecode(os.fsencode(tmp_path / "motions") + b"/" + name)))
+    except OSError:
+        pytest.skip("a file system that refuses such names")
+    assert run(study, tmp_path / "run") == 0
+    (row,) = rows_of(tmp_path / "run" / "records.csv")
+    (entry,) = rows_of(tmp_path / "run" / "inputs.csv")
+    assert entry["file"] == f"motions/{row['file']}"
+    assert main(["show", str(tmp_path / "run"), row["file"]]) == 0
