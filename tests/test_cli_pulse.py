@@ -160,3 +160,14 @@ def test_a_constant_record_is_listed_and_the_others_go_on(
     records = records_of(tmp_path, [np.full(1500, 0.4), motion(1)])
     assert run("pulse", records, "--output", tmp_path / "pulses.nc", "--surrogates", "0") == 1
     assert "rejected: m0: Invalid acceleration: all samples are equal" in capsys.readouterr().err
+
+
+def test_in_a_narrow_terminal_a_record_has_a_line_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    records = records_of(tmp_path, [motion(1)])
+    assert run("pulse", records, "--output", tmp_path / "p.nc", "--surrogates", "0") == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["m0"] in lines
+    assert ["→", "symmetric_ricker"] in [line[:2] for line in lines]

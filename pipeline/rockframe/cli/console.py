@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -17,19 +18,25 @@ if TYPE_CHECKING:
 
 #: Width of tables where there is no terminal to ask: a log, a file, a pipe.
 _PLAIN_WIDTH: Final = 150
+#: Columns of the terminal between two columns of a table.
+_GAP: Final = 2
+#: What a column of words is left with, at the least, for the names of the rows to stay whole.
+_SHORTEST: Final = 6
 
 
 def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
-    An empty row draws a line between the rows around it.
+    An empty row draws a line between the rows around it. Where there is little room headings are
+    broken first, then words; what names a row, and what is one word, stays whole if it can.
     """
     from rich import box
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(width=table_width(), highlight=False)
+    width = table_width()
+    console = Console(width=width, highlight=False)
     table = Table(
         title=Text(title, style="bold"),
         title_justify="left",
@@ -37,11 +44,12 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
         padding=(0, 1, 0, 0),
         pad_edge=False,
     )
-    for name in columns:
-        right = name.endswith(">")
-        heading = Text(name.rstrip(">"))
+    for heading, right, whole in _layout(columns, [row for row in rows if row], width):
         table.add_column(
-            heading, justify="right" if right else "left", no_wrap=right, overflow="fold"
+            Text(heading),
+            justify="right" if right else "left",
+            no_wrap=whole,
+            overflow="fold",
         )
     for row in rows:
         if row:
@@ -49,6 +57,44 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
         else:
             table.add_section()
     console.print(table)
+
+
+def _layout(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], width: int
+) -> list[tuple[str, bool, bool]]:
+    """Return the heading of each column, whether it is to the right, and whether it stays whole."""
+    right = [name.endswith(">") for name in columns]
+    heads = [name.rstrip(">") for name in columns]
+    room = width - _GAP * len(columns)
+    if sum(_widths([heads, *rows], "\n")) > room:
+        heads = [
+            re.sub(r" |(?<=-)(?=\w)", "\n", head) if number else head
+            for head, number in zip(heads, right, strict=True)
+        ]
+    lines, words = _widths([heads, *rows], "\n"), _widths([heads, *rows], None)
+    least = [
+        line if number else word for line, word, number in zip(lines, words, right, strict=True)
+    ]
+    first = lines[0] + sum(
+        size if number else min(size, _SHORTEST)
+        for size, number in zip(least[1:], right[1:], strict=True)
+    )
+    if first <= room:
+        least[0] = lines[0]
+    whole = [
+        number or (line == word and sum(least) <= room)
+        for line, word, number in zip(lines, words, right, strict=True)
+    ]
+    whole[0] = first <= room
+    return list(zip(heads, right, whole, strict=True))
+
+
+def _widths(rows: Sequence[Sequence[str]], apart: str | None) -> list[int]:
+    """Return the longest line of each column, or its longest word if nothing is said."""
+    return [
+        max((len(part) for cell in column for part in cell.split(apart)), default=0)
+        for column in zip(*rows, strict=True)
+    ]
 
 
 def table_width() -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from rockframe.cli.arguments import add_periods, path
 from rockframe.cli.computing import add_batch, add_engine
@@ -69,25 +69,45 @@ def _find(options: argparse.Namespace) -> int:
     return 1 if rejections else 0
 
 
-def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
-    from rockframe.cli.console import number, show_table
+#: Where records and wavelets fit beside each other, and all that is known of the pulses.
+_WIDE: Final = 137
+#: Columns that fit elsewhere: what is left out is in the file.
+_KEPT: Final = (1, 2, 3, 4, 7, 8, 10, 11)
 
+
+def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
+    from rockframe.cli.console import number, show_table, table_width
+
+    wide = table_width() >= _WIDE
     cells: list[list[str]] = []
     for i, row in enumerate(rows):
         first = i == 0 or row["record_id"] != rows[i - 1]["record_id"]
         if first and i:
             cells.append([])
+        if first and not wide:
+            cells.append(["", str(row["record_id"]), *[""] * 11])
         baker = number(row["velocity_indicator"], 2) if first else ""
         cells.append([str(row["record_id"]) if first else "", *_cells(row), baker])
         cells += [["", *_further(up)] for up in row["runners_up"]]
-    names = (
+    names: tuple[str, ...] = (
         *("record", "wavelet", "a_p\n[g]>", "T_p\n[s]>", "at\n[s]>", "phase\n>", "half\ncycles>"),
         *("L_p\n[m]>", "match\n>", "energy\n>", "p\n>", "", "Baker\n>"),
     )
+    if not wide:
+        names = tuple(names[i] for i in _KEPT)
+        cells = [[row[i] for i in _KEPT] if row else [] for row in cells]
     show_table(f"Pulses in {output}", names, cells)
-    print("→ the pulse that is used. energy: share of the record's. p: share of noise like the")
-    print("record that matches as well.")
-    print("Baker: indicator of the velocity in the style of Baker (2007), a pulse above 0.85.")
+    _explain(rows, output, wide=wide)
+
+
+def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> None:
+    print("→ the pulse that is used. p: share of noise like the record that matches as well.")
+    if wide:
+        print("energy: share of the record's.")
+        print("Baker: indicator of the velocity in the style of Baker (2007), a pulse above 0.85.")
+    else:
+        left_out = "Phases, half cycles, energies and Baker's indicator"
+        print(f"{left_out}: in {output}, or {_WIDE} columns wide.")
     if any(row["at_period_bound"] or row["at_half_cycle_bound"] for row in rows):
         print("* the end of the range that is searched, not a maximum")
 
