@@ -55,12 +55,10 @@ table1: $(MADE)
 	@$(BIN)/rockframe table1 --output $(OUTPUT) \
 		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
 
-$(WORKFLOW)/.made: pyproject.toml
+$(WORKFLOW)/.made: workflows/requirements.lock
 	@echo "making $(WORKFLOW), with Snakemake (once; a minute)"
 	@$(PYTHON) -m venv --clear $(WORKFLOW)
-	@$(PYTHON) -c 'import tomllib; file = open("pyproject.toml", "rb"); \
-		print(*tomllib.load(file)["project"]["optional-dependencies"]["workflow"], sep="\n")' | \
-		$(WORKFLOW)/bin/python -m pip install --quiet --disable-pip-version-check -r /dev/stdin
+	@$(WORKFLOW)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $<
 	@touch $@
 
 study: STUDY_OUTPUT = $(if $(filter file,$(origin OUTPUT)),outputs/study-$(basename $(notdir $(STUDY))),$(OUTPUT))

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import shutil
 import signal
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from tests.conftest import REPOSITORY
 from tests.faults.harness import all_gone, children, wait_until
 from tests.runs.small import STUDY, contents, make_study, run
 from tests.workflow.snake import MARKS, WORKFLOW, jobs_done, rockframe, snakemake, started
@@ -119,6 +123,14 @@ def test_snakefile_is_short_and_has_no_checkpoint() -> None:
     assert len(snakefile.splitlines()) <= 40
     rules = "".join(path.read_text(encoding="utf-8") for path in WORKFLOW.rglob("*.smk"))
     assert "checkpoint " not in (snakefile + rules).replace("no checkpoints", "")
+
+
+def test_lock_holds_what_the_extra_asks_for() -> None:
+    lock = (WORKFLOW / "requirements.lock").read_text(encoding="utf-8")
+    locked = dict(re.findall(r"^([\w.-]+)==([\w.]+)", lock, re.MULTILINE))
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for asked in map(Requirement, project["optional-dependencies"]["workflow"]):
+        assert asked.specifier.contains(locked[asked.name])
 
 
 def test_change_of_an_option_concerns_what_follows(made: Path) -> None:
