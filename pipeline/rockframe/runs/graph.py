@@ -138,16 +138,14 @@ def _table() -> list[Step]:
 
 def _draw(study: Study, steps: list[Step]) -> list[Step]:
     """The figures of what the stages give."""
-    made = [name for step in steps for name in step.outputs]
     most = study.tables.figures.most
-    files: list[str] = []
-    if study.records and most and study.tables.respond.histories != "none":
-        files += ["records.nc", "pulses.nc", "response.nc"]
-    files += [name for name in ("screen.nc", "spectrum.nc") if name in made]
-    files += [name for name in ("rocking_spectrum.nc",) if most and name in made]
-    if not files:
+    made = [name for step in steps for name in step.outputs]
+    of_records = study.records and study.tables.respond.histories != "none"
+    files = ["records.nc", "pulses.nc", "response.nc"] if of_records else []
+    files += [n for n in ("screen.nc", "spectrum.nc", "rocking_spectrum.nc") if n in made]
+    if not files or not most:
         return []
-    words = ("draw", *files, "--most", str(max(most, 1)), "--output", "figures/")
+    words = ("draw", *files, "--most", str(most), "--output", "figures/")
     return [Step("draw", "draw", words, tuple(files), ("figures/",))]
 
 

@@ -120,11 +120,11 @@ class Filters(Strict):
 
 
 class FiguresTable(Strict):
-    """The figures of single records."""
+    """The figures: of single records, of screenings, of spectra."""
 
     most: Annotated[int, Field(ge=0)] = 24
     """Most figures of single records; of more, those under which a structure stands and turns
-    furthest. Screenings and overturning spectra are drawn in any case."""
+    furthest. 0 for no figures at all, of screenings and spectra neither."""
 
 
 class ReportTable(Strict):

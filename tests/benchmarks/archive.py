@@ -1,0 +1,112 @@
+"""What an archive costs, stage by stage: `python -m tests.benchmarks.archive --records N`.
+
+The study is that of docs/howto/archive.md, of synthetic records and fifty structures. The commands
+of its plan are run one after the other, each in a process of its own with the workers it takes by
+itself. For each are printed the clock, the time of all processors, and the memory of its largest
+process. With `--run`, one `rockframe run` of the study follows, in batches.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.benchmarks.studies import ROCKFRAME, make_records
+
+from rockframe.runs import make_plan, write_plan
+from rockframe.study import read_study
+
+STUDY = """
+name = "site"
+structures = "fifty.toml"
+
+[records]
+paths = ["motions"]
+units = "g"
+time_step_s = 0.01
+
+[respond]
+histories = "none"
+margins = false
+
+[screen]
+scales = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
+margins = false
+hazard = "hazard.csv"
+
+[figures]
+most = 0
+
+[batches]
+records = {batch}
+"""
+HAZARD = "annual_rate,pga_g\n0.1,0.05\n0.01,0.2\n0.002,0.5\n0.0004,1.0\n0.0001,2.0\n"
+
+
+def make_structures(path: Path, count: int) -> None:
+    """Columns of 2 to 20 m, 7 to 14 degrees slender, bare or under beams of up to 4 times them."""
+    lines = []
+    for k in range(count):
+        height = 2.0 + 18.0 * k / max(count - 1, 1)
+        lines += ["[[structure]]", f'name = "structure-{k:02d}"', f"height_m = {height:.3f}"]
+        lines += [f"width_m = {height * (0.12 + 0.13 * (k % 5) / 4):.3f}"]
+        lines += [f"mass_ratio = {(0.0, 0.5, 1.0, 2.0, 4.0)[k // 5 % 5]}", ""]
+    path.write_text("\n".join(lines))
+
+
+def cost(words: Sequence[str], folder: Path) -> dict[str, float]:
+    """Run one command: clock and processors [s], memory of its largest process [MB]."""
+    start = time.perf_counter()
+    with (folder / "said.log").open("a") as log:
+        process = subprocess.Popen([*ROCKFRAME, *words], cwd=folder, stdout=log, stderr=log)
+        _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode > 1:
+        raise SystemExit((folder / "said.log").read_text()[-2000:])
+    return {
+        "clock_s": round(time.perf_counter() - start, 1),
+        "processors_s": round(used.ru_utime + used.ru_stime, 1),
+        "memory_mb": round(used.ru_maxrss / 1024.0),
+    }
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--records", type=int, default=1000)
+    parser.add_argument("--structures", type=int, default=50)
+    parser.add_argument("--batch", type=int, default=100, help="records of a batch, with --run")
+    parser.add_argument("--run", action="store_true", help="measure `rockframe run` too")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        home = Path(temporary)
+        make_records(home / "motions", options.records)
+        make_structures(home / "fifty.toml", options.structures)
+        (home / "hazard.csv").write_text(HAZARD)
+        study = home / "site.toml"
+        study.write_text(STUDY.format(batch=10**9))
+        bare = home / "bare"
+        bare.mkdir()
+        plan = make_plan(read_study(study), bare)
+        write_plan(plan, bare)
+        costs: dict[str, dict[str, float]] = {}
+        for step in plan.steps:
+            costs[step.name] = cost(step.command, bare)
+            print(step.name, costs[step.name], flush=True)
+        if options.run:
+            study.write_text(STUDY.format(batch=options.batch))
+            words = ["run", str(study), "--output", str(home / "run")]
+            costs["rockframe run"] = cost(words, home)
+            costs["rockframe run, unchanged"] = cost(words, home)
+        sizes = {p.name: round(p.stat().st_size / 1e6, 1) for p in bare.iterdir() if p.is_file()}
+    print(json.dumps({**vars(options), "costs": costs, "megabytes": sizes}, indent=2))
+
+
+if __name__ == "__main__":
+    main()
