@@ -92,6 +92,39 @@ def test_shipped_studies_are_read(path: Path) -> None:
         ('name = "mine"', 'name = "mine"\nstructures = "x.toml"', r":2: structures stated beside"),
         ('name = "mine"', 'name = "mine"\nname = "other"', r"is not TOML: Cannot overwrite"),
         ("[records]", "[records]\n[records]", r"is not TOML: Cannot declare"),
+        ('"g"', '"g"\ntime_step_s = inf', r":5: records.time_step_s inf. Must be a finite number"),
+        (
+            "[respond]",
+            "[pulse]\nweighting='enrgy'\n[respond]",
+            r":6: pulse.weighting 'enrgy'. Must ",
+        ),
+        (
+            "[respond]",
+            "[pulse]\nsurrogates=9\n[respond]",
+            r":6: pulse.surrogates 9. Must be 0, or 19",
+        ),
+        (
+            "[respond]",
+            "[pulse]\nwavelet=['rickr']\n[respond]",
+            r":6: pulse.wavelet 'rickr'. Must be s",
+        ),
+        (
+            "[respond]",
+            "[screen]\nscales=[-1.0, 1.0]\n[respond]",
+            r":6: screen.scales with -1. Must be ",
+        ),
+        (
+            "[respond]",
+            "[screen.design]\ndimension='mass_ratio'\nrange=[-1.0, 4.0]\n[respond]",
+            r"screen.design.range \[-1, 4\]. Must be zero or positive, and increase",
+        ),
+        (
+            "[respond]",
+            "[spectrum]\nwavelet=['symmetric_ricker']\nslenderness_degree=[10.0]\n"
+            "frequency_ratio=[2.0]\nhalf_cycles=2.0\n[respond]",
+            r":5: Invalid half_cycles 2.0. Must be None for symmetric_ricker",
+        ),
+        ('"g"', '"g"\nazimuth_degree=1.0\nstrike_degree=2.0', r"Must be one of them"),
         ("[respond]\nvertical = true", "respond = 3", r"unknown key 'records.respond'"),
     ],
 )
@@ -127,6 +160,15 @@ def test_paths_are_beside_the_study_wherever_it_is_read_from(
     written(tmp_path, GOOD)
     monkeypatch.chdir(tmp_path)
     assert read_study(Path("mine.toml")).records == (tmp_path / "motions",)
+
+
+def test_mass_ratio_is_looked_for_from_a_column_alone(tmp_path: Path) -> None:
+    """As the command takes it: 0 is no height, and it is a mass ratio."""
+    design = "[screen.design]\ndimension = 'mass_ratio'\nrange = [0, 4]\n"
+    study = read_study(written(tmp_path, GOOD.replace("[respond]", f"{design}[respond]")))
+    assert study.tables.screen is not None
+    assert study.tables.screen.design is not None
+    assert study.tables.screen.design.range == (0.0, 4.0)
 
 
 def test_init_writes_what_run_reads(

@@ -14,8 +14,6 @@ from rockframe.cli.main import main, parser
 from rockframe.provenance import MANIFEST, sha256_of
 from rockframe.results import read_rocking_spectrum
 from rockframe.rocking import Verdict
-from rockframe.runs import make_plan
-from rockframe.study import commented_study, read_study
 
 FURTHER = """
 [screen]
@@ -171,36 +169,6 @@ def test_screening_of_a_record_is_shown(made: Path, capsys: pytest.CaptureFixtur
     assert list(rows[0]["verdicts"]) == ["1", "3"]
     assert main(["show", str(made), "motion-3"]) == 0
     assert "verdict at multiples of the record" in capsys.readouterr().out
-
-
-def test_every_command_of_a_plan_is_one_that_can_be_typed(tmp_path: Path) -> None:
-    """With every option that a study can state: none is misspelt, none is forgotten."""
-    lines = []
-    for line in commented_study("everything").splitlines():
-        # everything that the template shows behind a mark: but tables of others, and files
-        bare = line.removeprefix("# ")
-        is_key = " = " in bare and line.startswith("# ") and bare.split(" = ")[0].isidentifier()
-        lines.append(bare if is_key or bare.startswith("[") else line)
-    text = "\n".join(lines).replace('structures = "structures.toml"\n', "")
-    text = text.replace("strike_degree = 120.0\n", "")
-    for name in ("station.xml", "catalogue.csv", "limits.toml", "hazard.csv"):
-        (tmp_path / name).write_text("")
-    (tmp_path / "motions").mkdir()
-    (tmp_path / "motions" / "motion.csv").write_text("0.1\n")
-    (tmp_path / "everything.toml").write_text(text)
-    plan = make_plan(read_study(tmp_path / "everything.toml"), tmp_path / "run")
-    words = {word for step in plan.steps for word in step.command if word.startswith("--")}
-    for step in plan.steps:
-        assert parser().parse_args(list(step.command)).run
-    for option in (
-        "--hazard",
-        "--design-range",
-        "--half-cycles",
-        "--pgv",
-        "--limits",
-        "--azimuths",
-    ):
-        assert option in words
 
 
 @pytest.mark.parametrize("number", ["-1e-05", "-inf", "-3", "-.5", "-1.5E+3"])

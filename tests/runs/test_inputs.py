@@ -111,3 +111,12 @@ def test_name_that_does_not_print_is_listed_as_it_is_said(tmp_path: Path, name: 
     (entry,) = rows_of(tmp_path / "run" / "inputs.csv")
     assert entry["file"] == f"motions/{row['file']}"
     assert main(["show", str(tmp_path / "run"), row["file"]]) == 0
+
+
+def test_hazard_curve_that_is_none_is_refused_before_anything_runs(tmp_path: Path) -> None:
+    """The screening, which reads it, may come hours later."""
+    (tmp_path / "hazard.csv").write_text("pga_g,rate\n0.1,0.01\n")
+    screen = '[screen]\nhazard = "hazard.csv"\n[figures]'
+    study = make_study(tmp_path, 1, FEW.replace("[figures]", screen))
+    with pytest.raises(InputError, match=r"hazard\.csv:1: "):
+        listed(study)

@@ -95,6 +95,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
         If the folder lies among the records, or a file cannot be read.
     """
     inputs = tuple(_inputs(study, folder))
+    _require_hazard(study)
     steps = tuple(steps_of(study, _count(inputs)))
     files = {INPUTS: _listed(inputs)}
     if study.records:
@@ -110,6 +111,15 @@ def make_plan(study: Study, folder: Path) -> Plan:
         keys[step.name] = step.key(known, *code, *further)
         known |= dict.fromkeys(step.outputs, keys[step.name])
     return Plan(study.name, study.parameters(), inputs, steps, keys, files)
+
+
+def _require_hazard(study: Study) -> None:
+    """The screening would refuse it too, but only after hours."""
+    screen = study.tables.screen
+    if screen is not None and screen.hazard is not None:
+        from rockframe.risk import read_hazard
+
+        read_hazard(study.beside(screen.hazard))
 
 
 def write_plan(plan: Plan, folder: Path) -> None:

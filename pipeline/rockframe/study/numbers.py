@@ -55,6 +55,18 @@ def _ascending(numbers: tuple[float, ...]) -> tuple[float, ...]:
     return numbers
 
 
+def _from_zero(numbers: tuple[float, ...]) -> tuple[float, ...]:
+    if numbers[0] < 0.0:
+        raise PydanticCustomError(VALUE, f"with {numbers[0]:g}. Must be zero or positive")
+    return numbers
+
+
+def _above_zero(numbers: tuple[float, ...]) -> tuple[float, ...]:
+    if numbers[0] <= 0.0:
+        raise PydanticCustomError(VALUE, f"with {numbers[0]:g}. Must be above 0")
+    return numbers
+
+
 #: At least one number, increasing; or ``{ from = 1.0, to = 8.0, count = 71 }``.
 Numbers = Annotated[
     tuple[float, ...],
@@ -79,3 +91,6 @@ Numbers = Annotated[
         }
     ),
 ]
+#: The same of numbers that are zero or positive, and of positive ones.
+NumbersFromZero = Annotated[Numbers, AfterValidator(_from_zero)]
+PositiveNumbers = Annotated[Numbers, AfterValidator(_above_zero)]

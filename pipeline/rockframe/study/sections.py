@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rockframe.study.toml import VALUE, Strict
+from rockframe.study.toml import RULE, VALUE, Strict
 from rockframe.units import ACCELERATION_UNITS
 
 
@@ -33,13 +33,18 @@ def _positive(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds
 
 
+#: A number that is one.
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+#: A number above zero.
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 #: A closed interval; both ends belong to it.
 Bounds = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_increasing)]
 #: A range of positive numbers.
 Range = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_positive)]
 
 
-def _different(texts: tuple[str, ...]) -> tuple[str, ...]:
+def different(texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse a text that is stated twice."""
     for text in texts:
         if texts.count(text) > 1:
             raise PydanticCustomError(VALUE, f"{text!r}. Must not be stated twice")
@@ -47,7 +52,7 @@ def _different(texts: tuple[str, ...]) -> tuple[str, ...]:
 
 
 #: At least one text, none twice.
-Texts = Annotated[tuple[str, ...], Field(strict=False, min_length=1), AfterValidator(_different)]
+Texts = Annotated[tuple[str, ...], Field(strict=False, min_length=1), AfterValidator(different)]
 
 
 class RecordsTable(Strict):
@@ -57,11 +62,11 @@ class RecordsTable(Strict):
     """Record files and folders, relative to this file. Without it, the bundled records."""
     units: Annotated[str, AfterValidator(_known_units)] | None = None
     """Acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2."""
-    time_step_s: Annotated[float, Field(gt=0.0)] | None = None
+    time_step_s: Positive | None = None
     """Time step of text files that do not state it [s]."""
     station_xml: str | None = None
     """StationXML of miniSEED files; without it, the *.xml beside each file."""
-    water_level_db: float | None = None
+    water_level_db: Positive | None = None
     """Take the full response out of miniSEED files, with this water level [dB]."""
     band_pass_hz: Range = (0.1, 40.0)
     """Corner frequencies for uncorrected records [Hz]."""
@@ -73,10 +78,17 @@ class RecordsTable(Strict):
     """TOML file with a [passport] table: limits of the checks of each record."""
     strict: bool = False
     """Stop at the first file that is rejected."""
-    azimuth_degree: float | None = None
+    azimuth_degree: Finite | None = None
     """Put the motion toward this azimuth in the place of the two horizontals of each station."""
-    strike_degree: float | None = None
+    strike_degree: Finite | None = None
     """Put the motions normal and parallel to a fault of this strike in their place."""
+
+    @model_validator(mode="after")
+    def _turned_once(self) -> Self:
+        if self.azimuth_degree is not None and self.strike_degree is not None:
+            message = "records.azimuth_degree beside records.strike_degree. Must be one of them"
+            raise PydanticCustomError(RULE, message)
+        return self
 
 
 class Filters(Strict):

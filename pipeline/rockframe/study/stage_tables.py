@@ -2,13 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from rockframe.study.numbers import Numbers
-from rockframe.study.sections import Bounds, Range, Texts
-from rockframe.study.toml import Strict
+from rockframe.errors import ParameterError
+from rockframe.study.numbers import Numbers, NumbersFromZero, PositiveNumbers
+from rockframe.study.sections import Bounds, Finite, Positive, Range, different
+from rockframe.study.toml import RULE, VALUE, Strict
+
+Wavelet = Literal[
+    "symmetric_ricker", "antisymmetric_ricker", "ricker_any_phase", "mavroeidis_papageorgiou"
+]
+#: At least one wavelet, none twice.
+Wavelets = Annotated[
+    tuple[Wavelet, ...], Field(strict=False, min_length=1), AfterValidator(different)
+]
+
+
+def _enough(surrogates: int) -> int:
+    if 0 < surrogates < _FEWEST_SURROGATES:
+        must_be = f"Must be 0, or {_FEWEST_SURROGATES} or more"
+        raise PydanticCustomError(VALUE, f"{surrogates}. {must_be}")
+    return surrogates
+
+
+def _at_most_thousand(scales: tuple[float, ...]) -> tuple[float, ...]:
+    if scales[-1] > 1e3:
+        raise PydanticCustomError(VALUE, f"with {scales[-1]:g}. Must be at most 1000")
+    return scales
+
+
+#: With fewer no share of them is small enough to tell a pulse from chance.
+_FEWEST_SURROGATES = 19
 
 
 class PulseTable(Strict):
@@ -16,19 +44,19 @@ class PulseTable(Strict):
 
     periods_s: Range = (0.2, 5.0)
     """Range of pulse periods that is searched [s]."""
-    wavelet: Texts | None = None
+    wavelet: Wavelets | None = None
     """Wavelets that are matched; without it all of them."""
-    pulse_wavelet: str | None = None
+    pulse_wavelet: Wavelet | None = None
     """Wavelet of the pulse that is used; without it the Ricker wavelet that explains more."""
-    weighting: str = "energy"
+    weighting: Literal["energy", "area", "none", "velocity"] = "energy"
     """Power of the period before the inner product: energy is the paper's."""
-    most_half_cycles: Annotated[float, Field(ge=1.0)] = 3.0
+    most_half_cycles: Annotated[float, Field(ge=1.0, le=10.0)] = 3.0
     """Most half cycles of mavroeidis_papageorgiou that are searched."""
     runners_up: Annotated[int, Field(ge=0)] = 2
     """Further pulses of the wavelet that is used."""
-    surrogates: Annotated[int, Field(ge=0)] = 99
+    surrogates: Annotated[int, Field(ge=0), AfterValidator(_enough)] = 99
     """Most surrogates that a record is compared with; 0 for no comparison."""
-    scrambling: str = "envelope"
+    scrambling: Literal["envelope", "plain"] = "envelope"
     """Surrogates keep the record's envelope, or shake evenly."""
     seed: Annotated[int, Field(ge=0)] = 0
     """Seed of the surrogates."""
@@ -52,20 +80,39 @@ class DesignTable(Strict):
 
     dimension: Literal["height", "width", "mass_ratio"]
     """What is varied: height (slenderness kept), width (height kept), or mass ratio."""
-    range: Range
+    range: Annotated[tuple[Finite, Finite], Field(strict=False)]
     """Where it is looked for, in m for height and width."""
-    limit: Annotated[float, Field(gt=0.0)] = 0.5
+    limit: Positive = 0.5
     """Limit of theta/alpha."""
     share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     """Share of the records that must stay below it."""
-    steps: Annotated[int, Field(ge=2)] = 41
+    steps: Annotated[int, Field(ge=2, le=10_000)] = 41
     """Values tried in the range."""
+
+    @model_validator(mode="after")
+    def _ranges(self) -> Self:
+        low, high = self.range
+        alone = self.dimension == "mass_ratio" and low == 0.0  # a column alone
+        if not (low < high and (low > 0.0 or alone)):
+            least = "zero or positive" if self.dimension == "mass_ratio" else "positive"
+            message = f"screen.design.range [{low:g}, {high:g}]. Must be {least}, and increase"
+            raise PydanticCustomError(RULE, message)
+        return self
 
 
 class ScreenTable(Strict):
     """The screening of the structures by the records at many scales."""
 
-    scales: Numbers = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)
+    scales: Annotated[PositiveNumbers, AfterValidator(_at_most_thousand)] = (
+        0.5,
+        0.75,
+        1.0,
+        1.25,
+        1.5,
+        2.0,
+        2.5,
+        3.0,
+    )
     """Multiples of the records: a list, or { from = 0.25, to = 3.0, count = 12 }."""
     azimuths_degree: Numbers | None = None
     """Turn each pair of horizontals toward these azimuths."""
@@ -92,30 +139,43 @@ class ScreenTable(Strict):
 class SpectrumTable(Strict):
     """Which pulses overturn which frames: minimum overturning acceleration spectra."""
 
-    wavelet: Texts
+    wavelet: Wavelets
     """Forms of the pulse."""
-    slenderness_degree: Numbers
+    slenderness_degree: PositiveNumbers
     """Slenderness of the columns [degree]."""
-    mass_ratio: Numbers = (0.0,)
+    mass_ratio: NumbersFromZero = (0.0,)
     """Mass of the beam over that of all columns; 0 is a column alone."""
-    frequency_ratio: Numbers
+    frequency_ratio: PositiveNumbers
     """omega_p / p, p of the column alone: a list, or evenly spaced."""
-    max_amplitude: Annotated[float, Field(gt=1.0)] = 30.0
+    max_amplitude: Annotated[float, Field(gt=1.0, le=1e4)] = 30.0
     """Where the scan ends, a_p / (g tan slenderness)."""
-    amplitude_step: Annotated[float, Field(gt=0.0)] | None = None
+    amplitude_step: Positive | None = None
     """Step of the scan; edges are refined."""
-    phase_degree: float = 0.0
+    phase_degree: Finite = 0.0
     """Phase of wavelets that have one."""
-    half_cycles: float | None = None
+    half_cycles: Finite | None = None
     """Half cycles of mavroeidis_papageorgiou."""
+
+    @model_validator(mode="after")
+    def _pulses(self) -> Self:
+        """Each wavelet must take the phase and the half cycles that are stated."""
+        from rockframe.wavelets import Pulse  # numpy, which other studies need not wait for
+
+        phase = math.radians(self.phase_degree)
+        for name in self.wavelet:
+            try:
+                Pulse(wavelet=name, a_p=1.0, T_p=1.0, phase=phase, half_cycles=self.half_cycles)
+            except ParameterError as error:
+                raise PydanticCustomError(RULE, str(error).rstrip(".")) from None
+        return self
 
 
 class RockingSpectrumTable(Strict):
     """How the records rock columns of any size."""
 
-    slenderness_degree: Numbers
+    slenderness_degree: PositiveNumbers
     """Slenderness of the columns [degree]."""
-    mass_ratio: Numbers = (0.0,)
+    mass_ratio: NumbersFromZero = (0.0,)
     """Mass of the beam over that of all columns; 0 is a column alone."""
-    column_period_s: Numbers | None = None
+    column_period_s: PositiveNumbers | None = None
     """2 pi / p of the columns alone; without it every 0.1 s from 1.5 to 15."""

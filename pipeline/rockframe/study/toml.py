@@ -27,6 +27,9 @@ _MUST_BE: Final = {
     "string_type": "text in quotes",
     "string_pattern_mismatch": "1 to 64 letters, digits, points, hyphens or underscores",
     "tuple_type": "a list",
+    "too_short": "a list of one or more",
+    "too_long": "a list of two numbers",
+    "finite_number": "a finite number",
 }
 
 

@@ -1,0 +1,82 @@
+"""Whatever a study file says, it is read, or refused in one line; nothing else comes of it."""
+
+from __future__ import annotations
+
+import json
+import string
+from pathlib import Path
+from typing import get_args
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rockframe.cli import pulse_options
+from rockframe.errors import InputError
+from rockframe.matching import Scrambling, Weighting
+from rockframe.study import StudyTables, schema
+from rockframe.study.stage_tables import PulseTable, Wavelet
+from rockframe.study.toml import Strict, parse, tables_of
+from rockframe.wavelets import WAVELETS
+
+#: Values as TOML writes them: of right and wrong types, huge, and no numbers at all.
+SCALARS = st.sampled_from(
+    [
+        "true",
+        "0",
+        "-1",
+        "3",
+        f"1{400 * '0'}",
+        "1e400",
+        "-inf",
+        "nan",
+        "0.5",
+        "1979-05-27",
+        "07:32:00",
+    ]
+) | st.text(string.printable + "é\N{SNOWMAN}", max_size=9).map(json.dumps)
+LISTS = st.lists(SCALARS, max_size=4).map(lambda parts: f"[{', '.join(parts)}]")
+TABLES = st.dictionaries(st.sampled_from(["from", "to", "count", "x"]), SCALARS, max_size=4).map(
+    lambda table: "{" + ", ".join(f"{key} = {value}" for key, value in table.items()) + "}"
+)
+VALUES = st.one_of(SCALARS, LISTS, TABLES, LISTS.map(lambda inner: f"[{inner}]"))
+
+
+def keys_of(model: type[Strict], before: str = "") -> list[str]:
+    keys = []
+    for name, field in model.model_fields.items():
+        inner = tables_of(field.annotation)
+        keys += [f"{before}{name}"] + (keys_of(inner, f"{before}{name}.") if inner else [])
+    return keys
+
+
+@settings(max_examples=400, deadline=None)
+@given(stated=st.dictionaries(st.sampled_from(keys_of(StudyTables)), VALUES, max_size=4))
+def test_anything_is_read_or_refused_in_one_line(stated: dict[str, str]) -> None:
+    text = "\n".join(f"{key} = {value}" for key, value in stated.items())
+    said = refusal(text)
+    assert len(said.splitlines()) <= 1
+    assert not said or said.startswith("study.toml")
+    assert "Must be valid" not in said
+
+
+def refusal(text: str) -> str:
+    try:
+        parse(Path("study.toml"), text, StudyTables)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def test_words_of_a_study_are_those_of_the_rooms() -> None:
+    assert get_args(Wavelet) == tuple(WAVELETS) == pulse_options.WAVELETS
+    for name, words in (("weighting", Weighting), ("scrambling", Scrambling)):
+        assert set(get_args(PulseTable.model_fields[name].annotation)) == {str(w) for w in words}
+
+
+def test_schema_is_strict_json() -> None:
+    """Infinity, which Python would write, is none."""
+
+    def refuse(constant: str) -> None:
+        raise ValueError(constant)
+
+    assert json.loads(schema(), parse_constant=refuse)
