@@ -120,3 +120,28 @@ def test_hazard_curve_that_is_none_is_refused_before_anything_runs(tmp_path: Pat
     study = make_study(tmp_path, 1, FEW.replace("[figures]", screen))
     with pytest.raises(InputError, match=r"hazard\.csv:1: "):
         listed(study)
+
+
+@pytest.mark.parametrize("name", ["inputs.csv", "records.csv", "figures/motion.csv"])
+def test_record_that_an_output_would_replace_is_kept(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`--replace` is said of an older run, not of what the study reads."""
+    study = make_study(tmp_path, 1, STUDY.replace('["motions"]', f'["motions/{name}"]'))
+    record = tmp_path / "motions" / name
+    record.parent.mkdir(exist_ok=True)
+    (tmp_path / "motions" / "motion-0.csv").rename(record)
+    before = record.read_bytes()
+    assert run(study, tmp_path / "motions", "--replace") == 2
+    assert f"{name.split('/')[-1]}: " in capsys.readouterr().err
+    assert record.read_bytes() == before
+
+
+def test_structures_that_an_output_would_replace_are_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tables, _, structures = FEW.partition("[[")
+    study = make_study(tmp_path, 1, f'structures = "structures.toml"\n{tables}')
+    (tmp_path / "structures.toml").write_text(f"[[{structures}")
+    assert run(study, tmp_path, "--replace") == 2
+    assert "structures.toml: is an input of this command" in capsys.readouterr().err

@@ -258,7 +258,9 @@ def test_status_of_half_a_run(home: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_step_that_fails_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study = make_study(tmp_path, text=STUDY.replace('units = "g"\n', ""))
     assert run(study, tmp_path / "run") == 2
-    assert "rockframe: error: " in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "rockframe: error: " in said
+    assert said.splitlines()[-1] in (tmp_path / "run" / "logs" / "ingest.log").read_text()
     assert not (tmp_path / "run" / "manifest.json").exists()
 
 

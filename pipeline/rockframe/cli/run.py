@@ -84,10 +84,14 @@ def _rejected(folder: Path) -> dict[str, str]:
 def perform(task: Task) -> int:
     """Perform a step in this process; what it prints goes into its log."""
     from rockframe.cli.main import call
+    from rockframe.errors import RockframeError
 
     with _log(task).open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
         try:
             status = call(task.step.words(task.folder))
+        except RockframeError as error:
+            print(f"rockframe: error: {error}")
+            raise
         except SystemExit as refused:  # its words were not understood; its log says why
             status = int(refused.code or 0)
     return _ended(task, status)

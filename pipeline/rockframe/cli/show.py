@@ -124,7 +124,7 @@ def _show(told: Mapping[str, Any]) -> None:
         ("figure", told["figure"]),
     ):
         if text or label == "accepted":
-            print(f"  {label:<11}{text}".rstrip())
+            print(f"  {label:<10} {text}".rstrip())
     if told["responses"]:
         _show_responses(told["responses"])
     if told["screening"]:

@@ -13,7 +13,13 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.ingest import CATALOGUE, folder_names, printable
-from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
+from rockframe.provenance import (
+    refuse_overwriting,
+    sha256_of,
+    source_code_hash,
+    versions,
+    whole_file,
+)
 from rockframe.runs.further import STRUCTURES
 from rockframe.runs.graph import INPUTS, steps_of
 from rockframe.runs.step import Step
@@ -92,7 +98,8 @@ def make_plan(study: Study, folder: Path) -> Plan:
     Raises
     ------
     InputError
-        If the folder lies among the records, or a file cannot be read.
+        If the folder lies among the records, an output would replace or hold what is read, or a
+        file cannot be read.
     """
     inputs = tuple(_inputs(study, folder))
     _require_hazard(study)
@@ -110,7 +117,20 @@ def make_plan(study: Study, folder: Path) -> Plan:
             further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
         keys[step.name] = step.key(known, *code, *further)
         known |= dict.fromkeys(step.outputs, keys[step.name])
-    return Plan(study.name, study.parameters(), inputs, steps, keys, files)
+    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files)
+    _refuse_inputs(plan, study, folder)
+    return plan
+
+
+def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
+    """Refuse to write over what is read, whatever is said of replacing."""
+    read = [*(file.path for file in plan.inputs), study.path, study.structures]
+    made = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
+    refuse_overwriting((folder / name for name in sorted(made) if not name.endswith("/")), read)
+    for name in sorted(name for name in made if name.endswith("/")):
+        for path in read:
+            if path.resolve().is_relative_to((folder / name).resolve()):
+                raise InputError(path, f"lies in {name} of the run. Must be elsewhere.")
 
 
 def _require_hazard(study: Study) -> None:
