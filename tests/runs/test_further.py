@@ -162,6 +162,18 @@ def test_lists_of_other_lengths_are_faults(
     assert "table.csv: 7 rows, 8 responses" in said
 
 
+def test_record_that_a_screening_is_not_asked_for_is_not_rejected(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As with filters of the study, and as `rockframe screen` itself says."""
+    asked = "[screen]\nscales = [1.0]\nmargins = false\npulse_period_s = [0.0, 0.85]\n[figures]"
+    study = make_study(tmp_path, 2, STUDY.replace("[figures]", asked))
+    assert run(study, tmp_path / "run") == 0
+    assert "rejected" not in capsys.readouterr().err
+    assert main(["show", str(tmp_path / "run"), "motion-1"]) == 0
+    assert "not in screen.nc pulse_period_s 0.9" in capsys.readouterr().out
+
+
 def test_screening_of_a_record_is_shown(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["show", str(made), "motion-3", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["screening"]

@@ -17,6 +17,8 @@ _STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE, "screen.nc": SCR
 def rejections_of(folder: Path) -> dict[str, str]:
     """Return the reasons why records and files of a run were rejected, by their names.
 
+    What the user's own filters leave out is not among them.
+
     Parameters
     ----------
     folder : Path
@@ -31,8 +33,10 @@ def rejections_of(folder: Path) -> dict[str, str]:
     for row in rows_of(folder / "records.csv"):
         if row["status"] == "rejected":  # several records of one file may be
             found[row["file"]] = f"{found.get(row['file'], '')} {row['reason']}".lstrip()
-    for reasons in left_out_of(folder).values():
-        found |= reasons
+    for name, reasons in left_out_of(folder).items():
+        with opened(folder / name, _STAGES[name]) as dataset:
+            filtered = json.loads(dataset.attrs.get("filtered", "[]"))
+        found |= {record: reason for record, reason in reasons.items() if record not in filtered}
     return found
 
 

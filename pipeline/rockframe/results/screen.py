@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
@@ -43,6 +44,7 @@ def write_screening(
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
     left_out: Mapping[str, str],
+    filtered: Collection[str] = (),
     histories: Iterable[KeptHistory] | None = None,
 ) -> None:
     """Write the output of the screen stage, whole or not at all; holds one motion at a time.
@@ -61,6 +63,8 @@ def write_screening(
         Where it goes; an older file there is replaced.
     input_sha256, parameters, left_out : mapping
         As `write` takes them.
+    filtered : collection of str
+        Those left out as the user asked; the others could not be screened.
     histories : iterable of KeptHistory, optional
         Of single scenarios; taken after the last motion.
 
@@ -78,7 +82,7 @@ def write_screening(
                 fill(row, scenario)
         kept = {} if histories is None else append_histories(partial, histories)
         put(
-            describe().assign(kept),
+            describe().assign(kept).assign_attrs(filtered=json.dumps(sorted(filtered))),
             partial,
             SCREEN,
             input_sha256=input_sha256,

@@ -164,6 +164,7 @@ def screen_stage(
                 "vertical": vertical,
             },
             left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
+            filtered=chosen.left_out,
             histories=None if asked.histories is Histories.NONE else run.histories(),
         )
     write_screen_table(output, table)
