@@ -385,6 +385,9 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     """
     total = asked.shape[0]
     pool = np.zeros(_BLOCKS * _BLOCK)
+    # a round takes as long for empty lanes as for others: a few scenarios have but a few blocks;
+    # the loops below keep their constant bounds, without which they are not made of vectors
+    used = min(_BLOCKS, (total + WIDTH - 1) // WIDTH) * _BLOCK
     pack = np.zeros(PACK_SIZE)
     # unsigned, so that no index can be negative, which would have to be looked for
     fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
@@ -396,8 +399,9 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
         for q in range(b, b + WIDTH):
             _empty(pool, q)
-            fresh[freshes] = q
-            freshes += 1
+            if b < used:
+                fresh[freshes] = q
+                freshes += 1
     while True:
         while True:
             for e in range(freshes):
@@ -485,9 +489,13 @@ def integrate_lanes(  # noqa: C901  one loop, see above
             break
         # loads of all blocks before the first stride: a vector cannot read what was just written
         for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
+            if b >= used:
+                break
             for q in range(b, b + WIDTH):
                 _load(pool, q, ground, curved, lifts)
         for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
+            if b >= used:
+                break
             stride(pool, b, curved, lifts)
             for q in range(b, b + WIDTH):
                 if pool[q + SEEN] == 0.0:
