@@ -46,7 +46,6 @@ def draw_9(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw Figure 9 of the paper."""
     import numpy as np
 
-    from rockframe.engines import ProcessPool
     from rockframe.figures import draw_overturning_spectra
     from rockframe.results import spectrum_dataset
     from rockframe.rocking import overturning_spectrum
@@ -60,7 +59,6 @@ def draw_9(options: argparse.Namespace) -> tuple[Captioned, int]:
         np.linspace(*_FREQUENCY_RATIOS, points),
         np.linspace(*_AMPLITUDES, points),
         tolerance=_TOLERANCE,
-        engine=ProcessPool(),
     )
     return draw_overturning_spectra(spectrum_dataset(found)), 0
 

@@ -101,6 +101,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
     from rockframe.cli.arguments import band_pass, passport_limits, read_options
     from rockframe.cli.console import progress_bar, progress_names
     from rockframe.cli.pulse_options import find_options
+    from rockframe.engines import OneProcess
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
     from rockframe.study import SHIPPED_STRUCTURES, bundled_records
 
@@ -134,6 +135,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             vertical=options.vertical,
             pulses_path=folder / "pulses.nc",
             margins=options.margins,
+            engine=OneProcess(),  # its threads use all cores
             progress=progress,
         )
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)

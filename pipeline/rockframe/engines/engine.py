@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Sized
@@ -10,13 +9,14 @@ from dataclasses import dataclass
 from typing import Final, TypeVar
 
 from rockframe.engines.pool import serve
+from rockframe.engines.threads import cores
 from rockframe.errors import ParameterError
 
 Batch = TypeVar("Batch")
 Result = TypeVar("Result")
 
 #: What the start of a pool costs: Python, numba and the compiled kernels in each worker [s].
-_START: Final = 1.0
+_START: Final = 2.0
 
 
 class Engine(ABC):
@@ -103,18 +103,6 @@ class ProcessPool(Engine):
         if spent < self.patience:
             return False
         return total is None or done == 0 or spent / done * (total - done) > self.patience
-
-
-def cores() -> int:
-    """Return how many cores this process may use.
-
-    Examples
-    --------
-    >>> cores() >= 1
-    True
-    """
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 def map_batches(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
@@ -89,6 +89,11 @@ class RecordsFile:
     def orientations(self) -> list[Orientation]:
         """Orientations of the records."""
         return [Orientation(int(value)) for value in self._known["orientation"].values]
+
+    def samples(self, names: Sequence[str]) -> int:
+        """Return how many samples the records of these names have together."""
+        rows = [self._rows[name] for name in names]
+        return int(self._known["row_size"].values[rows].sum())
 
     def usable_periods(self, name: str) -> tuple[float, float]:
         """Return the shortest and longest usable period of a record [s]; 0 and infinity if unknown.

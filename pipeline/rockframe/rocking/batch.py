@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.engines import on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.gathering import AT_A_TIME, Answers
+from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered
 from rockframe.rocking.response import as_ground, refuse_flight
 from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 Motion = Record | Pulse | GroundAcceleration
+
+#: Scenarios that are worth the start of a thread.
+_WORTH_A_THREAD: Final = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,19 +133,18 @@ def respond_scenarios(
     constants = np.array(
         [(f.slenderness, f.effective_frequency_parameter, f.restitution) for f in frames]
     ).reshape(-1, 3)
+    _refuse_flights(grounds, which, factors)
     order = np.argsort(which, kind="stable")
-    ends = np.searchsorted(which, np.arange(len(grounds) + 1), sorter=order)
     answers = Answers(factors.size)
-    for motion, first, last in zip(grounds, ends[:-1], ends[1:], strict=True):
-        if first == last:
-            continue
-        shaking = as_ground(motion)
-        for factor in (factors[order[first:last]].min(), factors[order[first:last]].max()):
-            refuse_flight(shaking, float(factor))
-        for start in range(first, last, AT_A_TIME):
-            asked = order[start : min(start + AT_A_TIME, last)]
-            answers.ask(asked, shaking, factors[asked], constants[whose[asked]])
-    answers.complete()
+
+    def answer(part: Index) -> None:
+        gathered = Gathered(answers)
+        for asked in np.split(part, np.flatnonzero(np.diff(which[part])) + 1):
+            shaking = as_ground(grounds[which[asked[0]]])
+            gathered.ask(asked, shaking, factors[asked], constants[whose[asked]])
+        gathered.complete()
+
+    on_threads(answer, _parts(order))
     return Scenarios(
         verdict=answers.verdicts,
         peak_rotation=answers.summaries[:, kernel.PEAK].copy(),
@@ -207,6 +212,23 @@ def respond_many(
         overturning_time=found.overturning_time.reshape(shape),
         impacts=found.impacts.reshape(shape),
     )
+
+
+def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> None:
+    """Refuse what falls faster than gravity at any of its scales; only these move vertically."""
+    for k, ground in enumerate(grounds):
+        if isinstance(ground, GroundAcceleration) and ground.vertical is not None:
+            scales = factors[which == k]
+            for scale in (scales.min(), scales.max()) if scales.size else ():
+                refuse_flight(ground, float(scale))
+
+
+def _parts(order: Index) -> list[Index]:
+    """Scenarios of threads: enough of them, and not more than the kernel is given at a time."""
+    if not order.size:
+        return []
+    worth = min(threads(), math.ceil(order.size / _WORTH_A_THREAD))
+    return np.array_split(order, max(worth, math.ceil(order.size / AT_A_TIME)))
 
 
 def _asked(

@@ -40,7 +40,7 @@ class _Batch:
 
 
 class Answers:
-    """Answers to scenarios, filled in as the batches are full.
+    """Answers to scenarios, of which each is filled in once.
 
     Parameters
     ----------
@@ -51,6 +51,19 @@ class Answers:
     def __init__(self, scenarios: int) -> None:
         self.verdicts = np.empty(scenarios, dtype=np.int8)
         self.summaries = np.empty((scenarios, kernel.SUMMARY_SIZE))
+
+
+class Gathered:
+    """Scenarios that are asked for in one thread, answered as the batches are full.
+
+    Parameters
+    ----------
+    answers : Answers
+        What is filled in.
+    """
+
+    def __init__(self, answers: Answers) -> None:
+        self._answers = answers
         self._batches: dict[tuple[bool, bool], _Batch] = {}
 
     def ask(
@@ -114,8 +127,8 @@ class Answers:
             verdicts,
             summaries,
         )
-        self.verdicts[scenarios] = verdicts
-        self.summaries[scenarios] = summaries
+        self._answers.verdicts[scenarios] = verdicts
+        self._answers.summaries[scenarios] = summaries
 
     def _one_by_one(
         self, scenarios: Index, ground: GroundAcceleration, scale: Float, constants: Float
@@ -135,8 +148,8 @@ class Answers:
             verdicts,
             summaries,
         )
-        self.verdicts[scenarios] = verdicts
-        self.summaries[scenarios] = summaries
+        self._answers.verdicts[scenarios] = verdicts
+        self._answers.summaries[scenarios] = summaries
 
 
 def _pieces(

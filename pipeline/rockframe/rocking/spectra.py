@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.engines import Engine, OneProcess, map_batches
+from rockframe.engines import Engine, OneProcess, map_batches, on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RECTANGULAR, RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
@@ -158,7 +158,7 @@ def overturning_spectrum(
         _Batch(tuple(grounds[start : start + size]), frames, amplitude, tolerance)
         for start in range(0, len(grounds), size)
     ]
-    parts = list(map_batches(_scan, batches, engine=OneProcess() if engine is None else engine))
+    parts = list(map_batches(_scans, batches, engine=OneProcess() if engine is None else engine))
     # each ground with all frames is how it is computed; the dimensions go the other way
     shape = (len(pulses), frequency_ratio.size, slenderness.size, mass_ratio.size)
     order = np.arange(math.prod(shape)).reshape(shape).transpose(0, 2, 3, 1).ravel()
@@ -226,6 +226,14 @@ def increasing(label: str, values: ArrayLike, *, zero: bool = False) -> Float:
         if value <= before:
             raise ParameterError(f"Invalid {label} {value} after {before}. Must be increasing.")
     return row
+
+
+def _scans(batch: _Batch) -> Scan:
+    """All of a batch: each thread takes neighbours among the grounds."""
+    number, count = len(batch.grounds), min(threads(), len(batch.grounds))
+    ends = [number * k // count for k in range(count + 1)]
+    parts = [replace(batch, grounds=batch.grounds[one:end]) for one, end in pairwise(ends)]
+    return _together(on_threads(_scan, parts))
 
 
 def _scan(batch: _Batch) -> Scan:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from rockframe.errors import ParameterError
 from rockframe.results import RecordsFile
+
+Task = TypeVar("Task")
 
 #: Called with what is done and what there is to do in all.
 Progress = Callable[[int, int], None]
@@ -54,6 +57,34 @@ class Batch:
 
 #: All records at once.
 WHOLE = Batch()
+
+
+@dataclass(frozen=True)
+class Counted(Generic[Task]):
+    """Tasks that are made as they are taken, of which it is known about how many there are.
+
+    Parameters
+    ----------
+    tasks : iterable
+        The tasks.
+    number : int
+        Their number, or more: what left-out records would be in is counted.
+
+    Examples
+    --------
+    >>> tasks = Counted(iter("ab"), 3)
+    >>> len(tasks), list(tasks)
+    (3, ['a', 'b'])
+    """
+
+    tasks: Iterable[Task]
+    number: int
+
+    def __iter__(self) -> Iterator[Task]:
+        return iter(self.tasks)
+
+    def __len__(self) -> int:
+        return self.number
 
 
 def silent(_done: int, _total: int) -> None:

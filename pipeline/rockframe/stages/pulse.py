@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from rockframe.matching import FindOptions, RecordPulses, find_pulses
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
 from rockframe.results import RecordsFile, input_hash, open_records, write_pulses
-from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
+from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
 
 #: Records of a task.
 _TOGETHER: Final = 8
@@ -70,7 +71,7 @@ def pulse_stage(
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
-        tasks = _tasks(file, names, wanted, left_out)
+        tasks = Counted(_tasks(file, names, wanted, left_out), math.ceil(len(names) / _TOGETHER))
 
         def answers() -> Iterator[tuple[Record, RecordPulses]]:
             done = 0

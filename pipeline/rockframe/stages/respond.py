@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final, Self
 
-import numba
-
 from rockframe.components import vertical_beside
-from rockframe.engines import Engine, map_batches
+from rockframe.engines import Engine, map_batches, on_threads
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
@@ -33,7 +31,7 @@ from rockframe.rocking import (
     with_margins,
     with_pulse,
 )
-from rockframe.stages.common import WHOLE, Batch, Progress, horizontal, silent
+from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets import Pulse
 
@@ -115,7 +113,10 @@ def respond_stage(
         names = batch.of(horizontal(file))
         motions = _motions(file, names, vertical, left_out)
         pulses = _Pulses.read(pulses_path, names)
-        tasks = _tasks(motions, tuple(frames), Histories(histories), margins, pulses)
+        tasks = Counted(
+            _tasks(motions, tuple(frames), Histories(histories), margins, pulses),
+            math.ceil(file.samples(names) * len(frames) / _NODES),
+        )
 
         def answers() -> Iterator[tuple[str, list[Response]]]:
             done = 0
@@ -221,8 +222,7 @@ def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
 
     The kernel lets other threads run: margins, which take most of the time, share the cores.
     """
-    with ThreadPoolExecutor(numba.get_num_threads()) as threads:  # one in the workers of a pool
-        return list(threads.map(partial(_answer_one, task), task.motions))
+    return on_threads(partial(_answer_one, task), list(task.motions))
 
 
 def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
