@@ -251,3 +251,13 @@ def test_facts_from_the_file_are_kept_and_missing_ones_borrowed(
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     inputs = {"RSN77_SFERN_PUL164.csv", "catalogue.csv", "structures.toml"}
     assert set(manifest["inputs"]) == inputs
+
+
+def test_of_what_fell_show_tells_when_and_no_rotation(
+    table1: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("show", table1, "Ridgecrest2019-CCC-360") == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    (fallen,) = (line for line in lines if line[:1] == ["slender-frame"])
+    assert fallen[1:4] == ["–"] * 3
+    assert fallen[5:] == ["undecided,", "overturned", "38.7", "s"]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import path
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rockframe.results import Run
 
@@ -31,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         show_json(told)
     else:
-        _show(told)
+        _show(told, [row for row in content.rows if row["record_id"] == told["record_id"]])
     return 0
 
 
@@ -109,7 +110,7 @@ def _figure(folder: Path, name: str) -> str:
     return figure.as_posix() if name and (folder / figure).is_file() else ""
 
 
-def _show(told: Mapping[str, Any]) -> None:
+def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
     facts = told["facts"]
     print(told["record_id"] or told["file"])
     for label, text in (
@@ -125,26 +126,29 @@ def _show(told: Mapping[str, Any]) -> None:
     ):
         if text or label == "accepted":
             print(f"  {label:<10} {text}".rstrip())
-    if told["responses"]:
-        _show_responses(told["responses"])
+    if rows:
+        _show_responses(rows)
     if told["screening"]:
         _show_screening(told["screening"])
 
 
-def _show_responses(responses: Mapping[str, Mapping[str, Any]]) -> None:
-    from rockframe.cli.console import number, show_table
+def _show_responses(rows: Sequence[Mapping[str, str]]) -> None:
+    from rockframe.cli.console import show_table
+    from rockframe.cli.respond import response_cells
 
-    rows = []
-    for structure, facts in responses.items():
-        fell = facts["verdict"] == "overturned"
-        verdict = f"overturned {facts['overturning_time']:.1f} s" if fell else facts["verdict"]
-        values = (
-            number(facts["peak_rotation_ratio"], 3),
-            number(100.0 * facts["peak_u"], 1),
-            number(100.0 * facts["peak_v"], 2),
-        )
-        rows.append([structure, *(("–",) * 3 if fell else values), verdict])
-    show_table("", ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "verdict"], rows)
+    cells = []
+    for row in rows:
+        numbers = {name: _number(text) for name, text in row.items()}
+        cells.append([row["structure"], *response_cells(numbers | {"verdict": row["verdict"]})])
+    heads = ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "critical scale>", "verdict"]
+    show_table("", heads, cells)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _show_screening(rows: list[dict[str, Any]]) -> None:

@@ -107,11 +107,12 @@ def of_structure(dataset: xr.Dataset) -> str:
 def of_record(dataset: xr.Dataset) -> str:
     """Return the words of a caption that state the record and what became of the structure."""
     end = float(dataset["overturning_time"])
-    fate = "it stands" if end != end else f"it overturns at {end:.2f} s"  # NaN: never
+    largest = f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
+    impacts = f"{int(dataset['impacts'])} impacts, "
+    # NaN: never; of a fall the largest rotation tells nothing.
+    fate = f"{largest}{impacts}it stands" if end != end else f"{impacts}it overturns at {end:.2f} s"
     upwards = "with" if dataset.attrs["vertical"] else "without"
     return (
         f"Record {dataset['record_id'].item()}, {upwards} its vertical motion "
-        f"(PGA {float(dataset['pga']) / GRAVITY:.2f} g): "
-        f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
-        f"{int(dataset['impacts'])} impacts, {fate}."
+        f"(PGA {float(dataset['pga']) / GRAVITY:.2f} g): {fate}."
     )
