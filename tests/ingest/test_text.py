@@ -168,3 +168,23 @@ def test_a_step_in_a_comment_is_that_of_the_samples(comment: str, agrees: bool) 
     else:
         with pytest.raises(InputError, match=r"a\.txt:1: dt .* in the comment, time step 0\.01 s"):
             read_bytes("a.txt", data, options)
+
+
+@pytest.mark.parametrize(
+    ("comment", "states"),
+    [
+        ("# units: g", None),
+        ("# acceleration, corrected", None),
+        ("# original units gal, converted", None),
+        ("# Acceleration in cm/s^2", "cm/s2"),
+        ("% IN UNITS OF GAL", "gal"),
+    ],
+)
+def test_units_in_a_comment_are_those_of_the_samples(comment: str, states: str | None) -> None:
+    options = ReadOptions(units="g", time_step=0.01)
+    for data in (f"{comment}\n0.1\n0.2\n", f"{comment}\nacc_g\n0.1\n0.2\n"):
+        if states is None:
+            assert read_bytes("a.txt", data.encode(), options)[0].acceleration[1] > 1.9
+        else:
+            with pytest.raises(InputError, match=rf"a\.txt:1: .*'{states}' in the comment, 'g' "):
+                read_bytes("a.txt", data.encode(), options)

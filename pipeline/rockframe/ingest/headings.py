@@ -26,6 +26,13 @@ _SPELLINGS: Final = {
     **{f"mm{per}": "mm/s2" for per in _PER_SECOND_SQUARED},
     **{f"m{per}": "m/s2" for per in _PER_SECOND_SQUARED},
 }
+#: Units in a sentence: after the word itself, or after what has them.
+_IN_WORDS: Final = re.compile(
+    r"\b(?:units?|acc(?:el(?:eration)?)?)\b(?:\s+(?:of|in|is|are|units?|acceleration)\b)*[\s:=.\[(]*"
+    r"(?P<units>(?:cm|mm|m)\s?/\s?s(?:ec)?(?:(?:\^|\*\*)?2|\s?/\s?s(?:ec)?)|[cm]?m\ss\^?-2|gal|g)"
+    r"(?![\w/^*-])",
+    re.I,
+)
 _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."
 
 
@@ -78,6 +85,20 @@ def is_known(name: str) -> bool:
     (True, False)
     """
     return _split_name(name)[0] in _QUANTITIES
+
+
+def units_in(comment: str) -> str | None:
+    """Return the units of acceleration that a comment states; None if it states none.
+
+    Of what was converted they may be those before or after: none are taken.
+
+    Examples
+    --------
+    >>> units_in("# Acceleration [cm/s^2]"), units_in("# units: GAL"), units_in("# in counts")
+    ('cm/s2', 'gal', None)
+    """
+    found = None if re.search("convert|origin", comment, re.I) else _IN_WORDS.search(comment)
+    return found and _SPELLINGS.get(re.sub(r"[\s^*]", "", found["units"].lower()))
 
 
 def read_headings(

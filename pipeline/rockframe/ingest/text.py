@@ -23,6 +23,7 @@ from rockframe.ingest.headings import (
     is_known,
     is_row,
     read_headings,
+    units_in,
 )
 from rockframe.ingest.identify import record_ids
 from rockframe.ingest.lines import (
@@ -112,9 +113,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If units or time step are unstated, a comment states another step or number of samples, a
-        column is none of time and acceleration, rows differ in length, a number is none, or the
-        times are uneven.
+        If units or time step are unstated, a comment states other units, another step or number of
+        samples, a column is none of time and acceleration, rows differ in length, a number is none,
+        or the times are uneven.
 
     Examples
     --------
@@ -126,6 +127,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     names_line = layout.names_line or layout.first_line
     quantities, stated = read_headings(path, layout.names, layout.columns, names_line)
     factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
+    taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
+    _require_units(path, layout, factor, taken)
     table = _parse(path, layout, quantities)
     if not data[-1:].isspace():
         end = layout.rows[-_ROWS_OF_END:]
@@ -219,6 +222,14 @@ def _require_count(path: Path, layout: _Layout, rows: int) -> None:
                 f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal.",
                 line=line,
             )
+
+
+def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> None:
+    for line, comment in enumerate(layout.comments, 1):
+        stated = units_in(comment)
+        if stated and acceleration_factor(stated) != factor:
+            message = f"acceleration units {stated!r} in the comment, {taken}. Must agree."
+            raise InputError(path, message, line=line)
 
 
 def _require_step(path: Path, layout: _Layout, step: float) -> None:
