@@ -58,6 +58,7 @@ def test_few_recordings_are_said_to_be_few(
         (["--magnitude", "8", "9"], "no record is left to screen"),
         (["--azimuths", "45"], "is the only horizontal"),
         (["--azimuths", "10", "10"], "Invalid azimuths, 10 degrees twice"),
+        (["--azimuths", "10", "370"], "Invalid azimuths, 10 degrees twice"),
         (["--azimuths", "nan"], "Invalid azimuth nan"),
         (["--seed", "-1"], "Invalid seed -1. Must be zero or positive"),
         (["--vertical"], "no vertical record"),

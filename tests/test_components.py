@@ -63,6 +63,13 @@ def test_toward_its_own_azimuth_a_component_is_itself(
     np.testing.assert_array_equal(rotate(PAIR, azimuth).acceleration, sign * recorded)
 
 
+@pytest.mark.parametrize(("azimuth", "name"), [(450.0, "90"), (-30.0, "330"), (360.0, "0")])
+def test_azimuths_are_named_from_0_to_360_degrees(azimuth: float, name: str) -> None:
+    turned = rotate(PAIR, azimuth)
+    assert turned.record_id.endswith(f"-rotated-{name}")
+    assert turned.azimuth == float(name)
+
+
 def test_azimuth_is_clockwise_from_north_and_positive_in_its_direction() -> None:
     """A push to the north-east, recorded as north and east."""
     north, east = (component(a, record_id=f"c{a:g}") for a in (0.0, 90.0))

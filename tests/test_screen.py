@@ -196,9 +196,18 @@ def test_range_that_is_none() -> None:
 
 
 @pytest.mark.parametrize("like", [True, False])
-def test_likeness_that_is_not_known_leaves_out(screen: Screen, like: bool) -> None:
-    with pytest.raises(ParameterError, match=r"pulse_like unknown. Must be"):
+def test_a_filter_of_pulses_needs_pulses_of_the_motions(
+    screen: Screen, tmp_path: Path, like: bool
+) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid filter pulse_like where no pulse is known"):
         screen(site(1), selection=Selection(pulse_like=like))
+    with pytest.raises(ParameterError, match=r"pulse_like of pairs that are turned: .* --azimuths"):
+        screen(
+            site(1),
+            selection=Selection(pulse_like=like),
+            pulses_path=tmp_path / "pulses.nc",
+            azimuths=[10.0],
+        )
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     pair : HorizontalPair
         The two recorded components.
     azimuth : float
-        Direction of positive acceleration, clockwise from north [degree].
+        Direction of positive acceleration, clockwise from north [degree]; 450 is 90.
 
     Returns
     -------
@@ -89,6 +89,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     """
     if not np.isfinite(azimuth):
         raise ParameterError(f"Invalid azimuth {azimuth!r} degrees. Must be finite.")
+    azimuth %= 360.0
     one, other = pair.first, pair.second
     end = f"-rotated-{azimuth:g}"
     step = (

@@ -137,6 +137,7 @@ def screen_stage(
     candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
     factors = _require_increasing(scales)
     asked = Asked(frames, candidates, factors, margins, Histories(histories), design, seed)
+    _require_pulses(selection or Selection(), pulses_path, azimuths)
     hazard = _hazard(hazard_path, pulses_path, azimuths)
     facts = read_facts(records_path, pulses_path)
     with open_records(records_path) as file:
@@ -187,6 +188,21 @@ def _require_increasing(scales: ArrayLike) -> NDArray[np.float64]:
         one, other = factors[falls[0] : falls[0] + 2]
         raise ParameterError(f"Invalid scales, {other:g} after {one:g}. Must increase.")
     return factors
+
+
+def _require_pulses(
+    selection: Selection, pulses_path: Path | None, azimuths: Sequence[float]
+) -> None:
+    for name in selection.of_pulses():
+        if pulses_path is None:
+            raise ParameterError(
+                f"Invalid filter {name} where no pulse is known. Must be given with --pulses."
+            )
+        if len(azimuths):
+            raise ParameterError(
+                f"Invalid filter {name} of pairs that are turned: their pulses are not known. "
+                "Must be given without --azimuths."
+            )
 
 
 def _hazard(

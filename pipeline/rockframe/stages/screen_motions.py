@@ -85,14 +85,14 @@ class Selection:
             return f"pulse_like {said}. Must be {'yes' if self.pulse_like else 'no'}"
         return ""
 
+    def of_pulses(self) -> dict[str, Any]:
+        """Return what is stated of pulses."""
+        names = ("pulse_period_s", "pulse_length_m", "pulse_like")
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
     def stated(self) -> dict[str, Any]:
         """Return what is stated, as JSON has it."""
-        own = {
-            "pulse_period_s": self.pulse_period_s,
-            "pulse_length_m": self.pulse_length_m,
-            "pulse_like": self.pulse_like,
-        }
-        return self.filters.stated() | {k: v for k, v in own.items() if v is not None}
+        return self.filters.stated() | self.of_pulses()
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +144,7 @@ class Motions:
         ParameterError
             If none is left, or an azimuth is not finite or stated twice.
         """
-        _require_different(azimuths)
+        azimuths = _different(azimuths)
         rows = {name: row for row, name in enumerate(self._facts.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
@@ -251,10 +251,14 @@ class Motions:
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
 
 
-def _require_different(azimuths: Sequence[float]) -> None:
-    stated = [f"{azimuth:g}" for azimuth in azimuths]  # as in the names of the motions
-    for azimuth, text in zip(azimuths, stated, strict=True):
+def _different(azimuths: Sequence[float]) -> list[float]:
+    """Azimuths as those of the motions are, from 0 to 360 degrees."""
+    for azimuth in azimuths:
         if not math.isfinite(azimuth):
             raise ParameterError(f"Invalid azimuth {azimuth!r} degrees. Must be finite.")
-        if stated.count(text) > 1:
+    turned = [azimuth % 360.0 for azimuth in azimuths]
+    named = [f"{azimuth:g}" for azimuth in turned]  # as in the names of the motions
+    for text in named:
+        if named.count(text) > 1:
             raise ParameterError(f"Invalid azimuths, {text} degrees twice. Must be different.")
+    return turned
