@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 import subprocess
@@ -13,6 +14,7 @@ import pytest
 from tests.commands import STRUCTURE, ingested, run
 
 import rockframe
+from rockframe.cli.main import parser
 from rockframe.ingest import FORMATS
 from rockframe.paper import paper_record_of
 from rockframe.wavelets import Pulse
@@ -55,6 +57,12 @@ def test_tables_are_printed(motion: Path, capsys: pytest.CaptureFixture[str]) ->
     printed = capsys.readouterr().out
     for words in ("→ antisymmetric_ricker", "bridge-bent", "slender-column", "motion"):
         assert words in printed
+
+
+def test_every_option_of_every_command_says_what_it_is() -> None:
+    (verbs,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
+    for name, verb in verbs.choices.items():
+        assert [(name, a.dest) for a in verb._actions if not a.help] == []  # noqa: SLF001
 
 
 def test_formats_are_those_of_the_registry(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rockframe.cli.arguments import path
 from rockframe.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -27,46 +28,86 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="data centre: an address, or a short name that obspy knows (SCEDC, INGV, GEONET...)",
     )
-    parser.add_argument("--event-url", default="", metavar="URL", help="event service elsewhere")
     parser.add_argument(
-        "--station-url", default="", metavar="URL", help="station service elsewhere"
+        "--event-url", default="", metavar="URL", help="event service, if elsewhere"
+    )
+    parser.add_argument(
+        "--station-url", default="", metavar="URL", help="station service, if elsewhere"
     )
     _add_event(parser)
     _add_stations(parser)
-    parser.add_argument("--before", type=float, default=30.0, metavar="SECONDS")
-    parser.add_argument("--after", type=float, default=300.0, metavar="SECONDS")
+    for name, seconds in (("before", 30.0), ("after", 300.0)):
+        parser.add_argument(
+            f"--{name}",
+            type=float,
+            default=seconds,
+            metavar="SECONDS",
+            help=f"span of the records {name} the origin time (default: {seconds:g})",
+        )
     parser.add_argument(
-        "--timeout", type=float, default=120.0, metavar="SECONDS", help="for one answer"
+        "--timeout",
+        type=float,
+        default=120.0,
+        metavar="SECONDS",
+        help="longest wait for one answer (default: 120)",
     )
-    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER")
+    parser.add_argument(
+        "--output", type=path, required=True, metavar="FOLDER", help="folder to write"
+    )
 
 
 def _add_event(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--event", default="", metavar="ID", help="identifier in the event service")
-    parser.add_argument("--origin", metavar="TIME", help="or the event's facts: origin time, UTC")
+    parser.add_argument(
+        "--origin",
+        metavar="TIME",
+        help="instead of --event: its origin time, UTC, as in 2019-07-06T03:19:53, with "
+        "--latitude and --longitude",
+    )
     for name in ("--latitude", "--longitude"):
-        parser.add_argument(name, type=float, metavar="DEGREE", help="of the epicentre")
-    parser.add_argument("--magnitude", type=float, default=math.nan)
-    parser.add_argument("--event-name", default="", metavar="NAME")
-    parser.add_argument("--start", default="", metavar="TIME", help="or a span of time, UTC")
-    parser.add_argument("--end", default="", metavar="TIME")
+        parser.add_argument(
+            name, type=float, metavar="DEGREES", help="of the epicentre, with --origin"
+        )
+    parser.add_argument(
+        "--magnitude", type=float, default=math.nan, help="of the event, with --origin"
+    )
+    parser.add_argument(
+        "--event-name", default="", metavar="NAME", help="of the event, with --origin"
+    )
+    parser.add_argument(
+        "--start",
+        default="",
+        metavar="TIME",
+        help="instead of an event: the first of a span of time, UTC",
+    )
+    parser.add_argument("--end", default="", metavar="TIME", help="the last of that span, UTC")
 
 
 def _add_stations(parser: argparse.ArgumentParser) -> None:
     for name in ("--network", "--station", "--location"):
-        parser.add_argument(name, default="*", metavar="CODES", help="with ? and *, by commas")
+        parser.add_argument(
+            name, default="*", metavar="CODES", help="with ? and *, by commas (default: all)"
+        )
     parser.add_argument(
         "--channel",
         default="HN?,HG?,BN?",
         metavar="CODES",
-        help="default: those of accelerometers, HN?,HG?,BN?",
+        help="with ? and *, by commas (default: those of accelerometers, HN?,HG?,BN?)",
     )
     parser.add_argument(
-        "--radius-km", type=float, default=math.nan, metavar="KM", help="around the epicentre"
+        "--radius-km",
+        type=float,
+        default=math.nan,
+        metavar="KM",
+        help="largest epicentral distance",
     )
-    for name in ("--min-radius", "--max-radius"):
+    for name, which in (("--min-radius", "least"), ("--max-radius", "largest")):
         parser.add_argument(
-            name, type=float, default=math.nan, metavar="DEGREE", help="the same in degrees"
+            name,
+            type=float,
+            default=math.nan,
+            metavar="DEGREES",
+            help=f"instead of --radius-km: {which} epicentral distance, in degrees of arc",
         )
 
 

@@ -26,7 +26,10 @@ _PAPER_FIGURES: Final = ("5", "7", "8", "9", "11")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The paper's records, if there are any, and where the page goes."""
     parser.add_argument(
-        "--output", type=path, default=Path("outputs/paper"), help="folder to write"
+        "--output",
+        type=path,
+        default=Path("outputs/paper"),
+        help="folder to write (default: outputs/paper)",
     )
     parser.add_argument("--claim", metavar="NAME", help="print this claim alone, and write nothing")
     add_records(parser)

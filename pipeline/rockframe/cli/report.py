@@ -14,7 +14,9 @@ _PAGE: Final = "report.html"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The folder of a run in, a page out."""
-    parser.add_argument("folder", type=path, help="folder of a run of `rockframe table1`")
+    parser.add_argument(
+        "folder", type=path, help="folder of a run, of `rockframe table1` or `rockframe run`"
+    )
     parser.add_argument(
         "--output", type=path, help="page to write (default: report.html in the folder)"
     )

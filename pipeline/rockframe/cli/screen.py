@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--azimuths",
         type=values,
         nargs="+",
-        metavar="DEGREE",
+        metavar="DEGREES",
         default=[],
         help="turn each pair of horizontals toward these azimuths; or FROM:TO:COUNT",
     )
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-margins",
         action="store_true",
-        help="without critical scales and safe islands, which take most of the time",
+        help="leave out critical scales and safe islands, which take most of the time",
     )
     add_histories(parser, "none")
     _add_results(parser)
@@ -108,7 +108,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
             help=f"{of} (default: {default})",
         )
     parser.add_argument(
-        "--seed", type=int, default=0, help="of the draws of the bands (default: 0)"
+        "--seed", type=int, default=0, metavar="N", help="of the draws of the bands (default: 0)"
     )
 
 

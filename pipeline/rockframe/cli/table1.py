@@ -31,7 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="record files or folders (default: the bundled 2019 Ridgecrest records)",
     )
     parser.add_argument(
-        "--output", type=path, default=Path("outputs/table1"), help="folder to write"
+        "--output",
+        type=path,
+        default=Path("outputs/table1"),
+        help="folder to write (default: outputs/table1)",
     )
     add_structures(parser)
     add_vertical(parser)
