@@ -181,6 +181,8 @@ def test_init_writes_what_run_reads(
     assert main(["init", "mine"]) == 2
     assert "is there already" in capsys.readouterr().err
     assert main(["init", "../mine"]) == 2
+    assert main(["init", "other.toml"]) == 2
+    assert "Must be without .toml: other." in capsys.readouterr().err
 
 
 def test_template_states_the_defaults_and_every_key(tmp_path: Path) -> None:

@@ -80,6 +80,18 @@ def test_option_of_a_stage_concerns_what_follows_it(
     study.write_text(STUDY)
 
 
+def test_results_do_not_depend_on_batches(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What another division of the records gave is not computed again."""
+    before = {name: value for name, value in contents(home / "run").items() if ".nc" in name}
+    (home / "small.toml").write_text(STUDY.replace("records = 2", "records = 3"))
+    assert steps_done(home, capsys) == {"manifest", "report", "verify"}
+    (home / "run" / "response.nc").unlink()
+    done = steps_done(home, capsys)
+    assert {"respond-001", "respond-002", "merge-respond"} <= done
+    assert "pulse-001" not in done
+    assert {name: contents(home / "run")[name] for name in before} == before
+
+
 @pytest.mark.parametrize(
     ("name", "damage"),
     [
@@ -205,7 +217,9 @@ def test_study_that_makes_less_leaves_nothing_behind(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (home / "small.toml").write_text(STUDY.replace("most = 1", "most = 0"))
-    assert "manifest" in steps_done(home, capsys)
+    assert run(home / "small.toml", home / "run") == 0
+    said = f"{home / 'run' / 'figures'}: the study no longer makes it; removed."
+    assert said in capsys.readouterr().err
     assert not (home / "run" / "figures").exists()
     assert main(["verify", str(home / "run")]) == 0
 
@@ -253,6 +267,22 @@ def test_status_of_half_a_run(home: Path, capsys: pytest.CaptureFixture[str]) ->
     assert {"name": "verify", "state": "to do", "fault": ""} in told["steps"]
     assert main(["status", str(home / "run")]) == 0
     assert "not complete" in capsys.readouterr().out
+
+
+def test_status_tells_of_inputs_that_are_not_as_they_were(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The run is whole, and it is of other records than those that are there now."""
+    plan = read_plan(home / "run")
+    write_plan(make_plan(read_study(home / "small.toml"), home / "run"), home / "run")
+    assert plan.keys == read_plan(home / "run").keys
+    (home / "motions" / "motion-1.csv").write_text("0.1\n")
+    (home / "motions" / "motion-2.csv").unlink()
+    assert main(["status", str(home / "run"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert list(told["inputs_changed"].values()) == ["changed", "vanished"]
+    assert main(["status", str(home / "run")]) == 0
+    assert "2 of 5 inputs changed or vanished since this was planned" in capsys.readouterr().out
 
 
 def test_step_that_fails_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

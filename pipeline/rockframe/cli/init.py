@@ -20,6 +20,9 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.provenance import whole_file
     from rockframe.study import SCHEMA, commented_study, schema
 
+    if options.name.endswith(".toml"):
+        bare = options.name.removesuffix(".toml")
+        raise ParameterError(f"Invalid name {options.name!r}. Must be without .toml: {bare}.")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", options.name):
         raise ParameterError(
             f"Invalid name {options.name!r}. Must be 1 to 64 letters, digits, points, hyphens or "

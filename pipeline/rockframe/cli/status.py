@@ -16,11 +16,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Hash what is there, and say where each step stands."""
     from rockframe.cli.console import show_json, show_table
-    from rockframe.runs import is_locked, read_plan, status_of
+    from rockframe.runs import changed_inputs, is_locked, read_plan, status_of
 
     plan = read_plan(options.folder)
     states = status_of(options.folder)
     running = is_locked(options.folder)
+    changed = dict(changed_inputs(plan))
     complete = all(state.is_done for state in states)
     if options.json:
         steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
@@ -31,6 +32,7 @@ def run(options: argparse.Namespace) -> int:
                 "complete": complete,
                 "running": running,
                 "counts": counts,
+                "inputs_changed": changed,
                 "steps": steps,
             }
         )
@@ -43,5 +45,9 @@ def run(options: argparse.Namespace) -> int:
     for state in states:
         if state.fault:
             print(f"{state.fault}.")
+    if changed:
+        path, how = next(iter(changed.items()))
+        many = f"{len(changed)} of {len(plan.inputs)} inputs changed or vanished"
+        print(f"{many} since this was planned: {path} {how}.")
     print("complete" if complete else "a run is at work" if running else "not complete")
     return 0

@@ -5,6 +5,7 @@ from rockframe.runs.graph import INPUTS as INPUTS
 from rockframe.runs.graph import PAGE as PAGE
 from rockframe.runs.lock import is_locked as is_locked
 from rockframe.runs.lock import locked as locked
+from rockframe.runs.manifest import changed_inputs as changed_inputs
 from rockframe.runs.manifest import finish as finish
 from rockframe.runs.plan import KEPT as KEPT
 from rockframe.runs.plan import Input as Input

@@ -29,7 +29,7 @@ def finish(folder: Path) -> int:
         If an input changed or vanished since the run was planned, or an output is missing.
     """
     plan = read_plan(folder)
-    for name, reason in _changed(plan, folder):
+    for name, reason in changed_inputs(plan) or _read_otherwise(plan, folder):
         raise InputError(
             name, f"{reason} since the run began. Must stay as it is until the end; run again."
         )
@@ -46,18 +46,35 @@ def finish(folder: Path) -> int:
     return len(outputs) + 1
 
 
-def _changed(plan: Plan, folder: Path) -> list[tuple[str, str]]:
+def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
+    """Return the inputs of a plan that are not as they were planned, and how not.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of a run; its inputs are hashed.
+
+    Returns
+    -------
+    list of (str, str)
+        Path, and ``changed`` or ``vanished``.
+    """
     changed = []
     for file in plan.inputs:
         if not file.path.is_file():
             changed.append((str(file.path), "vanished"))
         elif sha256_of(file.path) != file.sha256:
             changed.append((str(file.path), "changed"))
+    return changed
+
+
+def _read_otherwise(plan: Plan, folder: Path) -> list[tuple[str, str]]:
+    """Inputs that ingest did not find as they were planned, whatever they are now."""
     from rockframe.results import RECORDS, describe  # a second that other commands need not wait
 
     records = folder / "records.nc"
-    if not changed and records.is_file():
-        planned = {file.sha256 for file in plan.inputs}
-        read = describe(records, RECORDS).inputs
-        changed += [(name, "changed") for name, sha in read.items() if sha not in planned]
-    return changed
+    if not records.is_file():
+        return []
+    planned = {file.sha256 for file in plan.inputs}
+    read = describe(records, RECORDS).inputs
+    return [(name, "changed") for name, sha in read.items() if sha not in planned]

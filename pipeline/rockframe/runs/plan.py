@@ -6,8 +6,8 @@ import csv
 import io
 import json
 import zipfile
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
@@ -115,11 +115,23 @@ def make_plan(study: Study, folder: Path) -> Plan:
         further = [i.sha256 for i in inputs if str(i.path) in step.command or step.rule == "ingest"]
         if step.rule == "manifest":
             further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
-        keys[step.name] = step.key(known, *code, *further)
+        keys[step.name] = _whole(step, steps).key(known, *code, *further)
         known |= dict.fromkeys(step.outputs, keys[step.name])
     plan = Plan(study.name, study.parameters(), inputs, steps, keys, files)
     _refuse_inputs(plan, study, folder)
     return plan
+
+
+def _whole(step: Step, steps: Sequence[Step]) -> Step:
+    """Of a merge the stage on all records at once: it gives the same, however they are divided."""
+    parts = [part for part in steps if part.temporary and set(part.outputs) & set(step.inputs)]
+    if not parts:
+        return step
+    first, words = parts[0], list(parts[0].command)
+    for option in ("--batch", "--workers", "--output"):
+        at = words.index(option)
+        del words[at : at + 2]
+    return replace(first, command=(*words, "--output", *step.outputs))
 
 
 def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:

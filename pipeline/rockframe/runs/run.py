@@ -189,7 +189,9 @@ def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> None:
     former, damage = _former(folder)
     if former is not None and former.study == plan.study:
         sweep(former, folder)
-        remove_former(plan, former, folder)
+        for gone in remove_former(plan, former, folder):
+            if gone in former.outputs:
+                watch.fault(f"{folder / gone}: the study no longer makes it; removed.")
         return
     found = f"the run of the study {former.study!r}" if former else _strange(plan, folder)
     if not found:

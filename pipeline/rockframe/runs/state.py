@@ -163,18 +163,21 @@ def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
                 _remove_if_empty(folder / parent)
 
 
-def remove_former(plan: Plan, former: Plan, folder: Path) -> None:
-    """Remove what a former plan of the same folder wrote and this one does not."""
+def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
+    """Remove what a former plan of the same folder wrote and this one does not; return names."""
     names = {step.name for step in plan.steps}
     now = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
     for step in former.steps:
         if step.name not in names:
             (folder / _STAMPS / f"{step.name}.json").unlink(missing_ok=True)
-    for name in {*former.outputs, *(n for step in former.steps for n in step.outputs)} - now:
+    made = {*former.outputs, *(n for step in former.steps for n in step.outputs)}
+    removed = sorted(name for name in made - now if (folder / name).exists())
+    for name in removed:
         if name.endswith("/"):
             shutil.rmtree(folder / name, ignore_errors=True)
         else:
             (folder / name).unlink(missing_ok=True)
+    return removed
 
 
 def _remove_if_empty(folder: Path) -> None:
