@@ -48,6 +48,27 @@ def test_one_bad_file_among_good_ones_is_listed_and_status_1(
     assert [row["status"] for row in listed] == ["accepted", "rejected"]
 
 
+def test_where_filters_leave_nothing_they_are_named_before_what_cannot_be_read(
+    motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = motion.with_name("bad.csv")
+    bad.write_text("0.1\ninf\n")
+    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name("records.nc"))
+    assert run("ingest", bad, motion, *words, "--pga-g", "8", "9") == 2
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert "error: motion.csv: pga_g 0.399783" in error
+    assert error.endswith("Must be from 8 to 9. (1 rejected.)")
+
+
+def test_a_second_structure_does_not_silently_take_the_place_of_the_first(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ("--structure", "bridge-bent", "--structure", "apollo-frame")
+    with pytest.raises(SystemExit, match="2"):
+        run("table1", *words)
+    assert "argument --structure: given twice. Must name one;" in capsys.readouterr().err
+
+
 def test_strict_writes_nothing_and_status_2(
     motion: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

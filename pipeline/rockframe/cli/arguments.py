@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rockframe.components import Rotation
@@ -226,7 +226,27 @@ def add_structures(parser: argparse.ArgumentParser) -> None:
         help="TOML file of [[structure]] tables with name, height_m, width_m, mass_ratio "
         "(default: the shipped ones)",
     )
-    parser.add_argument("--structure", metavar="NAME", help="only the structure of this name")
+    parser.add_argument(
+        "--structure", metavar="NAME", action=_Once, help="only the structure of this name"
+    )
+
+
+class _Once(argparse.Action):
+    """An option of one value, of which a second would silently take the place of the first."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,  # noqa: ARG002 -- as argparse calls it
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,  # noqa: ARG002
+    ) -> None:
+        """Keep the value, unless there is one."""
+        if getattr(namespace, self.dest) is not None:
+            raise argparse.ArgumentError(
+                self, "given twice. Must name one; several go into a file for --structures"
+            )
+        setattr(namespace, self.dest, values)
 
 
 def add_margins(parser: argparse.ArgumentParser) -> None:

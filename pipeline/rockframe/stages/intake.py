@@ -164,14 +164,21 @@ class Intake:
         Raises
         ------
         InputError
-            With the first reason, if nothing went through.
+            With the first reason, if nothing went through; that of a filter before others.
         """
         if self.accepted:
             return
-        refused = [entry for entry in self.publish() if entry.reason or entry.filtered]
-        first, others = refused[0], len(refused) - 1
-        more = f" ({others} more rejected.)" if others else ""
-        raise InputError(first.file, (first.reason or first.note) + more, first.line)
+        rows = self.publish()
+        filtered = [entry for entry in rows if entry.filtered]
+        rejected = [entry for entry in rows if entry.reason]
+        first = (filtered or rejected)[0]
+        more = {
+            "more filtered out": len(filtered) - 1 if filtered else 0,
+            "rejected" if filtered else "more rejected": len(rejected) - (not filtered),
+        }
+        counted = ", ".join(f"{count} {what}" for what, count in more.items() if count)
+        said = (first.reason or first.note) + (f" ({counted}.)" if counted else "")
+        raise InputError(first.file, said, first.line)
 
     def publish(self) -> tuple[Entry, ...]:
         """Write the table, by status."""
