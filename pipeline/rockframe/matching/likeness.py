@@ -17,7 +17,7 @@ from enum import IntEnum, StrEnum
 from typing import Final
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError

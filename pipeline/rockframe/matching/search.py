@@ -16,7 +16,7 @@ from functools import lru_cache
 from typing import Final
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import NDArray
 
 from rockframe.matching.signal import Signal, padded_size, part_energies, part_spectra

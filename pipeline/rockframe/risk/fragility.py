@@ -8,8 +8,8 @@ from enum import IntEnum
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import stdtrit
 
 from rockframe.errors import ParameterError
 from rockframe.risk.newton import maximum_likelihood
@@ -132,7 +132,7 @@ class Fragility:
         zero, one = np.zeros_like(x), np.ones_like(x)
         if self.outcome is Outcome.FITTED and np.isfinite(self.covariance).all():
             terms = np.stack([one, np.log(x)])
-            quantile = stdtrit(self.motions - 1, 0.5 * (1.0 + CONFIDENCE))
+            quantile = scipy.special.stdtrit(self.motions - 1, 0.5 * (1.0 + CONFIDENCE))
             error = quantile * np.sqrt(
                 np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
             )

@@ -6,7 +6,7 @@ import math
 from typing import Final
 
 import numpy as np
-import scipy.signal
+import scipy  # what is used of it is loaded then: half a second
 from numpy.typing import NDArray
 
 Float = NDArray[np.float64]

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy.integrate
-import scipy.signal
+import scipy  # what is used of it is loaded then: half a second
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
