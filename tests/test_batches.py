@@ -116,3 +116,22 @@ def test_a_batch_that_is_none_is_refused(
         status = int(str(end.code))
     assert status == 2
     assert "Invalid batch" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("order", "wanted"), [((1, 3), "1/2"), ((2, 1, 3), "1/3"), ((1, 1, 2), "2/3")]
+)
+def test_batch_that_is_missing_or_not_in_its_place_is_said(
+    records: Path, order: tuple[int, ...], wanted: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Put together without it, its records would be lost without a word."""
+    parts = []
+    for k in (1, 2, 3):
+        part = records.with_name(f"apart-{k}.nc")
+        words = ("--batch", f"{k}/3", "--output", part, "--surrogates", 0, "--runners-up", 0)
+        assert part.exists() or run("pulse", records, *words) == 0
+        parts.append(part)
+    output = records.with_name("apart.nc")
+    assert run("merge", *(parts[k - 1] for k in order), "--output", output) == 2
+    assert f"Must be batch {wanted}" in capsys.readouterr().err
+    assert not output.exists()

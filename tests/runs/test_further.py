@@ -187,3 +187,20 @@ def test_screening_of_a_record_is_shown(made: Path, capsys: pytest.CaptureFixtur
 def test_any_number_that_a_study_states_is_one_on_the_command_line(number: str) -> None:
     words = ["ingest", "motion.csv", "--output", "records.nc", "--pga-g", number, "9"]
     assert parser().parse_args(words).pga_g == [float(number), 9.0]
+
+
+def test_run_that_was_moved_says_what_it_cannot_compute_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The hazard curve stayed where the run was made; pulses and responses need nothing more."""
+    asked = '[screen]\nscales = [1.0]\nmargins = false\nhazard = "hazard.csv"\n[figures]'
+    study = make_study(tmp_path / "home", 2, STUDY.replace("[figures]", asked))
+    hazard = tmp_path / "home" / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
+    assert run(study, tmp_path / "home" / "run") == 0
+    hazard.unlink()
+    capsys.readouterr()
+    assert main(["verify", str(tmp_path / "home" / "run"), "--recompute"]) == 1
+    said = capsys.readouterr()
+    assert "computed again: respond: 2 records" in said.out
+    assert f"screen cannot be computed again: {hazard}: cannot be read" in said.err

@@ -33,6 +33,7 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     list of str, list of str
         What was repeated, and what differs.
     """
+    from rockframe.errors import RockframeError
     from rockframe.runs import KEPT, read_plan
 
     if not (folder / KEPT / "plan.json").is_file():
@@ -41,18 +42,26 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     done: list[str] = []
     faults: list[str] = []
     with tempfile.TemporaryDirectory() as elsewhere:
-        for rule, kind in _SAMPLED.items():
-            if rule in steps:
-                count, found = _sampled(steps[rule], kind, folder, Path(elsewhere), sample)
-                done.append(f"{rule}: {count} records")
-                faults += found
-        for rule in _WHOLE:
-            if rule in steps:
-                done.append(rule)
-                faults += _repeated(steps[rule], folder, Path(elsewhere))
+        for rule in (*_SAMPLED, *_WHOLE):
+            if rule not in steps:
+                continue
+            try:
+                what, found = _again(steps[rule], folder, Path(elsewhere), sample)
+            except RockframeError as error:  # a file that it needs is not there any more
+                faults.append(f"{folder}: {rule} cannot be computed again: {error}")
+                continue
+            done.append(what)
+            faults += found
     if not done:
         faults.append(f"{folder}: holds nothing that can be computed again.")
     return done, faults
+
+
+def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
+    if step.rule in _WHOLE:
+        return step.rule, list(_repeated(step, folder, elsewhere))
+    count, found = _sampled(step, _SAMPLED[step.rule], folder, elsewhere, sample)
+    return f"{step.rule}: {count} records", found
 
 
 def _sampled(

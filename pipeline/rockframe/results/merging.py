@@ -43,7 +43,7 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
     ------
     InputError
         If a part cannot be read, or was made from other inputs or with other options than the
-        first; or there is no record in any.
+        first; if one is missing, or not in its place; or there is no record in any.
     """
     known, left_out = _without_series(parts, kind)
     if not known:
@@ -81,8 +81,13 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
     known: list[xr.Dataset] = []
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
-    for path in parts:
+    for number, path in enumerate(parts, 1):
         with opened(path, kind) as part:
+            stated, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
+            if stated != wanted:
+                raise InputError(
+                    path, f"is batch {stated}. Must be batch {wanted}, as it is given."
+                )
             first = first or part.attrs
             for name in _COMMON:
                 if part.attrs[name] != first[name]:

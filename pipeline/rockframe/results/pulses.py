@@ -96,6 +96,7 @@ def write_pulses(
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
     left_out: Mapping[str, str] | None = None,
+    batch: str = "",
 ) -> None:
     """Write the output of the pulse stage, whole or not at all; holds one record at a time.
 
@@ -112,6 +113,8 @@ def write_pulses(
         The options of the stage; JSON values; the number of ``runners_up`` among them.
     left_out : mapping of str to str, optional
         Why records that went in did not come out, by identifier; read after the answers.
+    batch : str
+        Of the batch of which it is, ``2/3``; empty for all records.
 
     Raises
     ------
@@ -131,8 +134,9 @@ def write_pulses(
                 columns["row_size"].append(record.acceleration.size)
                 columns["samples_sha256"].append(record.samples_sha256)
                 columns["found"].append(found)
+        made = _dataset(columns, parameters["runners_up"]) if columns else no_records()
         put(
-            _dataset(columns, parameters["runners_up"]) if columns else no_records(),
+            made.assign_attrs(batch=batch) if batch else made,
             partial,
             PULSES,
             input_sha256=input_sha256,

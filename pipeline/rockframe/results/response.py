@@ -57,6 +57,7 @@ def write_responses(
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
     left_out: Mapping[str, str] | None = None,
+    batch: str = "",
 ) -> None:
     """Write the output of the respond stage, whole or not at all; holds one record at a time.
 
@@ -78,6 +79,8 @@ def write_responses(
         do goes into the file.
     left_out : mapping of str to str, optional
         Why records that went in did not come out, by identifier; read after the answers.
+    batch : str
+        Of the batch of which it is, ``2/3``; empty for all records.
 
     Raises
     ------
@@ -100,8 +103,9 @@ def write_responses(
                     columns[quantity].append([getattr(r, quantity) for r in responses])
                 if all(response.margin is not None for response in responses):
                     columns["margin"].append([response.margin for response in responses])
+        made = _dataset(columns, frames, parameters) if columns else no_records()
         put(
-            _dataset(columns, frames, parameters) if columns else no_records(),
+            made.assign_attrs(batch=batch) if batch else made,
             partial,
             RESPONSE,
             input_sha256=input_sha256,

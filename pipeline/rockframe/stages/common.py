@@ -50,6 +50,11 @@ class Batch:
         return list(names[start:stop])
 
     @property
+    def stated(self) -> str:
+        """How the command line states it; empty for all records."""
+        return "" if self.whole else f"{self.number}/{self.count}"
+
+    @property
     def whole(self) -> bool:
         """Whether there is no other part."""
         return self.count == 1

@@ -93,6 +93,7 @@ def pulse_stage(
             input_sha256=input_hash(records_path),
             parameters=stated(wanted),
             left_out=left_out,
+            batch=batch.stated,
         )
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
 

@@ -149,6 +149,7 @@ def respond_stage(
                 "margins": margins,
             },
             left_out=left_out,
+            batch=batch.stated,
         )
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
 
