@@ -174,6 +174,45 @@ def test_half_written_files_are_swept_and_those_of_others_stay(
     assert all(path.exists() for path in others)
 
 
+@pytest.mark.parametrize(
+    "left",
+    [
+        ".records-abcd1234.partial.nc/recorded.nc",
+        ".screen-0123456789abcdef.batches/.peaks-1-abcd1234.partial.npz",
+    ],
+)
+def test_folder_left_by_a_kill_is_swept(
+    home: Path, left: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of records that were being turned, of a screening that the study no longer asks for."""
+    (home / "run" / left).parent.mkdir()
+    (home / "run" / left).write_bytes(b"half")
+    (home / "run" / "table.csv").unlink()
+    assert {"table", "verify"} <= steps_done(home, capsys)
+    assert not (home / "run" / left).parent.exists()
+
+
+def test_records_that_are_turned_are_half_written_under_a_name_that_is_swept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from rockframe.stages import ingest
+
+    names: list[str] = []
+
+    def kill(_recorded: object, output: Path, **_options: object) -> None:
+        names.extend(path.name for path in output.parents[1].iterdir())
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ingest, "write_records", kill)
+    study = make_study(tmp_path, 1, STUDY.replace('units = "g"', 'units = "g"\nazimuth_degree = 9'))
+    assert run(study, tmp_path / "run") == 130
+    (half,) = (name for name in names if "partial" in name)
+    (tmp_path / "run" / half).mkdir()
+    monkeypatch.undo()
+    assert run(study, tmp_path / "run") == 2  # one motion alone cannot be turned
+    assert not (tmp_path / "run" / half).exists()
+
+
 def test_second_run_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with locked(home / "run"):
         assert run(home / "small.toml", home / "run") == 2

@@ -41,7 +41,8 @@ def run(options: argparse.Namespace) -> int:
     for state in states:
         rows.setdefault(state.step.rule, Counter())[state.state] += 1
     told = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
-    show_table(f"{plan.study} in {options.folder}", ["stage", "steps"], told)
+    print(f"{plan.study} in {options.folder}")
+    show_table("", ["stage", "steps"], told)
     for state in states:
         if state.fault:
             print(f"{state.fault}.")

@@ -10,6 +10,8 @@ from rockframe.runs.plan import KEPT, Plan
 
 #: What mkstemp puts between the name of a file and ``.partial``.
 _RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
+#: What a screening keeps until all of it is there.
+_BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
 
 
 def sweep(plan: Plan, folder: Path) -> list[str]:
@@ -42,7 +44,17 @@ def sweep(plan: Plan, folder: Path) -> list[str]:
             if wanted.fullmatch(path.name):
                 _remove(path)
                 swept.append(path.relative_to(folder).as_posix())
-    return swept
+    return swept + _sweep_batches(plan, folder)
+
+
+def _sweep_batches(plan: Plan, folder: Path) -> list[str]:
+    """Batches of a screening that is no longer asked for; of one that is, they are gone on with."""
+    if any(step.rule == "screen" for step in plan.steps):
+        return []
+    left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
+    for path in left:
+        _remove(path)
+    return [path.name for path in left]
 
 
 def _remove(path: Path) -> None:

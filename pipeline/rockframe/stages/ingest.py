@@ -157,7 +157,9 @@ def _place(output: Path, rotation: Rotation | None) -> Iterator[Path]:
         return
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        folder = tempfile.TemporaryDirectory(prefix=".partial-", dir=output.parent)
+        folder = tempfile.TemporaryDirectory(  # after a kill it is known by this name
+            prefix=f".{output.stem}-", suffix=f".partial{output.suffix}", dir=output.parent
+        )
     except OSError as error:
         raise InputError(output, f"cannot be written: {error.strerror}.") from None
     with folder as name:
