@@ -98,7 +98,7 @@ def _show_azimuths(screening: xr.Dataset) -> None:
             rows.append([name, str(structure), *(_turned(float(p[i, k])) for p in parts)])
     show_table(
         "θ/α over the azimuths of a recording: least, median, largest",
-        ["recording", "structure", "RotD00>", "RotD50>", "RotD100>"],
+        ["first motion of it", "structure", "RotD00>", "RotD50>", "RotD100>"],
         rows,
     )
 
@@ -168,7 +168,7 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
     ]
     show_table(
         "Mean annual rate of overturning",
-        ["structure", "rate>", "from>", "to>", "mostly from", "extrapolated [%]>"],
+        ["structure", "rate [1/year]>", "from>", "to>", "mostly from", "extrapolated [%]>"],
         rows,
     )
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
@@ -185,11 +185,12 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     share = 100.0 * float(screening["design_required_share"])
     scale = float(screening["reference_scale"])
     tried = screening["design_value"].values
+    unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
     parts = ("smallest", "sure_from")
     show_table(
         f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} %, "
         f"at scale {scale:g}",
-        ["structure", "smallest that does>", "from which on all do>"],
+        ["structure", f"smallest that does{unit}>", f"from which on all do{unit}>"],
         [
             [one["structure"], *(number(one[f"design_{part}"], 3) for part in parts)]
             for one in summary
