@@ -26,6 +26,7 @@ myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 
 autodoc_typehints = "none"  # the docstrings say types, shapes and units
+autodoc_preserve_defaults = True  # as they are written, not where they are on this machine
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}
 napoleon_google_docstring = False

@@ -184,6 +184,12 @@ def read_records(path: str | Path) -> list[Record]:
     ------
     InputError
         If the file is missing, damaged, or not the output of the ingest stage.
+
+    Examples
+    --------
+    >>> read_records("no-such-file.nc")
+    Traceback (most recent call last):
+    rockframe.errors.InputError: no-such-file.nc: no such file. Must be a records file.
     """
     with open_records(path) as records:
         return list(records)

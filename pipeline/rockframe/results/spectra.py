@@ -207,7 +207,12 @@ def rocking_spectrum_dataset(names: Sequence[str], spectrum: RockingSpectrum) ->
 
 
 def read_spectrum(path: Path) -> xr.Dataset:
-    """Return the dataset of a file of overturning spectra.
+    """Return the dataset of a file of overturning spectra; its variables state their units.
+
+    Parameters
+    ----------
+    path : Path
+        Output of `rockframe.spectrum_stage`.
 
     Raises
     ------
@@ -219,7 +224,12 @@ def read_spectrum(path: Path) -> xr.Dataset:
 
 
 def read_rocking_spectrum(path: Path) -> xr.Dataset:
-    """Return the dataset of a file of rocking spectra.
+    """Return the dataset of a file of rocking spectra; its variables state their units.
+
+    Parameters
+    ----------
+    path : Path
+        Output of `rockframe.rocking_spectrum_stage`.
 
     Raises
     ------

@@ -182,6 +182,13 @@ def fit_fragility(
     ------
     ParameterError
         If the shapes do not fit.
+
+    Examples
+    --------
+    >>> overturned = [[False], [True], [False], [True]]
+    >>> fragility = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], overturned)
+    >>> fragility.outcome.name, round(fragility.median, 3)
+    ('FITTED', 2.264)
     """
     strength = np.asarray(intensity, dtype=np.float64)
     factors = np.asarray(scales, dtype=np.float64)

@@ -101,6 +101,15 @@ def ingest_stage(
     InputError
         If a path does not exist, or an output would replace an input or a list that is not ours;
         if one was rejected and `strict`, with nothing written; or no record went through.
+
+    Examples
+    --------
+    >>> import tempfile, rockframe
+    >>> motion = rockframe.bundled_records() / "Ridgecrest2019-CLC.V1"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     done = ingest_stage([motion], Path(folder, "records.nc"), workers=0)
+    >>> [record.record_id for record in done.accepted]
+    ['Ridgecrest2019-CLC-090', 'Ridgecrest2019-CLC-360', 'Ridgecrest2019-CLC-UP']
     """
     band, options = band or BandPass(), options or ReadOptions()
     checks, outputs = passport_limits or PassportLimits(), (output, output.with_suffix(".csv"))

@@ -65,6 +65,17 @@ def pulse_stage(
         If no record is horizontal, or none can be searched.
     EngineError
         If the engine is not there.
+
+    Examples
+    --------
+    >>> import tempfile, rockframe
+    >>> motion = rockframe.bundled_records() / "Ridgecrest2019-CLC.V1"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     records, output = Path(folder, "records.nc"), Path(folder, "pulses.nc")
+    ...     _ = rockframe.ingest_stage([motion], records, workers=0)
+    ...     rejected = pulse_stage(records, output)
+    ...     output.is_file(), rejected
+    (True, ())
     """
     refuse_overwriting([output], [records_path])
     wanted = FindOptions() if options is None else options

@@ -59,6 +59,18 @@ def spectrum_stage(
         `overturning_spectrum` says.
     InputError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> import math, tempfile, rockframe
+    >>> pulse = rockframe.Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     output = Path(folder, "spectrum.nc")
+    ...     spectrum_stage(output, pulses=[pulse], slendernesses=[math.radians(14.0)],
+    ...         mass_ratios=[0.0], frequency_ratios=[3.0], largest_amplitude=4.0)
+    ...     spectrum = rockframe.read_spectrum(output)
+    >>> float(spectrum["minimum_overturning_amplitude"].squeeze().round(3))
+    2.704
     """
     found = overturning_spectrum(
         pulses,
