@@ -31,3 +31,13 @@ def test_where_nothing_else_helps_a_name_is_folded_and_no_number_is_lost(
     lines = printed(capsys, ["record", *(f"n{i}>" for i in range(7))], [NAME, *["12345.6"] * 7])
     assert "".join(line.split()[0] for line in lines if "-" in line) == NAME
     assert sum(line.count("12345.6") for line in lines) == 7
+
+
+def test_of_very_many_rows_the_first_are_shown_and_the_others_counted(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    show_table("", ["record", "PGA [g]>"], [[f"record-{k}", "0.1"] for k in range(201)])
+    printed = capsys.readouterr().out
+    assert "record-199" in printed
+    assert "record-200" not in printed
+    assert "1 more rows: the files have all." in printed

@@ -92,6 +92,22 @@ def test_the_pulse_is_that_of_the_pulse_file(hostile_run: Path) -> None:
     np.testing.assert_allclose(pulse, exact.acceleration(time), atol=1e-3)
 
 
+def test_of_many_results_those_to_look_at_first_are_listed_and_all_are_counted(
+    hostile_run: Path,
+) -> None:
+    html = report(hostile_run, "--rows", "1")
+    page = Parsed(html)
+    assert "These are 1 of 3 results" in html
+    assert "1 record on 3 structures" in html
+    assert [a["data-verdict"] for _, a in page.tags if "data-verdict" in a] == ["safe"]
+    counts = html.split("Verdicts on each structure")[1].split("</table>")[0]
+    cells = [re.sub(r"<.*?>", " ", row).split() for row in counts.split("<tr>")[2:]]
+    assert cells == [["bent", "1", "0", "0"], ["thin", "0", "1", "0"], ["squat", "0", "0", "1"]]
+    table = unpack(page.texts["data-table"]).decode()
+    header, first = (hostile_run / "table.csv").read_text(encoding="utf-8").splitlines()[:2]
+    assert table == f"{header}\n{first}\n"
+
+
 def test_names_stay_text(hostile_run: Path) -> None:
     page = Parsed(report(hostile_run))
     names = [tag for tag, _ in page.tags]

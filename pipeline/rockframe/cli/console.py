@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Width of tables where there is no terminal to ask: a log, a file, a pipe.
 _PLAIN_WIDTH: Final = 150
+#: Nobody reads more rows in a terminal or a log.
+_MOST_ROWS: Final = 200
 #: Columns of the terminal between two columns of a table.
 _GAP: Final = 2
 #: What a column of words is left with, at the least, for the names of the rows to stay whole.
@@ -28,13 +30,15 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
     An empty row draws a line between the rows around it. Where there is little room headings are
-    broken first, then words; what names a row, and what is one word, stays whole if it can.
+    broken first, then words; what names a row, and what is one word, stays whole if it can. Of very
+    many rows the first are shown, and how many more there are.
     """
     from rich import box
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    rows, more = rows[:_MOST_ROWS], len(rows[_MOST_ROWS:])
     width = table_width()
     console = Console(width=width, highlight=False)
     table = Table(
@@ -57,6 +61,8 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
         else:
             table.add_section()
     console.print(table)
+    if more:
+        print(f"{more} more rows: the files have all.\n")
 
 
 def _layout(

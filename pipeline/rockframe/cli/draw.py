@@ -90,7 +90,7 @@ def _draw_records(given: Mapping[str, Path], folder: Path, most: int) -> dict[st
     from rockframe.cli.table import rows_of
 
     files = tuple(given[kind] for kind in _OF_RECORDS)
-    rows = rows_of(*files)
+    rows = list(rows_of(*files))
     chosen = _furthest(rows, given["response"], most)
     draw(rows, files, folder, chosen)
     return {f"{name}.png": name for name in chosen}

@@ -29,6 +29,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "first (default: 150)",
     )
 
+    parser.add_argument(
+        "--rows",
+        type=_count,
+        default=5000,
+        metavar="N",
+        help="most rows of the table in the page; of more, the same come first, and all are "
+        "counted (default: 5000)",
+    )
+
 
 def run(options: argparse.Namespace) -> int:
     """Verify the run, write the page, and say what is in it."""
@@ -44,25 +53,27 @@ def run(options: argparse.Namespace) -> int:
     found = verify_run(folder)
     if found.faults:
         raise InputError(folder, f"is not a whole run: {found.faults[0]}")
-    content = read_run(folder)
+    content = read_run(folder, most=options.rows)
     outputs = [folder / name for name in content.manifest["outputs"]]
     refuse_overwriting([output], [folder / "manifest.json", *outputs])
     chosen = choose(content, options.histories)
     page = render(content, read_histories(folder, chosen))
     with whole_file(output) as partial:
         partial.write_bytes(sealed(page))
+    total = sum(content.counts.values())
     if options.json:
         show_json(
             {
                 "output": str(output),
                 "bytes": output.stat().st_size,
                 "histories": len(chosen),
-                "left_out": len(content.rows) - len(chosen),
+                "left_out": total - len(chosen),
+                "rows": len(content.rows),
             }
         )
         return 0
     size = output.stat().st_size / 1e6
-    print(f"{output}: {size:.1f} MB, {len(chosen)} of {len(content.rows)} histories")
+    print(f"{output}: {size:.1f} MB, {len(chosen)} of {total} histories")
     return 0
 
 

@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
             engine=engine(options),
             progress=progress,
         )
-    rows = response_rows(options.output)
+    rows = list(response_rows(options.output))
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         show_json({"responses": rows, "rejected": rejected, "output": str(options.output)})

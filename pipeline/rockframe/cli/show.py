@@ -24,15 +24,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Find the record, and tell."""
     from rockframe.cli.console import show_json
-    from rockframe.results import read_run
+    from rockframe.results import read_run, rows_of
 
-    content = read_run(options.folder)
+    content = read_run(options.folder, most=0)
     entry = _entry(content, options.record)
     told = _told(content, entry)
     if options.json:
         show_json(told)
     else:
-        _show(told, [row for row in content.rows if row["record_id"] == told["record_id"]])
+        rows = rows_of(options.folder / "table.csv")
+        _show(told, [row for row in rows if row["record_id"] == told["record_id"]])
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rockframe.cli.arguments import path
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator
 
     from rockframe.paper import Comparison
     from rockframe.results import TableRow
@@ -35,25 +35,25 @@ def run(options: argparse.Namespace) -> int:
 
     files = (options.records, options.pulses, options.response)
     refuse_overwriting([options.output], files)
-    rows = rows_of(*files)
-    write_table(rows, options.output)
+    count = write_table(rows_of(*files), options.output)
     if options.json:
-        show_json({"rows": [vars(row) for row in rows], "output": str(options.output)})
+        rows = [vars(row) for row in rows_of(*files)]
+        show_json({"rows": rows, "output": str(options.output)})
     else:
-        print(f"{len(rows)} rows in {options.output}")
+        print(f"{count} rows in {options.output}")
     return 0
 
 
-def rows_of(records: Path, pulses: Path, response: Path) -> list[TableRow]:
-    """Return the rows, with what the paper says of its own records."""
+def rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
+    """Give the rows, with what the paper says of its own records."""
     from rockframe.paper import with_paper_facts
     from rockframe.results import table_rows
 
-    return [with_paper_facts(row) for row in table_rows(records, pulses, response)]
+    return map(with_paper_facts, table_rows(records, pulses, response))
 
 
-def write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) -> None:
-    """Write rows as CSV; what is not known is empty."""
+def write_table(rows: Iterable[TableRow] | Iterable[Comparison], path: Path) -> int:
+    """Write rows as CSV, what is not known empty; return how many there are."""
     import csv
     import math
 
@@ -61,9 +61,12 @@ def write_table(rows: Sequence[TableRow] | Sequence[Comparison], path: Path) -> 
 
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(vars(rows[0]))
-        for row in rows:
+        count = 0
+        for count, row in enumerate(rows, 1):
+            if count == 1:
+                writer.writerow(vars(row))
             writer.writerow(
                 "" if isinstance(value, float) and math.isnan(value) else value
                 for value in vars(row).values()
             )
+    return count

@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     with whole_folder(folder) as partial:
         ingested, rejections = _stages(options, partial)
         files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
-        rows = rows_of(*files)
+        rows = list(rows_of(*files))
         comparisons, said = compare(rows), statements(rows)
         write_table(rows, partial / "table.csv")
         if comparisons:

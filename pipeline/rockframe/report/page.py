@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +18,8 @@ from rockframe.web import UPLOT, environment, policy, script, style
 _HOME: Final = Path(__file__).parent
 #: The page's own script, in the order in which its parts need each other.
 _PARTS: Final = ("data", "table", "detail", "main")
+#: So many records and files are listed with their checks.
+_MOST_ENTRIES: Final = 2000
 #: Above this number of records the verdicts at a glance are no longer one.
 _GLANCE: Final = 40
 
@@ -57,20 +59,39 @@ def render(run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]) -> str
 
 
 def _overview(run: Run) -> dict[str, Any]:
-    count = Counter(row["verdict"] for row in run.rows)
+    count: Counter[str] = Counter()
+    for (_, verdict), number in run.counts.items():
+        count[verdict] += number
+    total = sum(count.values())
     records = list(dict.fromkeys((row["record_id"], row["record"]) for row in run.rows))
-    structures = list(dict.fromkeys(row["structure"] for row in run.rows))
+    structures = list(dict.fromkeys(structure for structure, _ in run.counts))
     place = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
     return {
         "rows": run.rows,
         "columns": shown(run.rows),
         "count": count,
+        "counts": run.counts,
+        "total": total,
+        "records_in_all": total // max(len(structures), 1),
         "records": records,
         "structures": structures,
         "place": place,
-        "glance": len(records) <= _GLANCE,
-        "entries": [(entry, checks(entry)) for entry in run.entries],
+        "glance": len(records) <= _GLANCE and len(run.rows) == total,
+        "entries": [(entry, checks(entry)) for entry in _looked_at_first(run)],
+        "all_entries": len(run.entries),
     }
+
+
+def _looked_at_first(run: Run) -> list[Mapping[str, str]]:
+    """Records and files in their order; of very many, those of which something is to be said."""
+    said = {"rejected": 0, "unread": 0}
+
+    def concern(i: int) -> int:
+        entry = run.entries[i]
+        return said.get(entry["status"], 1 if entry["passport"] == "warn" else 2)
+
+    first = sorted(range(len(run.entries)), key=concern)[:_MOST_ENTRIES]
+    return [run.entries[i] for i in sorted(first)]
 
 
 def _provenance(run: Run) -> dict[str, Any]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import csv
+import io
 import math
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockframe.results import Fact, Ground, History, Run
+from rockframe.results import Fact, Ground, History, Run, rank
 from rockframe.units import GRAVITY
 
 #: Signs that CF's units have in print.
@@ -67,29 +69,21 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     run : Run
         The run.
     limit : int
-        How many at most. If there are more: those that stand or are undecided with the largest
-        rotation first, then those that overturned, then those that never uplifted.
+        How many at most; if there are more, those that `rank` puts first.
 
     Returns
     -------
     list of (str, str)
         Records and structures whose histories were kept.
     """
-
-    def rank(row: Mapping[str, str]) -> tuple[int, float]:
-        kind = {"undecided": 0, "safe": 0, "overturned": 1}.get(row["verdict"], 2)
-        return kind, -float(row["peak_rotation_ratio"])
-
-    held = {
-        pair
-        for pair, facts in run.pairs.items()
-        if any(fact.name == "history" and fact.value == "kept" for fact in facts)
-    }
-    there = [row for row in run.rows if (row["record_id"], row["structure"]) in held]
-    best = sorted(there, key=rank)[:limit]
-    kept = {(row["record_id"], row["structure"]) for row in best}
     pairs = [(row["record_id"], row["structure"]) for row in run.rows]
-    return [pair for pair in pairs if pair in kept]
+    there = [i for i, pair in enumerate(pairs) if _is_held(run.pairs[pair])]
+    best = sorted(there, key=lambda i: rank(run.rows[i]))[:limit]
+    return [pairs[i] for i in sorted(best)]
+
+
+def _is_held(facts: Iterable[Fact]) -> bool:
+    return any(fact.name == "history" and fact.value == "kept" for fact in facts)
 
 
 def payload(
@@ -109,12 +103,12 @@ def payload(
     facts : dict
         JSON values: ``name``, ``gravity``, ``grounds``, ``structures`` and ``pairs``.
     samples : dict of str to str
-        ``table`` as `pack` gives it, and what `encode` returned: ``g0`` and ``p0`` the first
-        record's motion and pulse, ``theta0``, ``u0`` and ``v0`` the first history.
+        ``table``, the rows as `pack` gives them, and what `encode` returned: ``g0`` and ``p0`` the
+        first record's motion and pulse, ``theta0``, ``u0`` and ``v0`` the first history.
     """
     grounds: list[dict[str, Any]] = []
     pairs: list[dict[str, Any]] = []
-    samples = {"table": pack(run.table.encode("utf-8"))}
+    samples = {"table": pack(_csv(run.rows).encode("utf-8"))}
     row_of = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
     entry_of = {entry["record_id"]: entry for entry in run.entries}
     for ground, histories in motions:
@@ -147,6 +141,15 @@ def payload(
         "structures": structures,
         "pairs": pairs,
     }, samples
+
+
+def _csv(rows: Sequence[Mapping[str, str]]) -> str:
+    """The rows as ``table.csv`` has them."""
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, rows[0] if rows else (), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return stream.getvalue()
 
 
 def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any]:

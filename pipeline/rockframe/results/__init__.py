@@ -29,6 +29,7 @@ from rockframe.results.files import require_ending as require_ending
 from rockframe.results.files import write as write
 from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
+from rockframe.results.known import Fact as Fact
 from rockframe.results.manifest import read_manifest as read_manifest
 from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
@@ -50,8 +51,8 @@ from rockframe.results.rejections import rows_of as rows_of
 from rockframe.results.response import ResponseFile as ResponseFile
 from rockframe.results.response import open_response as open_response
 from rockframe.results.response import write_responses as write_responses
-from rockframe.results.run import Fact as Fact
 from rockframe.results.run import Run as Run
+from rockframe.results.run import rank as rank
 from rockframe.results.run import read_run as read_run
 from rockframe.results.screen import peaks_of_frames as peaks_of_frames
 from rockframe.results.screen import read_screening as read_screening

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -56,8 +57,8 @@ def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
     return found
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
-    """Return the rows of one of the lists of a run; none if it is not there.
+def rows_of(path: Path) -> Iterator[dict[str, str]]:
+    """Give the rows of one of the lists of a run; none if it is not there.
 
     Raises
     ------
@@ -65,9 +66,9 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         If it cannot be read.
     """
     if not path.is_file():
-        return []
+        return
     try:
         with path.open(newline="", encoding="utf-8") as stream:
-            return list(csv.DictReader(stream))
+            yield from csv.DictReader(stream)
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(path, f"cannot be read: {error}.") from None

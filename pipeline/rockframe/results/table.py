@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import xarray as xr
+import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.results.files import RECORDS, RESPONSE, opened
 from rockframe.results.pulse_rows import pulse_rows
@@ -20,6 +22,13 @@ from rockframe.units import GRAVITY
 _OF_PULSE: Final = (
     *("a_p_g", "T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound"),
     "pulse_verdict",
+)
+#: Dimensions of what is known of a record and a structure.
+_PAIR: Final = ("record", "structure")
+#: What a row takes from the record: texts, then numbers.
+_OF_RECORD: Final = (
+    *("event", "station", "component", "source_file", "facts_source"),
+    *("magnitude", "epicentral_distance", "pga", "pgv"),
 )
 _NO_PULSE: Final = {
     "wavelet": "",
@@ -66,8 +75,8 @@ class TableRow:
     surrogate_error: float = math.nan
 
 
-def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> list[TableRow]:
-    """Return a row for each record and structure, the structures of a record together.
+def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> Iterator[TableRow]:
+    """Give a row for each record and structure, the structures of a record together.
 
     Parameters
     ----------
@@ -79,82 +88,82 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> li
     InputError
         If one of the files is missing, damaged, or something else.
     """
-    with opened(records_path, RECORDS) as opened_records:
-        records = opened_records.drop_vars("acceleration").load()
-    row_of = {str(name): i for i, name in enumerate(records["record_id"].values)}
+    with opened(records_path, RECORDS) as dataset:
+        wanted = ("record_id", *_OF_RECORD)
+        records = {name: dataset[name].values for name in wanted if name in dataset}
+    row_of = {str(name): i for i, name in enumerate(records.get("record_id", ()))}
     best = {row["record_id"]: row for row in pulse_rows(pulses_path) if row["best"]}
-    rows = []
     for answer in response_rows(response_path):
         name = answer["record_id"]
-        record = records.isel(record=row_of[name])
-        pulse = best.get(name, _NO_PULSE)
-        station, component = str(record["station"].item()), str(record["component"].item())
-        rows.append(
-            TableRow(
-                event=str(record["event"].item()),
-                record="/".join(part for part in (station, component) if part) or name,
-                magnitude=float(record["magnitude"]),
-                epicentral_distance_km=float(record["epicentral_distance"]),
-                pga_g=float(record["pga"]) / GRAVITY,
-                pgv_m_s=float(record["pgv"]),
-                source_file=str(record["source_file"].item()),
-                facts_source=str(record["facts_source"].item()),
-                **{key: pulse[key] for key in _OF_PULSE},
-                **answer,
-            )
+        event, station, component, source_file, facts_source, *numbers = (
+            records[variable][row_of[name]] for variable in _OF_RECORD
         )
-    return rows
+        magnitude, distance, pga, pgv = map(float, numbers)
+        pulse = best.get(name, _NO_PULSE)
+        yield TableRow(
+            event=str(event),
+            record="/".join(str(part) for part in (station, component) if part) or name,
+            magnitude=magnitude,
+            epicentral_distance_km=distance,
+            pga_g=pga / GRAVITY,
+            pgv_m_s=pgv,
+            source_file=str(source_file),
+            facts_source=str(facts_source),
+            **{key: pulse[key] for key in _OF_PULSE},
+            **answer,
+        )
 
 
-def response_rows(response_path: Path) -> list[dict[str, Any]]:
-    """Return a row for each record and structure of a response file; units are in the names."""
+def response_rows(response_path: Path) -> Iterator[dict[str, Any]]:
+    """Give a row for each record and structure of a response file; units are in the names."""
     with opened(response_path, RESPONSE) as dataset:
-        response = dataset.drop_dims("obs", errors="ignore").load()
-    rows = []
-    if "record_id" not in response:  # of a batch in which no record came through
-        return []
-    for k, record_id in enumerate(response["record_id"].values):
-        for structure in response["structure"].values:
-            answer = response.sel(structure=structure).isel(record=k)
-            rows.append(
-                {
-                    "record_id": str(record_id),
-                    "structure": str(structure),
-                    "peak_rotation_ratio": float(answer["peak_rotation_ratio"]),
-                    "u_max_m": float(answer["peak_u"]),
-                    "v_max_m": float(answer["peak_v"]),
-                    "impacts": int(answer["impacts"]),
-                    "verdict": Verdict(int(answer["verdict"])).name.lower(),
-                    **_margin(answer),
-                    "uplift_time_s": float(answer["uplift_time"]),
-                    "overturning_time_s": float(answer["overturning_time"]),
-                    **_to_pulse(answer),
-                }
-            )
-    return rows
+        if "record_id" not in dataset:  # of a batch in which no record came through
+            return
+        columns = {
+            str(name): array.values if array.ndim == len(_PAIR) else array.values[:, np.newaxis]
+            for name, array in dataset.variables.items()
+            if array.dims in (_PAIR, _PAIR[:1])
+        }
+        records = [str(name) for name in dataset["record_id"].values]
+        structures = [str(name) for name in dataset["structure"].values]
+    for i, record in enumerate(records):
+        for k, structure in enumerate(structures):
+            yield {
+                "record_id": record,
+                "structure": structure,
+                "peak_rotation_ratio": float(columns["peak_rotation_ratio"][i, k]),
+                "u_max_m": float(columns["peak_u"][i, k]),
+                "v_max_m": float(columns["peak_v"][i, k]),
+                "impacts": int(columns["impacts"][i, k]),
+                "verdict": Verdict(int(columns["verdict"][i, k])).name.lower(),
+                **_margin(columns, i, k),
+                "uplift_time_s": float(columns["uplift_time"][i, k]),
+                "overturning_time_s": float(columns["overturning_time"][i, k]),
+                **_to_pulse(columns, i, k),
+            }
 
 
-def _to_pulse(answer: xr.Dataset) -> dict[str, Any]:
+def _to_pulse(columns: Mapping[str, NDArray[Any]], i: int, k: int) -> dict[str, Any]:
     """What the pulse alone does; not known if it was not asked for."""
-    if "surrogate_error" not in answer:
+    if "surrogate_error" not in columns:
         unknown = ("peak_rotation_ratio_to_pulse", "surrogate_error")
         return {"verdict_to_pulse": "", **dict.fromkeys(unknown, math.nan)}
     return {
-        "verdict_to_pulse": FateUnderPulse(int(answer["verdict_to_pulse"])).name.lower(),
-        "peak_rotation_ratio_to_pulse": float(answer["peak_rotation_ratio_to_pulse"]),
-        "surrogate_error": float(answer["surrogate_error"]),
+        "verdict_to_pulse": FateUnderPulse(int(columns["verdict_to_pulse"][i, k])).name.lower(),
+        "peak_rotation_ratio_to_pulse": float(columns["peak_rotation_ratio_to_pulse"][i, k]),
+        "surrogate_error": float(columns["surrogate_error"][i, k]),
     }
 
 
-def _margin(answer: xr.Dataset) -> dict[str, Any]:
+def _margin(columns: Mapping[str, NDArray[Any]], i: int, k: int) -> dict[str, Any]:
     """What a file has of margins; not known if they were not asked for."""
-    if "critical_scale" not in answer:
+    if "critical_scale" not in columns:
         unknown = ("critical_scale", "largest_scale", "safe_islands")
         return {"undecided_by": "", **dict.fromkeys(unknown, math.nan)}
-    bits = Sensitivity(int(answer["undecided_by"]))
+    bits = Sensitivity(int(columns["undecided_by"][i, k]))
     return {
         "undecided_by": ", ".join(str(bit.name).lower().replace("_", " ") for bit in bits),
-        "critical_scale": float(answer["critical_scale"]),
-        "largest_scale": float(answer["largest_scale"]),
-        "safe_islands": int(answer["safe_islands"]),
+        "critical_scale": float(columns["critical_scale"][i, k]),
+        "largest_scale": float(columns["largest_scale"][i, 0]),
+        "safe_islands": int(columns["safe_islands"][i, k]),
     }

@@ -156,7 +156,9 @@ def _last(study: Study, steps: list[Step]) -> list[Step]:
     verify = ("verify", ".")
     if not study.records:
         return [manifest, Step("verify", "verify", verify, (MANIFEST,), (), may_reject=False)]
-    words = ("report", ".", "--histories", str(study.tables.report.histories))
+    of_page = study.tables.report
+    limits = {"--histories": of_page.histories, "--rows": of_page.rows}
+    words = ("report", ".", *options(limits))
     page = Step("report", "report", words, (MANIFEST,), (PAGE,))
     whole = Step("verify", "verify", verify, (MANIFEST, PAGE), (), may_reject=False)
     return [manifest, page, whole]

@@ -144,6 +144,8 @@ class ReportTable(Strict):
 
     histories: Annotated[int, Field(ge=1)] = 150
     """Most histories in the page."""
+    rows: Annotated[int, Field(ge=1)] = 5000
+    """Most rows of the table in the page; all are counted."""
 
 
 class BatchesTable(Strict):

@@ -1,0 +1,137 @@
+"""Facts of datasets in words, made when they are asked for: a run may have a million of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A number or text of a dataset, with the words that the dataset has for it.
+
+    Parameters
+    ----------
+    name : str
+        Name of the variable.
+    label : str
+        Its long name.
+    value : float or str
+        A flag is the word that it means; what is not known is NaN or empty.
+    units : str
+        Unit as CF writes it; ``1`` for a ratio, a count or a text.
+    """
+
+    name: str
+    label: str
+    value: float | str
+    units: str
+
+
+Facts = tuple[Fact, ...]
+
+
+class FactsOf(Mapping[Key, Facts]):
+    """Facts of each record, structure, or record with structure, of one dataset or several.
+
+    Parameters
+    ----------
+    *parts : xarray.Dataset
+        The first says what there are facts of; others add to those that they have too.
+    keys : sequence of str
+        Variables of the names: one, or one for each part of a pair.
+
+    Examples
+    --------
+    >>> words = {"long_name": "peak ground acceleration", "units": "m s-2"}
+    >>> dataset = xr.Dataset({"name": ("record", ["a", "b"]), "pga": ("record", [1.5, 2.5], words)})
+    >>> FactsOf(dataset, keys=["name"])["b"][0].value
+    2.5
+    """
+
+    def __init__(self, *parts: xr.Dataset, keys: Sequence[str]) -> None:
+        self._parts = [_Part(dataset, keys) for dataset in parts]
+
+    def __getitem__(self, key: Key) -> Facts:
+        """Return the facts of one; of a pair by both names."""
+        first, *others = self._parts
+        return sum((p.facts(key) for p in others if p.has(key)), start=first.facts(key))
+
+    def __iter__(self) -> Iterator[Any]:
+        """Give the names; of pairs both."""
+        return self._parts[0].names()
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return sum(1 for _ in self)
+
+
+class _Part:
+    """The columns of one dataset."""
+
+    def __init__(self, dataset: xr.Dataset, keys: Sequence[str]) -> None:
+        self._places = [
+            {str(name): i for i, name in enumerate(dataset[key].values)} for key in keys
+        ]
+        dims = tuple(dim for key in keys for dim in dataset[key].dims)
+        self._columns = [
+            _Column(str(name), dataset[name])
+            for name, variable in dataset.variables.items()
+            if variable.dims == dims and name not in keys
+        ]
+
+    def names(self) -> Iterator[Any]:
+        return iter(self._places[0]) if len(self._places) == 1 else product(*self._places)
+
+    def has(self, key: Any) -> bool:
+        parts = (key,) if len(self._places) == 1 else key
+        return all(part in place for part, place in zip(parts, self._places, strict=True))
+
+    def facts(self, key: Any) -> Facts:
+        parts = (key,) if len(self._places) == 1 else key
+        at = tuple(place[part] for part, place in zip(parts, self._places, strict=True))
+        return tuple(column.fact(at) for column in self._columns)
+
+
+class _Column:
+    """A variable, with the words of its flags."""
+
+    def __init__(self, name: str, array: xr.DataArray) -> None:
+        self._name, self._values = name, array.values
+        self._label, self._units = str(array.attrs["long_name"]), str(array.attrs["units"])
+        self._meaning = _meaning(array)
+
+    def fact(self, at: tuple[int, ...]) -> Fact:
+        value = _plain(self._values, at)
+        if self._meaning is not None:
+            value = self._meaning(value)
+        value = float(value) if isinstance(value, int | float) else str(value)
+        return Fact(self._name, self._label, value, self._units)
+
+
+def _plain(values: NDArray[Any], at: tuple[int, ...]) -> Any:
+    value = values[at]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _meaning(array: xr.DataArray) -> Callable[[int], str] | None:
+    """What gives the words of a flag; nothing for what is none."""
+    if "flag_meanings" not in array.attrs:
+        return None
+    masks = "flag_masks" in array.attrs
+    numbers = np.atleast_1d(array.attrs["flag_masks" if masks else "flag_values"]).tolist()
+    words = [word.replace("_", " ") for word in array.attrs["flag_meanings"].split()]
+    pairs = list(zip(numbers, words, strict=True))
+
+    def meaning(number: int) -> str:
+        return ", ".join(word for n, word in pairs if (number & n if masks else number == n))
+
+    return meaning
