@@ -113,6 +113,19 @@ def test_name_that_does_not_print_is_listed_as_it_is_said(tmp_path: Path, name: 
     assert main(["show", str(tmp_path / "run"), row["file"]]) == 0
 
 
+@pytest.mark.parametrize("option", ["limits", "catalogue"])
+def test_file_of_an_option_that_is_none_leaves_an_older_run_alone(
+    tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = make_study(tmp_path, 1, FEW)
+    assert run(study, tmp_path / "run") == 0
+    (tmp_path / "option.txt").write_text("bogus = 1\n")
+    study.write_text(FEW.replace('units = "g"', f'units = "g"\n{option} = "option.txt"'))
+    assert run(study, tmp_path / "run") == 2
+    assert "option.txt:1: " in capsys.readouterr().err
+    assert main(["verify", str(tmp_path / "run")]) == 0
+
+
 def test_hazard_curve_that_is_none_is_refused_before_anything_runs(tmp_path: Path) -> None:
     """The screening, which reads it, may come hours later."""
     (tmp_path / "hazard.csv").write_text("pga_g,rate\n0.1,0.01\n")

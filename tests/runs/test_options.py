@@ -45,8 +45,10 @@ def everything(folder: Path, rotation: str) -> Plan:
     text = re.sub(rf"(?m)^(?!{rotation})(azimuth|strike)_degree = .*\n", "", text)
     text = text.replace('["antisymmetric_ricker"]', '["mavroeidis_papageorgiou"]')
     text = text.replace("= false", "= yes").replace("= true", "= false").replace("= yes", "= true")
-    for name in ("station.xml", "catalogue.csv", "limits.toml"):
+    for name in ("station.xml", "limits.toml"):
         (folder / name).write_text("")
+    heads = "file,event,station,network,magnitude,epicentral_distance_km,source\n"
+    (folder / "catalogue.csv").write_text(heads)
     (folder / "hazard.csv").write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
     (folder / "motions").mkdir()
     (folder / "motions" / "motion.csv").write_text("0.1\n")

@@ -255,11 +255,12 @@ def test_folder_among_the_records_is_refused(
 def test_study_that_makes_less_leaves_nothing_behind(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    (home / "run" / "figures" / "mine.txt").write_text("a file of the user's own stays")
     (home / "small.toml").write_text(STUDY.replace("most = 1", "most = 0"))
     assert run(home / "small.toml", home / "run") == 0
     said = f"{home / 'run' / 'figures'}: the study no longer makes it; removed."
     assert said in capsys.readouterr().err
-    assert not (home / "run" / "figures").exists()
+    assert [path.name for path in (home / "run" / "figures").iterdir()] == ["mine.txt"]
     assert main(["verify", str(home / "run")]) == 0
 
 

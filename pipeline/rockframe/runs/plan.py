@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest import CATALOGUE, folder_names, printable
+from rockframe.ingest import CATALOGUE, folder_names, printable, read_catalogue
 from rockframe.provenance import (
     refuse_overwriting,
     sha256_of,
@@ -23,7 +23,7 @@ from rockframe.provenance import (
 from rockframe.runs.further import STRUCTURES
 from rockframe.runs.graph import INPUTS, steps_of
 from rockframe.runs.step import Step
-from rockframe.study import Study, structures_text
+from rockframe.study import Study, read_limits, structures_text
 
 #: Where a run keeps what is no result: plan, stamps, lock. Hidden, beside the results.
 KEPT: Final = ".rockframe"
@@ -102,7 +102,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
         file cannot be read.
     """
     inputs = tuple(_inputs(study, folder))
-    _require_hazard(study)
+    _require_sound(study)
     steps = tuple(steps_of(study, _count(inputs)))
     files = {INPUTS: _listed(inputs)}
     if study.records:
@@ -145,11 +145,15 @@ def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
                 raise InputError(path, f"lies in {name} of the run. Must be elsewhere.")
 
 
-def _require_hazard(study: Study) -> None:
-    """The screening would refuse it too, but only after hours."""
-    screen = study.tables.screen
+def _require_sound(study: Study) -> None:
+    """Read what stages would refuse too, but only after hours, or once an older run was undone."""
+    records, screen = study.tables.records, study.tables.screen
+    if records is not None and records.limits is not None:
+        read_limits(study.beside(records.limits))
+    if records is not None and records.catalogue is not None:
+        read_catalogue(study.beside(records.catalogue))
     if screen is not None and screen.hazard is not None:
-        from rockframe.risk import read_hazard
+        from rockframe.risk import read_hazard  # scipy, which other studies need not wait for
 
         read_hazard(study.beside(screen.hazard))
 

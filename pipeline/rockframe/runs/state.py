@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -167,17 +166,30 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
     """Remove what a former plan of the same folder wrote and this one does not; return names."""
     names = {step.name for step in plan.steps}
     now = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
-    for step in former.steps:
-        if step.name not in names:
-            (folder / _STAMPS / f"{step.name}.json").unlink(missing_ok=True)
     made = {*former.outputs, *(n for step in former.steps for n in step.outputs)}
     removed = sorted(name for name in made - now if (folder / name).exists())
     for name in removed:
         if name.endswith("/"):
-            shutil.rmtree(folder / name, ignore_errors=True)
+            _remove_listed(former, folder, name)
         else:
             (folder / name).unlink(missing_ok=True)
+    for step in former.steps:
+        if step.name not in names:
+            (folder / _STAMPS / f"{step.name}.json").unlink(missing_ok=True)
     return removed
+
+
+def _remove_listed(former: Plan, folder: Path, name: str) -> None:
+    """Of a folder what a step of a run put there, and the folder if nothing else is in it."""
+    listed = _of_manifest(former, folder)
+    for step in former.steps:
+        known = (
+            (_read(folder, step.name) or listed.get(step.name)) if name in step.outputs else None
+        )
+        for file in known.outputs if known is not None else ():
+            if file.startswith(name) and ".." not in Path(file).parts:
+                (folder / file).unlink(missing_ok=True)
+    _remove_if_empty(folder / name)
 
 
 def _remove_if_empty(folder: Path) -> None:
