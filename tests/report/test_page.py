@@ -83,6 +83,13 @@ def test_samples_are_those_of_the_files(hostile_run: Path) -> None:
                 np.testing.assert_array_equal(decode(texts[f"data-{name}{i}"]), expected)
 
 
+def test_of_a_fall_no_rotation_is_told_and_checks_have_units(hostile_run: Path) -> None:
+    facts = json.loads(Parsed(report(hostile_run)).texts["facts"])
+    told = {pair["structure"]: dict(pair["facts"]) for pair in facts["pairs"]}
+    assert [name for name, of in told.items() if "largest v" in of] == ["bent", "squat"]
+    assert facts["grounds"][0]["checks"][0][2].replace("\N{NO-BREAK SPACE}", " ") == "≤ 19.62 m s⁻²"
+
+
 def test_the_pulse_is_that_of_the_pulse_file(hostile_run: Path) -> None:
     texts = Parsed(report(hostile_run)).texts
     (ground,) = json.loads(texts["facts"])["grounds"]

@@ -13,7 +13,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockframe.report.columns import fallen
 from rockframe.results import Fact, Ground, History, Run, rank
+from rockframe.signals import CHECKS
 from rockframe.units import GRAVITY
 
 #: Signs that CF's units have in print.
@@ -22,6 +24,8 @@ _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
 _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
 )
+#: Of a structure that fell these are those of its fall, which tell nothing.
+_OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
 
 
 def encode(values: ArrayLike) -> str:
@@ -130,7 +134,9 @@ def payload(
                     "verdict": row["verdict"],
                     "peak": _finite(row["peak_rotation_ratio"]),
                     "overturning": _finite(row["overturning_time_s"]),
-                    "facts": _texts(run.pairs[pair]),
+                    "facts": _texts(
+                        [f for f in run.pairs[pair] if not (f.name in _OF_THE_FALL and fallen(row))]
+                    ),
                 }
             )
     structures = {name: _structure(facts) for name, facts in run.structures.items()}
@@ -179,14 +185,14 @@ def checks(entry: Mapping[str, str]) -> list[list[str]]:
     --------
     >>> checks({"clipped_samples": "1.0", "clipped_samples_limit": "4.0",
     ...         "clipped_samples_verdict": "ok"})
-    [['clipped samples', '1', '4', 'ok']]
+    [['clipped samples', '1', '≤ 4', 'ok']]
     """
     names = [key.removesuffix("_verdict") for key in entry if key.endswith("_verdict")]
     return [
         [
-            name.replace("_", " "),
-            _short(entry[name]),
-            _short(entry[f"{name}_limit"]),
+            name.replace("_", " ").replace("arias", "Arias"),
+            _short(name, entry[name]),
+            f"{'≥' if CHECKS[name][1] else '≤'} {_short(name, entry[f'{name}_limit'])}",
             entry[f"{name}_verdict"],
         ]
         for name in names
@@ -194,8 +200,8 @@ def checks(entry: Mapping[str, str]) -> list[list[str]]:
     ]
 
 
-def _short(number: str) -> str:
-    return f"{float(number):.4g}" if number else "not known"
+def _short(check: str, number: str) -> str:
+    return with_unit(Fact(check, "", float(number), CHECKS[check][0])) if number else "not known"
 
 
 def _finite(number: str) -> float | None:

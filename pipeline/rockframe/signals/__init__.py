@@ -1,5 +1,8 @@
 """Signal processing of accelerograms, their intensity measures, and the passport of a record."""
 
+from rockframe.signals.checks import CHECKS as CHECKS
+from rockframe.signals.checks import Check as Check
+from rockframe.signals.checks import CheckVerdict as CheckVerdict
 from rockframe.signals.measures import arias_intensity as arias_intensity
 from rockframe.signals.measures import clipped_samples as clipped_samples
 from rockframe.signals.measures import closing_share as closing_share
@@ -9,8 +12,6 @@ from rockframe.signals.measures import significant_duration as significant_durat
 from rockframe.signals.noise import pre_event as pre_event
 from rockframe.signals.noise import signal_to_noise_band as signal_to_noise_band
 from rockframe.signals.noise import usable_periods as usable_periods
-from rockframe.signals.passport import Check as Check
-from rockframe.signals.passport import CheckVerdict as CheckVerdict
 from rockframe.signals.passport import Measures as Measures
 from rockframe.signals.passport import Passport as Passport
 from rockframe.signals.passport import passport as passport

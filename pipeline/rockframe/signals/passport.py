@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 
 from rockframe.record import Record
+from rockframe.signals.checks import CHECKS, Check, CheckVerdict
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
@@ -20,55 +20,6 @@ from rockframe.signals.measures import (
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.processing import Float, integrate, peak
 from rockframe.study import PassportLimits
-
-
-class CheckVerdict(IntEnum):
-    """What a check says of a record; the values of the flag variable `passport`."""
-
-    OK = 0
-    WARN = 1
-    REJECT = 2
-    NOT_MEASURED = 3
-
-
-@dataclass(frozen=True)
-class Check:
-    """One check of a record.
-
-    Parameters
-    ----------
-    name : str
-        What was measured.
-    value : float
-        Its value; NaN if the record does not allow to measure it.
-    limit : float
-        The limit that gave the verdict: that of rejection if the value is beyond it, else that of
-        the warning.
-    verdict : CheckVerdict
-        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which holds nothing against the record
-        and nothing in its favour.
-    unit : str
-        Unit of value and limit.
-    at_least : bool
-        Whether the value must not be below the limit; otherwise it must not be above.
-
-    Examples
-    --------
-    >>> print(Check("clipped_samples", 40.0, 25.0, CheckVerdict.REJECT, "1"))
-    clipped_samples 40. Must be at most 25.
-    """
-
-    name: str
-    value: float
-    limit: float
-    verdict: CheckVerdict
-    unit: str
-    at_least: bool = False
-
-    def __str__(self) -> str:
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        bound = "at least" if self.at_least else "at most"
-        return f"{self.name} {self.value:.4g}{unit}. Must be {bound} {self.limit:.4g}{unit}."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,27 +209,18 @@ def _end_share(series: Float) -> float:
 
 
 def _judge(measures: Measures, time_step: float, limits: PassportLimits) -> tuple[Check, ...]:
-    pga = measures.peak_acceleration
-    return (
-        _check("peak_acceleration", pga, "m s-2", limits),
-        _check("time_step", time_step, "s", limits),
-        _check("stated_peak", measures.stated_peak, "1", limits),
-        _check("clipped_samples", measures.clipped_samples, "1", limits),
-        _check("constant_time", measures.constant_time, "s", limits),
-        _check("opening_share", measures.opening_share, "1", limits),
-        _check("closing_share", measures.closing_share, "1", limits),
-        _check("end_velocity_share", measures.end_velocity_share, "1", limits),
-        _check("end_displacement_share", measures.end_displacement_share, "1", limits),
-        _check("signal_to_noise", pga / measures.noise_level, "1", limits, at_least=True),
-        _check("usable_period_longest", measures.usable_period_longest, "s", limits, at_least=True),
-        _check("significant_duration", measures.significant_duration, "s", limits, at_least=True),
-        _check("arias_intensity", measures.arias_intensity, "m s-1", limits, at_least=True),
+    derived = {
+        "time_step": time_step,
+        "signal_to_noise": measures.peak_acceleration / measures.noise_level,
+    }
+    return tuple(
+        _check(name, derived[name] if name in derived else getattr(measures, name), limits)
+        for name in CHECKS
     )
 
 
-def _check(
-    name: str, value: float, unit: str, limits: PassportLimits, *, at_least: bool = False
-) -> Check:
+def _check(name: str, value: float, limits: PassportLimits) -> Check:
+    unit, at_least = CHECKS[name]
     warn: float = getattr(limits, f"{name}_warn")
     reject: float = getattr(limits, f"{name}_reject")
 

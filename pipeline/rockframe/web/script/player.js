@@ -84,7 +84,7 @@ class Player {
       `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
     at("pulse-key").hidden = this.motion.pulse.every(Number.isNaN);
     const named = { ground: "Ground acceleration and pulse", ratio: "Rotation over slenderness",
-      u: "Drift u", v: "Lift v" };
+      u: "Drift u", v: "Uplift v" };
     for (const [id, name] of Object.entries(named)) {
       at(`plot-${id}`).setAttribute("role", "img");
       at(`plot-${id}`).setAttribute("aria-label", `${name}, ${title}. ${line}`);

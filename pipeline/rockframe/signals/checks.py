@@ -1,0 +1,78 @@
+"""The checks of a record: their names, units and directions, and what one says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from types import MappingProxyType
+from typing import Final
+
+#: Of each check, in their order, the unit, and whether the value must be at least the limit and
+#: not at most.
+CHECKS: Final[Mapping[str, tuple[str, bool]]] = MappingProxyType(
+    {
+        "peak_acceleration": ("m s-2", False),
+        "time_step": ("s", False),
+        "stated_peak": ("1", False),
+        "clipped_samples": ("1", False),
+        "constant_time": ("s", False),
+        "opening_share": ("1", False),
+        "closing_share": ("1", False),
+        "end_velocity_share": ("1", False),
+        "end_displacement_share": ("1", False),
+        "signal_to_noise": ("1", True),
+        "usable_period_longest": ("s", True),
+        "significant_duration": ("s", True),
+        "arias_intensity": ("m s-1", True),
+    }
+)
+
+
+class CheckVerdict(IntEnum):
+    """What a check says of a record; the values of the flag variable `passport`."""
+
+    OK = 0
+    WARN = 1
+    REJECT = 2
+    NOT_MEASURED = 3
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of a record.
+
+    Parameters
+    ----------
+    name : str
+        What was measured.
+    value : float
+        Its value; NaN if the record does not allow to measure it.
+    limit : float
+        The limit that gave the verdict: that of rejection if the value is beyond it, else that of
+        the warning.
+    verdict : CheckVerdict
+        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which holds nothing against the record
+        and nothing in its favour.
+    unit : str
+        Unit of value and limit.
+    at_least : bool
+        Whether the value must not be below the limit; otherwise it must not be above.
+
+    Examples
+    --------
+    >>> print(Check("clipped_samples", 40.0, 25.0, CheckVerdict.REJECT, "1"))
+    clipped_samples 40. Must be at most 25.
+    """
+
+    name: str
+    value: float
+    limit: float
+    verdict: CheckVerdict
+    unit: str
+    at_least: bool = False
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        bound = "at least" if self.at_least else "at most"
+        return f"{self.name} {self.value:.4g}{unit}. Must be {bound} {self.limit:.4g}{unit}."
