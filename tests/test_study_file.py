@@ -124,6 +124,12 @@ def test_shipped_studies_are_read(path: Path) -> None:
             "frequency_ratio=[2.0]\nhalf_cycles=2.0\n[respond]",
             r":5: Invalid half_cycles 2.0. Must be None for symmetric_ricker",
         ),
+        (
+            "[respond]",
+            "[spectrum]\nwavelet=['symmetric_ricker']\nslenderness_degree=[10.0]\n"
+            "frequency_ratio=[2.0]\nphase_degree=90.0\n[respond]",
+            r":5: spectrum.phase_degree 90: Invalid phase 1.57.* Must be 0 or pi",
+        ),
         ('"g"', '"g"\nazimuth_degree=1.0\nstrike_degree=2.0', r"Must be one of them"),
         ("[respond]\nvertical = true", "respond = 3", r"unknown key 'records.respond'"),
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from rockframe.study.toml import RULE, VALUE, Strict
@@ -33,6 +33,12 @@ def _positive(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds
 
 
+#: Of accelerations.
+Units = Annotated[
+    str,
+    AfterValidator(_known_units),
+    WithJsonSchema({"enum": list(ACCELERATION_UNITS), "type": "string"}),
+]
 #: A number that is one.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 #: A number above zero.
@@ -60,7 +66,7 @@ class RecordsTable(Strict):
 
     paths: Texts | None = None
     """Record files and folders, relative to this file. Without it, the bundled records."""
-    units: Annotated[str, AfterValidator(_known_units)] | None = None
+    units: Units | None = None
     """Acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2."""
     time_step_s: Positive | None = None
     """Time step of text files that do not state it [s]."""

@@ -166,7 +166,8 @@ class SpectrumTable(Strict):
             try:
                 Pulse(wavelet=name, a_p=1.0, T_p=1.0, phase=phase, half_cycles=self.half_cycles)
             except ParameterError as error:
-                raise PydanticCustomError(RULE, str(error).rstrip(".")) from None
+                stated = f"spectrum.phase_degree {self.phase_degree:g}: " if phase else ""
+                raise PydanticCustomError(RULE, stated + str(error).rstrip(".")) from None
         return self
 
 
