@@ -51,7 +51,7 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=0.5,
         metavar="MU",
-        help="coefficient of friction that the joints are taken to have (default: 0.5)",
+        help="coefficient of friction that the joints are assumed to have (default: 0.5)",
     )
     parser.add_argument(
         "--spacing",

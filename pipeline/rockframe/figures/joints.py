@@ -52,7 +52,7 @@ def _draw_friction(panel: Axes, dataset: xr.Dataset, friction: float) -> None:
         demand = dataset[f"{name}_friction_demand"].values
         if np.isfinite(demand).any():
             panel.plot(time, demand, linewidth=0.8, label=label)
-    panel.axhline(friction, color="black", linestyle="--", linewidth=0.9, label="taken available")
+    panel.axhline(friction, color="black", linestyle="--", linewidth=0.9, label="assumed available")
     uplift = float(dataset["uplift_friction_demand"])
     panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label="at uplift, tan α")
     panel.set_ylabel("friction demand")
@@ -95,7 +95,7 @@ def _caption(dataset: xr.Dataset, friction: float) -> str:
     slides = max(known.values()) > friction
     sliding = (
         f"Friction needed at most, at the samples of the record: {stated}; with a "
-        f"coefficient of {friction:g}, taken and not measured, the assumption of "
+        f"coefficient of {friction:g}, assumed and not measured, the assumption of "
         f"no sliding {'does not hold' if slides else 'holds'}."
     )
     return (

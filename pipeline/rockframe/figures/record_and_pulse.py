@@ -41,7 +41,7 @@ def draw_record_and_pulse(datasets: Sequence[xr.Dataset], titles: Mapping[str, s
         "Ground acceleration (thin) and the pulse that explains most of it (heavy): largest "
         f"coefficient of the energy-normalised wavelet transform. {told}"
     )
-    return Captioned(figure, "Records and their acceleration pulses", caption)
+    return Captioned(figure, "Figure 8: records and their acceleration pulses", caption)
 
 
 def _draw(panel: Axes, dataset: xr.Dataset) -> None:

@@ -214,7 +214,7 @@ def fit_fragility(
         slope=fit.slope,
         covariance=fit.covariance,
         log_likelihood=fit.log_likelihood,
-        pseudo_r2=1.0 - fit.log_likelihood.sum() / _without_measure(fell),
+        pseudo_r2=float(1.0 - fit.log_likelihood.sum() / _without_measure(fell)),
         concordance=_concordance(x, fell),
         brier=fit.brier,
     )
