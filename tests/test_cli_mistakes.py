@@ -95,15 +95,21 @@ def typed(*words: str | Path) -> tuple[str, ...]:
     return tuple(str(word) for word in words)
 
 
-@pytest.mark.parametrize("output", ["motion.nc", "motion.csv"])
+@pytest.mark.parametrize(
+    ("output", "words"),
+    [
+        ("motion.nc", "The table beside motion.nc would take"),
+        ("motion.csv", "Must be another file"),
+    ],
+)
 def test_ingest_never_replaces_its_input(
-    motion: Path, capsys: pytest.CaptureFixture[str], output: str
+    motion: Path, capsys: pytest.CaptureFixture[str], output: str, words: str
 ) -> None:
     """`motion.nc` would put its list of inputs into `motion.csv`."""
     before = motion.read_bytes()
-    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name(output))
-    assert run("ingest", motion, *words) == 2
-    assert "is an input of this command. Must be another file." in capsys.readouterr().err
+    stated = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name(output))
+    assert run("ingest", motion, *stated) == 2
+    assert f"is an input of this command. {words}" in capsys.readouterr().err
     assert motion.read_bytes() == before
     assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
 

@@ -142,8 +142,17 @@ def _settle(partial: Path, path: Path) -> None:
     partial.replace(path)
 
 
-def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+def refuse_overwriting(
+    outputs: Iterable[Path], inputs: Iterable[Path], beside: Path | None = None
+) -> None:
     """Refuse to write over a file that is read.
+
+    Parameters
+    ----------
+    outputs, inputs : iterable of Path
+        What is to be written, and what is read.
+    beside : Path, optional
+        The output that the user named, where others are written beside it.
 
     Raises
     ------
@@ -159,7 +168,10 @@ def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
     read = {path.resolve() for path in inputs}
     for output in outputs:
         if output.resolve() in read:
-            raise InputError(output, "is an input of this command. Must be another file.")
+            said = "Must be another file."
+            if beside is not None and output != beside:
+                said = f"The table beside {beside.name} would take its place. Must be another name."
+            raise InputError(output, f"is an input of this command. {said}")
 
 
 @contextmanager

@@ -185,6 +185,7 @@ def _catalogues(sources: Sequence[Source], given: Path | None) -> dict[str, Path
 def _refuse(outputs: Sequence[Path], sources: Sequence[Source], used: Iterable[Path]) -> None:
     """Refuse outputs that would replace an input; what this command wrote before is none."""
     strange = [s.path for s in sources if s.path.suffix == ".nc" and not is_netcdf(s.path)]
-    refuse_overwriting(outputs, [*used, *strange, *(s.path for s in sources if s.is_read)])
+    read = [*used, *strange, *(s.path for s in sources if s.is_read)]
+    refuse_overwriting(outputs, read, beside=outputs[0])
     refuse_strange_entries(outputs[1])
     require_ending(outputs[0])

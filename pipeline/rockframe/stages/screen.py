@@ -129,7 +129,7 @@ def screen_stage(
     """
     table = output.with_suffix(".csv")
     read = [records_path, structures_path, *filter(None, (pulses_path, hazard_path))]
-    refuse_overwriting([output, table], read)
+    refuse_overwriting([output, table], read, beside=output)
     refuse_strange_table(table)
     if seed < 0:
         raise ParameterError(f"Invalid seed {seed}. Must be zero or positive.")
