@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import shutil
 from collections.abc import Callable
@@ -122,3 +123,35 @@ def test_step_whose_words_are_not_understood_says_why(home: Path) -> None:
     step = Step("ingest", "ingest", ("ingest", "--bogus"), (), ())
     with pytest.raises(InputError, match=r"step ingest failed: .*required: PATH, --output"):
         perform(Task(step, "", home / "run"))
+
+
+def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python ends with 1 after a traceback; an older output would have been stamped as new."""
+    from rockframe.cli.run import perform_apart
+    from rockframe.errors import InputError
+    from rockframe.runs import Step
+
+    (home / "sitecustomize.py").write_text(
+        "import rockframe.stages as s\n\ndef crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
+        "s.merge_stage = crash\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(home))
+    words = ("merge", "response.nc", "--output", "table.csv")
+    step = Step("merge", "merge", words, ("response.nc",), ("table.csv",))
+    with pytest.raises(InputError, match=r"step merge failed: MemoryError: all gone"):
+        perform_apart(Task(step, "", home / "run"))
+
+
+def test_file_system_without_locks_is_no_other_run(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fcntl = pytest.importorskip("fcntl")
+
+    def unknown(*_arguments: object) -> None:
+        raise OSError(errno.ENOSYS, "Function not implemented")
+
+    monkeypatch.setattr(fcntl, "flock", unknown)
+    with locked(home / "run"):
+        pass

@@ -12,6 +12,7 @@ import signal
 import sys
 import tempfile
 import threading
+import traceback
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -51,6 +52,8 @@ _VERBS = (
 )
 
 
+#: Status of a command that ends by a fault of the program's own, as sysexits.h has it.
+_FAULT: Final = 70
 #: What compiled code may take on disk [bytes].
 _CACHE_ROOM: Final = 16_000_000
 
@@ -77,7 +80,7 @@ def parser() -> argparse.ArgumentParser:
         "pulses, histories, stability verdicts.",
         epilog="Exit status: 0 done; 1 done, but some records were rejected or are missing (they "
         "are listed); "
-        "2 something for you to mend, said in one line.",
+        "2 something for you to mend, said in one line; 70 a fault of rockframe itself.",
     )
     whole.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
     verbs = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -144,7 +147,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 130 interrupted.
+        Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 70 a fault of the
+        program's own, with its traceback, 130 interrupted.
     """
     _keep_cache_where_there_is_room()
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -164,6 +168,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has gone: `rockframe ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except Exception:  # noqa: BLE001 - Python itself would end with 1, which says that all was done
+        traceback.print_exc()
+        return _FAULT
     return status
 
 
