@@ -9,7 +9,8 @@ import pytest
 from tests.runs.small import STUDY, make_study
 
 from rockframe.cli.main import parser
-from rockframe.runs import Plan, make_plan
+from rockframe.engines import ProcessPool
+from rockframe.runs import Plan, Task, make_plan, run_plan
 from rockframe.study import commented_study, read_study
 
 #: Options that a plan gives by itself, or that only say where and how to compute and to show.
@@ -60,6 +61,22 @@ def everything(folder: Path, rotation: str) -> Plan:
 def test_every_command_of_a_plan_is_one_that_can_be_typed(tmp_path: Path, rotation: str) -> None:
     for step in everything(tmp_path, rotation).steps:
         assert parser().parse_args(list(step.command)).run
+
+
+def test_pools_of_steps_are_as_large_as_the_run_is_asked_for(tmp_path: Path) -> None:
+    plan, seen = everything(tmp_path, "azimuth"), list[Task]()
+
+    def perform(task: Task) -> int:
+        seen.append(task)
+        return 0
+
+    run_plan(plan, tmp_path / "run", perform, engine=ProcessPool(3))
+    assert {task.step.name for task in seen} == {step.name for step in plan.steps}
+    for task in seen:
+        if task.step.workers:
+            assert parser().parse_args(task.words).workers == 3
+        else:
+            assert getattr(parser().parse_args(task.words), "workers", None) in (None, 1)
 
 
 def test_every_option_of_a_stage_can_be_stated_in_a_study(

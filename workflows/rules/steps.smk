@@ -23,10 +23,15 @@ def step_of(rule_name, wildcards):
 def command_of(rule_name):
     def command(wildcards):
         step = step_of(rule_name, wildcards)
-        words = join(["rockframe", *step["command"]])
-        return f"{words} || [ $? -eq 1 ]" if step["may_reject"] else words
+        return join(["rockframe", *step["command"]])
 
     return command
+
+
+def called(step):
+    """How a step's command is called: with its processes, and with what is no failure."""
+    words = "{params.command}" + " --workers {threads}" * step["workers"]
+    return f"{words} || [ $? -eq 1 ]" if step["may_reject"] else words
 
 
 def key_of(rule_name):
@@ -58,4 +63,4 @@ for rule_name, steps in STEPS.items():
             runtime=steps[0]["minutes"],
         retries: 2
         shell:
-            "( {params.command} ) > {log} 2>&1"
+            f"( {called(steps[0])} ) > {{log}} 2>&1"

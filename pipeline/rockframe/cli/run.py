@@ -88,7 +88,7 @@ def perform(task: Task) -> int:
 
     with _log(task).open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
         try:
-            status = call(task.step.words(task.folder))
+            status = call(task.words)
         except RockframeError as error:
             print(f"rockframe: error: {error}")
             raise
@@ -101,7 +101,7 @@ def perform_apart(task: Task) -> int:
     """Perform a step in a process of its own: a Dask worker may run several in threads."""
     with _log(task).open("w", encoding="utf-8") as log:
         ended = subprocess.run(
-            [sys.executable, "-P", "-m", "rockframe.cli.main", *task.step.words(task.folder)],
+            [sys.executable, "-P", "-m", "rockframe.cli.main", *task.words],
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,

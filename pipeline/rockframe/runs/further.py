@@ -10,8 +10,8 @@ from rockframe.study import Study
 
 #: The structures of the study, as the stages read them.
 STRUCTURES: Final = "structures.toml"
-#: Their steps compute in a pool of their own.
-_THREADS: Final = 8
+#: Most processes of a step that computes in a pool of its own.
+THREADS: Final = 8
 
 
 def further_steps(study: Study) -> list[Step]:
@@ -90,7 +90,13 @@ def _step(
     name: str, words: tuple[str, ...], inputs: tuple[str, ...], outputs: tuple[str, ...]
 ) -> Step:
     command = (*words, "--output", outputs[0])
-    return Step(name, name, command, inputs, outputs, threads=_THREADS, memory=4000, minutes=720)
+    return Step(
+        *(name, name, command, inputs, outputs),
+        threads=THREADS,
+        workers=True,
+        memory=4000,
+        minutes=720,
+    )
 
 
 def options(stated: Mapping[str, object]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from rockframe.provenance import MANIFEST
-from rockframe.runs.further import STRUCTURES, further_steps, options
+from rockframe.runs.further import STRUCTURES, THREADS, further_steps, options
 from rockframe.runs.step import Step
 from rockframe.study import Study
 
@@ -74,7 +74,12 @@ def _ingest(study: Study) -> Step:
         }
     )
     outputs = ("records.nc", "records.csv")
-    return Step("ingest", "ingest", tuple(command), (INPUTS,), outputs, threads=4, memory=4000)
+    return Step(
+        *("ingest", "ingest", tuple(command), (INPUTS,), outputs),
+        threads=THREADS,
+        workers=True,
+        memory=4000,
+    )
 
 
 def _pulse(study: Study) -> list[str]:
@@ -110,7 +115,14 @@ def _in_batches(
 ) -> list[Step]:
     """A stage on all records at once, or on batches of them, which are then put together."""
     if batches <= 1:
-        return [Step(rule, rule, (*command, "--output", output), inputs, (output,), memory=2000)]
+        return [
+            Step(
+                *(rule, rule, (*command, "--output", output), inputs, (output,)),
+                threads=THREADS,
+                workers=True,
+                memory=2000,
+            )
+        ]
     parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
     alone = ("--workers", "1")  # the batches are the parallel part
     steps = [

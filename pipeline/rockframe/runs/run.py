@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from rockframe.engines import DaskScheduler, Engine, OneProcess, map_batches
+from rockframe.engines import DaskScheduler, Engine, OneProcess, ProcessPool, map_batches
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, listed_outputs
 from rockframe.runs.graph import PAGE
@@ -40,11 +40,20 @@ class Task:
         What it depends on.
     folder : Path
         Of the run, absolute.
+    workers : int, optional
+        Most processes of a step that computes in a pool of its own; by default one for each core.
     """
 
     step: Step
     key: str
     folder: Path
+    workers: int | None = None
+
+    @property
+    def words(self) -> list[str]:
+        """Its command, with files and folders where they are."""
+        stated = self.step.workers and self.workers is not None
+        return self.step.words(self.folder) + (["--workers", str(self.workers)] if stated else [])
 
 
 #: Performs a task and gives the status of its command, 0 or 1.
@@ -172,8 +181,7 @@ def _perform(
     watch: Watch,
 ) -> tuple[str, ...]:
     rejecting, done = [], 0
-    for wave in waves(plan.steps):
-        tasks = [Task(step, plan.keys[step.name], folder) for step in wave if step in todo]
+    for tasks in _at_once(plan, todo, folder, engine):
         alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # no pool for one step
         where = OneProcess() if alone else engine
         for task, status in zip(tasks, map_batches(perform, tasks, engine=where), strict=True):
@@ -182,6 +190,22 @@ def _perform(
             if status:
                 rejecting.append(task.step.name)
     return tuple(rejecting)
+
+
+def _at_once(
+    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
+) -> Iterator[list[Task]]:
+    """Tasks that do not need each other; but a pool within a pool would be too many processes."""
+    workers = engine.workers if isinstance(engine, ProcessPool) else None
+    if isinstance(engine, OneProcess):
+        workers = 1
+    for wave in waves(plan.steps):
+        tasks = [Task(step, plan.keys[step.name], folder, workers) for step in wave if step in todo]
+        if isinstance(engine, DaskScheduler):
+            yield tasks
+            continue
+        yield [task for task in tasks if not task.step.workers]
+        yield from ([task] for task in tasks if task.step.workers)
 
 
 def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> None:

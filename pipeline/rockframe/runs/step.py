@@ -30,6 +30,8 @@ class Step:
         Exit status 1 means that records were rejected; else that it failed.
     threads : int
         Most processes that it uses.
+    workers : bool
+        Its command takes ``--workers``: it computes in a pool of its own.
     memory : int
         What it may need [MB].
     minutes : int
@@ -50,6 +52,7 @@ class Step:
     temporary: bool = False
     may_reject: bool = True
     threads: int = 1
+    workers: bool = False
     memory: int = 1000
     minutes: int = 60
 
