@@ -31,8 +31,8 @@ EDGE_TOLERANCE: Final = 1e-9
 AMPLITUDE_STEP: Final = 0.005
 #: Below it a pulse lasts for hundreds of the frame's periods: it is a static pull, and never ends.
 LEAST_FREQUENCY_RATIO: Final = 0.01
-#: Responses in a batch: a tenth of a second or more.
-_BATCH: Final = 40_000
+#: Responses in a batch: half a second on one core.
+_BATCH: Final = 80_000
 
 
 @dataclass(frozen=True, eq=False)
