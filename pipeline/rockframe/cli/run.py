@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -86,14 +86,17 @@ def perform(task: Task) -> int:
     from rockframe.cli.main import call
     from rockframe.errors import RockframeError
 
-    with _log(task).open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
-        try:
+    path = _log(task)
+    try:
+        with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
             status = call(task.words)
-        except RockframeError as error:
-            print(f"rockframe: error: {error}")
-            raise
-        except SystemExit as refused:  # its words were not understood; its log says why
-            status = int(refused.code or 0)
+    except SystemExit as refused:  # its words were not understood; its log says why
+        status = int(refused.code or 0)
+    except RockframeError as error:
+        # the reason may be that the disk is full: then it is said on the terminal alone
+        with suppress(OSError), path.open("a", encoding="utf-8") as log:
+            log.write(f"rockframe: error: {error}\n")
+        raise
     return _ended(task, status)
 
 
