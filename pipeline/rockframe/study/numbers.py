@@ -11,9 +11,9 @@ from pydantic_core import PydanticCustomError
 
 from rockframe.study.toml import VALUE
 
-#: More numbers are hardly meant.
-_MOST: Final = 100_000
-_SPAN: Final = "Must be a list of numbers, or { from = NUMBER, to = NUMBER, count = 2 or more }"
+#: More numbers are hardly meant, and a command that holds them is too long for a shell.
+_MOST: Final = 2_000
+_SPAN: Final = "Must be a list of numbers, or { from = NUMBER, to = NUMBER, count = 2 to 2000 }"
 
 
 def evenly(first: float, last: float, count: int) -> list[float]:
