@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -323,6 +324,18 @@ def test_status_tells_of_inputs_that_are_not_as_they_were(
     assert list(told["inputs_changed"].values()) == ["changed", "vanished"]
     assert main(["status", str(home / "run")]) == 0
     assert "2 of 5 inputs changed or vanished since this was planned" in capsys.readouterr().out
+
+
+def test_status_tells_that_the_program_has_changed(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = read_plan(home / "run")
+    write_plan(replace(plan, source="0" * 64), home / "run")
+    assert main(["status", str(home / "run")]) == 0
+    assert "made by another version of the source code" in capsys.readouterr().out
+    write_plan(plan, home / "run")
+    assert main(["status", str(home / "run")]) == 0
+    assert "another version" not in capsys.readouterr().out
 
 
 def test_step_that_fails_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

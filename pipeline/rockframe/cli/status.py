@@ -16,12 +16,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Hash what is there, and say where each step stands."""
     from rockframe.cli.console import show_json, show_table
+    from rockframe.provenance import source_code_hash
     from rockframe.runs import changed_inputs, is_locked, read_plan, status_of
 
     plan = read_plan(options.folder)
     states = status_of(options.folder)
     running = is_locked(options.folder)
     changed = dict(changed_inputs(plan))
+    same_source = plan.source == source_code_hash()
     complete = all(state.is_done for state in states)
     if options.json:
         steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
@@ -33,6 +35,7 @@ def run(options: argparse.Namespace) -> int:
                 "running": running,
                 "counts": counts,
                 "inputs_changed": changed,
+                "same_source": same_source,
                 "steps": steps,
             }
         )
@@ -50,5 +53,7 @@ def run(options: argparse.Namespace) -> int:
         path, how = next(iter(changed.items()))
         many = f"{len(changed)} of {len(plan.inputs)} inputs changed or vanished"
         print(f"{many} since this was planned: {path} {how}.")
+    if not same_source:
+        print("made by another version of the source code: `rockframe run` would make it again")
     print("complete" if complete else "a run is at work" if running else "not complete")
     return 0

@@ -11,8 +11,8 @@ from rockframe.runs.plan import KEPT as KEPT
 from rockframe.runs.plan import Input as Input
 from rockframe.runs.plan import Plan as Plan
 from rockframe.runs.plan import make_plan as make_plan
-from rockframe.runs.plan import read_plan as read_plan
-from rockframe.runs.plan import write_plan as write_plan
+from rockframe.runs.plan_file import read_plan as read_plan
+from rockframe.runs.plan_file import write_plan as write_plan
 from rockframe.runs.run import Outcome as Outcome
 from rockframe.runs.run import Task as Task
 from rockframe.runs.run import Watch as Watch

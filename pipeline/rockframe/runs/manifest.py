@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, write_manifest
-from rockframe.runs.plan import Plan, read_plan
+from rockframe.runs.plan import Plan
+from rockframe.runs.plan_file import read_plan
 from rockframe.runs.state import files_of
 
 

@@ -1,4 +1,4 @@
-"""The plan of a run: its inputs with their hashes, and its steps; written before anything runs."""
+"""The plan of a run: its inputs with their hashes, and its steps."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import io
 import json
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path, PurePosixPath
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
@@ -18,7 +18,6 @@ from rockframe.provenance import (
     sha256_of,
     source_code_hash,
     versions,
-    whole_file,
 )
 from rockframe.runs.further import STRUCTURES
 from rockframe.runs.graph import INPUTS, steps_of
@@ -27,7 +26,6 @@ from rockframe.study import Study, read_limits, structures_text
 
 #: Where a run keeps what is no result: plan, stamps, lock. Hidden, beside the results.
 KEPT: Final = ".rockframe"
-_PLAN: Final = "plan.json"
 #: Suffixes of files that tell of records and hold none.
 _BESIDE: Final = frozenset([".xml", ".json", ".quakeml", ".stationxml"])
 
@@ -69,6 +67,8 @@ class Plan:
         What stands for all that a step depends on, by its name.
     files : mapping of str to str
         Texts that the plan itself puts into the run's folder, by name.
+    source : str
+        Hash of the package's source code that made the plan.
     """
 
     study: str
@@ -77,6 +77,7 @@ class Plan:
     steps: tuple[Step, ...]
     keys: Mapping[str, str]
     files: Mapping[str, str]
+    source: str
 
     @property
     def outputs(self) -> list[str]:
@@ -117,7 +118,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
             further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
         keys[step.name] = _whole(step, steps).key(known, *code, *further)
         known |= dict.fromkeys(step.outputs, keys[step.name])
-    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files)
+    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source_code_hash())
     _refuse_inputs(plan, study, folder)
     return plan
 
@@ -156,68 +157,6 @@ def _require_sound(study: Study) -> None:
         from rockframe.risk import read_hazard  # scipy, which other studies need not wait for
 
         read_hazard(study.beside(screen.hazard))
-
-
-def write_plan(plan: Plan, folder: Path) -> None:
-    """Write the plan and the files it brings; what is there and the same is left untouched.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written.
-    """
-    content = {
-        "study": plan.study,
-        "parameters": plan.parameters,
-        "inputs": [{**asdict(i), "path": str(i.path)} for i in plan.inputs],
-        "steps": [asdict(step) for step in plan.steps],
-        "keys": plan.keys,
-        "files": plan.files,
-        "source_code_hash": source_code_hash(),
-    }
-    texts = {**plan.files, f"{KEPT}/{_PLAN}": json.dumps(content, indent=1, sort_keys=True) + "\n"}
-    for name, text in texts.items():
-        path = folder / name
-        if not path.is_file() or path.read_bytes() != text.encode():
-            with whole_file(path) as partial:
-                partial.write_bytes(text.encode())
-
-
-def read_plan(folder: Path) -> Plan:
-    """Read the plan of the run in a folder.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it cannot be read.
-    """
-    path = folder / KEPT / _PLAN
-    if not path.is_file():
-        raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        plan = Plan(
-            content["study"],
-            content["parameters"],
-            tuple(Input(i["name"], Path(i["path"]), i["sha256"]) for i in content["inputs"]),
-            tuple(_step(step) for step in content["steps"]),
-            {step["name"]: content["keys"][step["name"]] for step in content["steps"]},
-            dict(content["files"]),
-        )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        must_be = "Must be as it was written; `rockframe run` makes it again."
-        raise InputError(path, f"cannot be read ({error}). {must_be}") from None
-    # what a run of another study may remove is read from here
-    for name in (*plan.outputs, *(name for step in plan.steps for name in step.outputs)):
-        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InputError(path, f"names an output {name!r}. Must be within the folder.")
-    return plan
-
-
-def _step(content: Mapping[str, Any]) -> Step:
-    lists = {"command", "inputs", "outputs"}
-    values: dict[str, Any] = {key: tuple(v) if key in lists else v for key, v in content.items()}
-    return Step(**values)
 
 
 def _inputs(study: Study, folder: Path) -> Iterator[Input]:

@@ -13,7 +13,8 @@ from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, listed_outputs
 from rockframe.runs.graph import PAGE
 from rockframe.runs.lock import locked
-from rockframe.runs.plan import KEPT, Plan, read_plan, write_plan
+from rockframe.runs.plan import KEPT, Plan
+from rockframe.runs.plan_file import read_plan, write_plan
 from rockframe.runs.state import (
     StepState,
     remove_former,

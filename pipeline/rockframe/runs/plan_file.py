@@ -1,0 +1,79 @@
+"""The plan of a run in its folder: written before anything runs, read back by what follows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path, PurePosixPath
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.provenance import whole_file
+from rockframe.runs.plan import KEPT, Input, Plan
+from rockframe.runs.step import Step
+
+_PLAN: Final = "plan.json"
+
+
+def write_plan(plan: Plan, folder: Path) -> None:
+    """Write the plan and the files it brings; what is there and the same is left untouched.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    content = {
+        "study": plan.study,
+        "parameters": plan.parameters,
+        "inputs": [{**asdict(i), "path": str(i.path)} for i in plan.inputs],
+        "steps": [asdict(step) for step in plan.steps],
+        "keys": plan.keys,
+        "files": plan.files,
+        "source_code_hash": plan.source,
+    }
+    texts = {**plan.files, f"{KEPT}/{_PLAN}": json.dumps(content, indent=1, sort_keys=True) + "\n"}
+    for name, text in texts.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != text.encode():
+            with whole_file(path) as partial:
+                partial.write_bytes(text.encode())
+
+
+def read_plan(folder: Path) -> Plan:
+    """Read the plan of the run in a folder.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be read.
+    """
+    path = folder / KEPT / _PLAN
+    if not path.is_file():
+        raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        plan = Plan(
+            content["study"],
+            content["parameters"],
+            tuple(Input(i["name"], Path(i["path"]), i["sha256"]) for i in content["inputs"]),
+            tuple(_step(step) for step in content["steps"]),
+            {step["name"]: content["keys"][step["name"]] for step in content["steps"]},
+            dict(content["files"]),
+            str(content["source_code_hash"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        must_be = "Must be as it was written; `rockframe run` makes it again."
+        raise InputError(path, f"cannot be read ({error}). {must_be}") from None
+    # what a run of another study may remove is read from here
+    for name in (*plan.outputs, *(name for step in plan.steps for name in step.outputs)):
+        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+            raise InputError(path, f"names an output {name!r}. Must be within the folder.")
+    return plan
+
+
+def _step(content: Mapping[str, Any]) -> Step:
+    lists = {"command", "inputs", "outputs"}
+    values: dict[str, Any] = {key: tuple(v) if key in lists else v for key, v in content.items()}
+    return Step(**values)
