@@ -19,7 +19,7 @@ from tests.runs.small import STUDY, contents, make_study, run
 from tests.workflow.snake import MARKS, WORKFLOW, jobs_done, rockframe, snakemake, started
 
 from rockframe.cli.main import main
-from rockframe.runs import locked
+from rockframe.runs import is_locked, locked
 
 pytestmark = MARKS
 KILLS = 5
@@ -73,6 +73,19 @@ def test_second_run_is_refused(made: Path) -> None:
     assert ended.returncode != 0
     assert "another run is at work here" in ended.stderr
     assert snakemake(made / "flow").returncode == 0
+
+
+def test_lock_is_held_until_the_workflow_ends(made: Path) -> None:
+    """Snakemake's own lock is not asked for: this one must refuse a second run."""
+    folder = made / "held"
+    rockframe("plan", made / "small.toml", "--output", folder)
+    process = started(folder)
+    assert wait_until(lambda: logs(folder) > 0, process)
+    assert is_locked(folder)
+    assert main(["run", str(made / "small.toml"), "--output", str(folder)]) == 2
+    process.communicate()
+    assert process.returncode == 0
+    assert not is_locked(folder)
 
 
 def logs(folder: Path) -> int:
