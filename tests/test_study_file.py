@@ -85,6 +85,11 @@ def test_shipped_studies_are_read(path: Path) -> None:
             "[screen]\nscales={ from = 2, to = 1, count = 3 }\n[respond]",
             r":6: screen.scales 1.5 after 2. Must increase",
         ),
+        (
+            "[respond]",
+            f"[screen]\nscales={{ from = 0, to = 1{400 * '0'}, count = 3 }}\n[respond]",
+            r":6: screen.scales {.*}. Must be a list of numbers, or { from = NUMBER",
+        ),
         ("[respond]", "[batches]\nrecords=0\n[respond]", r":6: batches.records 0. Must be at leas"),
         ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, height_m"),
         ("9.6", "-9.6", r":7: Invalid height -9.6 of frame 'bent'"),
@@ -150,6 +155,13 @@ def test_evenly_spaced_numbers_are_those_of_the_command(tmp_path: Path) -> None:
     assert study.tables.screen is not None
     assert list(study.tables.screen.scales) == values("0.1:3:30")
     assert 1.0 in study.tables.screen.scales
+
+
+def test_both_ends_are_met_to_the_last_bit() -> None:
+    """0.1 * 3 / 3 is not 0.1: the ends are not computed."""
+    for count in range(2, 50):
+        spaced = values(f"0.1:2.7:{count}")
+        assert (len(spaced), spaced[0], spaced[-1]) == (count, 0.1, 2.7)
 
 
 def test_structures_of_a_study_are_those_of_its_file(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ from rockframe.study.toml import VALUE
 
 #: More numbers are hardly meant, and a command that holds them is too long for a shell.
 _MOST: Final = 2_000
+#: Far beyond what anything is measured in; what is between two such numbers can be computed.
+_HUGE: Final = 1e300
 _SPAN: Final = "Must be a list of numbers, or { from = NUMBER, to = NUMBER, count = 2 to 2000 }"
 
 
@@ -31,7 +33,8 @@ def evenly(first: float, last: float, count: int) -> list[float]:
     >>> evenly(1.0, 2.0, 5)
     [1.0, 1.25, 1.5, 1.75, 2.0]
     """
-    return [(first * (count - 1 - k) + last * k) / (count - 1) for k in range(count)]
+    within = [(first * (count - 1 - k) + last * k) / (count - 1) for k in range(1, count - 1)]
+    return [first, *within, last]
 
 
 def _listed(stated: Any) -> Any:
@@ -41,7 +44,8 @@ def _listed(stated: Any) -> Any:
     match stated:
         case {"from": int() | float() as first, "to": int() | float() as last, "count": int(count)}:
             whole = len(stated) == 3 and bool not in map(type, stated.values())
-            if whole and math.isfinite(last - first) and 2 <= count <= _MOST:
+            sound = -_HUGE < first < _HUGE and -_HUGE < last < _HUGE and 2 <= count <= _MOST
+            if whole and sound:
                 return evenly(float(first), float(last), count)
     raise PydanticCustomError(VALUE, "{stated}. {must}", {"stated": str(stated), "must": _SPAN})
 
