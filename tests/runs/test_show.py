@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
 from tests.runs.small import STUDY, make_study, run
 
 from rockframe.cli.main import main
-from rockframe.results import rows_of
+from rockframe.results import read_run, rows_of
 
 FILTERS = "[filters]\npga_g = [0.32, inf]\npgv_m_s = [-inf, 9.0]\n\n"
 
@@ -79,3 +80,14 @@ def test_file_of_several_records_asks_which(
     assert main(["table1", *words, "--structure", "bridge-bent", "--output", str(tmp_path)]) == 0
     assert main(["show", str(tmp_path), "Ridgecrest2019-CCC.V1"]) == 2
     assert "a file of 3. Must be one of: Ridgecrest2019-CCC-090, " in capsys.readouterr().err
+
+
+def test_table_that_is_gone_is_said(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A record without its verdicts would look like one that nothing was computed of."""
+    run = Path(shutil.copytree(folder, tmp_path / "run"))
+    assert sum(read_run(run, most=0).counts.values()) == 4
+    (run / "table.csv").unlink()
+    assert main(["show", str(run), "motion-2"]) == 2
+    assert "table.csv: missing. Must be as the run wrote it." in capsys.readouterr().err

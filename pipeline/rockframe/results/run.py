@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import heapq
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from rockframe.results.files import PULSES, RECORDS, RESPONSE, opened
 from rockframe.results.known import Facts, FactsOf
 from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import Pair
+from rockframe.results.rejections import rows_of
 
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.
 _NEEDED: Final = (
@@ -139,14 +139,12 @@ def _kept(rows: Iterator[dict[str, str]], most: int | None) -> tuple[dict[str, s
     if most is None:
         return tuple(rows)
     best = heapq.nsmallest(most, enumerate(rows), key=lambda numbered: rank(numbered[1]))
+    deque(rows, maxlen=0)  # of none that are kept, all are counted
     return tuple(row for _, row in sorted(best, key=lambda numbered: numbered[0]))
 
 
 def _rows(path: Path) -> Iterator[dict[str, str]]:
-    try:
-        with path.open(newline="", encoding="utf-8") as stream:
-            yield from csv.DictReader(stream)
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise InputError(path, "is not UTF-8. Must be as the run wrote it.") from None
+    """Rows of a list that a run must have."""
+    if not path.is_file():
+        raise InputError(path, "missing. Must be as the run wrote it.")
+    return rows_of(path)
