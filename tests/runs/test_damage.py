@@ -65,23 +65,42 @@ def test_damaged_plan_of_another_study_is_in_the_way(home: Path) -> None:
     assert run(home / "other.toml", home / "run", "--replace") == 0
 
 
-@pytest.mark.parametrize("steps", [[1, 2], {"a": 1}, [{"name": "ingest"}]])
+@pytest.mark.parametrize(
+    "steps",
+    [
+        *([1, 2], {"a": 1}, [{"name": "ingest"}]),
+        [{"name": "x", "rule": "x", "command": [], "inputs": [], "outputs": [5]}],
+    ],
+)
 def test_plan_of_other_types_is_one_line(
     home: Path, steps: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    change(home / "run" / ".rockframe" / "plan.json", lambda plan: plan.update(steps=steps))
+    change(
+        home / "run" / ".rockframe" / "plan.json",
+        lambda plan: plan.update(steps=steps, keys={"x": ""}),
+    )
     assert main(["status", str(home / "run")]) == 2
     assert "plan.json: cannot be read" in capsys.readouterr().err
 
 
-def test_plan_that_names_files_elsewhere_removes_none(home: Path) -> None:
+@pytest.mark.parametrize(
+    "meddle",
+    [
+        lambda plan: plan["files"].update({"../precious.json": "x"}),
+        lambda plan: (
+            plan["steps"].append({**plan["steps"][-1], "name": "../../../precious", "outputs": []})
+            or plan["keys"].update({"../../../precious": ""})
+        ),
+    ],
+)
+def test_plan_that_names_files_elsewhere_removes_none(
+    home: Path, meddle: Callable[[dict[str, Any]], object]
+) -> None:
     """A run removes what its former plan made, and the folder may come from somebody else."""
-    precious = home / "precious.txt"
+    precious = home / "precious.json"
     precious.write_text("mine")
-    change(
-        home / "run" / ".rockframe" / "plan.json",
-        lambda plan: plan["files"].update({"../precious.txt": "x"}),
-    )
+    plan = home / "run" / ".rockframe" / "plan.json"
+    change(plan, meddle)
     assert run(home / "small.toml", home / "run") == 0
     assert precious.exists()
 

@@ -97,6 +97,7 @@ def test_results_do_not_depend_on_batches(home: Path, capsys: pytest.CaptureFixt
     ("name", "damage"),
     [
         ("response.nc", "truncated"),
+        ("figures/figures.csv", "gone"),
         *(
             pytest.param(name, damage, marks=pytest.mark.faults)
             for name in ("records.nc", "pulses.nc", "response.nc", "table.csv")

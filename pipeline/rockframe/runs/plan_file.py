@@ -63,13 +63,15 @@ def read_plan(folder: Path) -> Plan:
             dict(content["files"]),
             str(content["source_code_hash"]),
         )
+        # what a run of another study may remove is read from here: outputs, and stamps of steps
+        names = [n for step in plan.steps for n in (step.name, *step.outputs)]
+        paths = [PurePosixPath(name) for name in (*plan.outputs, *names)]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         must_be = "Must be as it was written; `rockframe run` makes it again."
         raise InputError(path, f"cannot be read ({error}). {must_be}") from None
-    # what a run of another study may remove is read from here
-    for name in (*plan.outputs, *(name for step in plan.steps for name in step.outputs)):
-        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InputError(path, f"names an output {name!r}. Must be within the folder.")
+    for name in paths:
+        if name.is_absolute() or ".." in name.parts:
+            raise InputError(path, f"names {str(name)!r}. Must be within the folder.")
     return plan
 
 

@@ -18,6 +18,7 @@ from rockframe.runs.plan_file import read_plan, write_plan
 from rockframe.runs.state import (
     StepState,
     remove_former,
+    remove_listed,
     remove_spent,
     states_of,
     take_back_manifest,
@@ -165,7 +166,9 @@ def prepare(plan: Plan, folder: Path, *, replace: bool, watch: Watch) -> list[St
         if state.fault:
             watch.fault(f"{state.fault}; made again.")
             for name in state.step.outputs:
-                if (folder / name).is_file() or (folder / name).is_symlink():
+                if name.endswith("/"):
+                    remove_listed(plan, folder, name)
+                elif (folder / name).is_file() or (folder / name).is_symlink():
                     (folder / name).unlink()
     if any(not state.is_done and state.step.name not in _AFTER for state in states):
         take_back_manifest(plan, folder)

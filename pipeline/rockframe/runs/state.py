@@ -158,7 +158,7 @@ def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
     kept = {Path(name).parent for s in states if s.state != "removed" for name in s.step.outputs}
     for step in plan.steps:
         for parent in {Path(name).parent for name in step.outputs if step.temporary}:
-            if parent not in kept and (folder / parent).is_dir():
+            if parent not in kept:
                 _remove_if_empty(folder / parent)
 
 
@@ -170,7 +170,7 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
     removed = sorted(name for name in made - now if (folder / name).exists())
     for name in removed:
         if name.endswith("/"):
-            _remove_listed(former, folder, name)
+            remove_listed(former, folder, name)
         else:
             (folder / name).unlink(missing_ok=True)
     for step in former.steps:
@@ -179,10 +179,20 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
     return removed
 
 
-def _remove_listed(former: Plan, folder: Path, name: str) -> None:
-    """Of a folder what a step of a run put there, and the folder if nothing else is in it."""
-    listed = _of_manifest(former, folder)
-    for step in former.steps:
+def remove_listed(plan: Plan, folder: Path, name: str) -> None:
+    """Remove of a folder what a step of a run put there, and it if nothing else is in it.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of the run that put it there.
+    folder : Path
+        Of the run.
+    name : str
+        Of the folder in it, with ``/`` at the end.
+    """
+    listed = _of_manifest(plan, folder)
+    for step in plan.steps:
         known = (
             (_read(folder, step.name) or listed.get(step.name)) if name in step.outputs else None
         )
@@ -193,7 +203,7 @@ def _remove_listed(former: Plan, folder: Path, name: str) -> None:
 
 
 def _remove_if_empty(folder: Path) -> None:
-    if not any(folder.iterdir()):
+    if folder.is_dir() and not any(folder.iterdir()):
         folder.rmdir()
 
 
