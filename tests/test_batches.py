@@ -137,3 +137,16 @@ def test_batch_that_is_missing_or_not_in_its_place_is_said(
     assert run("merge", *(parts[k - 1] for k in order), "--output", output) == 2
     assert f"Must be batch {wanted}" in capsys.readouterr().err
     assert not output.exists()
+
+
+def test_table_of_responses_to_other_records_is_refused(
+    wholes: dict[str, Path],
+    tmp_path: Path,
+    bundled_records: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    few, table = tmp_path / "few.nc", tmp_path / "table.csv"
+    assert run("ingest", bundled_records / "Ridgecrest2019-CCC.V1", "--output", few) == 0
+    assert run("table", few, wholes["pulse"], wholes["respond"], "--output", table) == 2
+    assert f"which {few} does not. Must be of the same records." in capsys.readouterr().err
+    assert not table.exists()

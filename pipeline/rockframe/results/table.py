@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.errors import InputError
 from rockframe.results.files import RECORDS, RESPONSE, opened
 from rockframe.results.pulse_rows import pulse_rows
 from rockframe.results.to_pulse import FateUnderPulse
@@ -86,7 +87,8 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
     Raises
     ------
     InputError
-        If one of the files is missing, damaged, or something else.
+        If one of the files is missing, damaged, or something else, or the responses are to other
+        records.
     """
     with opened(records_path, RECORDS) as dataset:
         wanted = ("record_id", *_OF_RECORD)
@@ -95,6 +97,9 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
     best = {row["record_id"]: row for row in pulse_rows(pulses_path) if row["best"]}
     for answer in response_rows(response_path):
         name = answer["record_id"]
+        if name not in row_of:
+            must_be = f"which {records_path} does not. Must be of the same records."
+            raise InputError(response_path, f"holds {name!r}, {must_be}")
         event, station, component, source_file, facts_source, *numbers = (
             records[variable][row_of[name]] for variable in _OF_RECORD
         )
