@@ -8,8 +8,9 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ _GAP: Final = 2
 _SHORTEST: Final = 6
 
 
-def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
     An empty row draws a line between the rows around it. Where there is little room headings are
@@ -38,7 +39,8 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     from rich.table import Table
     from rich.text import Text
 
-    rows, more = rows[:_MOST_ROWS], len(rows[_MOST_ROWS:])
+    rest = iter(rows)
+    rows, more = list(islice(rest, _MOST_ROWS)), sum(1 for row in rest if row)
     width = table_width()
     console = Console(width=width, highlight=False)
     table = Table(

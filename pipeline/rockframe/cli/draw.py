@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from rockframe.cli.arguments import path
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rockframe.results import TableRow
 
@@ -90,14 +90,20 @@ def _draw_records(given: Mapping[str, Path], folder: Path, most: int) -> dict[st
     from rockframe.cli.table import rows_of
 
     files = tuple(given[kind] for kind in _OF_RECORDS)
-    rows = list(rows_of(*files))
-    chosen = _furthest(rows, given["response"], most)
-    draw(rows, files, folder, chosen)
+    first: dict[str, TableRow] = {}
+
+    def rows() -> Iterator[TableRow]:
+        for row in rows_of(*files):  # of very many one of each record is held
+            first.setdefault(row.record_id, row)
+            yield row
+
+    chosen = _furthest(rows(), given["response"], most)
+    draw(first.values(), files, folder, chosen)
     return {f"{name}.png": name for name in chosen}
 
 
 def draw(
-    rows: Sequence[TableRow], files: Sequence[Path], folder: Path, chosen: Sequence[str]
+    rows: Iterable[TableRow], files: Sequence[Path], folder: Path, chosen: Sequence[str]
 ) -> None:
     """Draw one figure for each of the records that are chosen."""
     from rockframe.cli.console import progress_bar
@@ -122,7 +128,7 @@ def draw(
             progress(i + 1, len(chosen))
 
 
-def _furthest(rows: Sequence[TableRow], response: Path, most: int) -> list[str]:
+def _furthest(rows: Iterable[TableRow], response: Path, most: int) -> list[str]:
     """Records with histories; of too many, those under which something turns furthest."""
     from rockframe.results import open_response
 

@@ -59,10 +59,10 @@ def run(options: argparse.Namespace) -> int:
             engine=engine(options),
             progress=progress,
         )
-    rows = list(response_rows(options.output))
+    rows = response_rows(options.output)
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
-        show_json({"responses": rows, "rejected": rejected, "output": str(options.output)})
+        show_json({"responses": list(rows), "rejected": rejected, "output": str(options.output)})
     else:
         show_table(
             f"Responses in {options.output}",
@@ -70,13 +70,13 @@ def run(options: argparse.Namespace) -> int:
                 *("record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>"),
                 *("critical scale>", "verdict", *(["pulse alone"] if options.pulses else [])),
             ],
-            [
+            (
                 [
                     *(str(row["record_id"]), str(row["structure"]), *response_cells(row)),
                     *([pulse_cell(row)] if options.pulses else []),
                 ]
                 for row in rows
-            ],
+            ),
         )
     show_rejections(rejections)
     return 1 if rejections else 0

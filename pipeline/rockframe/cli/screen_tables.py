@@ -1,4 +1,4 @@
-"""What `rockframe screen` prints and draws, from the file that it wrote."""
+"""What `rockframe screen` prints, from the file that it wrote."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
                 "left_out": dict(done.left_out),
                 "rejected": [vars(rejection) for rejection in done.rejections],
                 "structures": summary,
-                "rows": screen_rows(screening),
+                "rows": list(screen_rows(screening)),
                 "output": str(output),
                 "table": str(done.table),
             }
@@ -67,9 +67,9 @@ def _show_verdicts(screening: xr.Dataset) -> None:
 def _show_ranking(screening: xr.Dataset) -> None:
     from rockframe.results import screen_rows
 
-    rows = screen_rows(screening)
     structures = [str(name) for name in screening["structure"].values]
     width = len(structures)
+    rows = list(islice(screen_rows(screening), _SHOWN * width))
     motions = [rows[i : i + width] for i in range(0, len(rows), width)]
     scale = float(screening["reference_scale"])
     cells = [
@@ -78,7 +78,7 @@ def _show_ranking(screening: xr.Dataset) -> None:
             number(motion[0]["mean_rank"], 1),
             *(_ratio(row) for row in motion),
         ]
-        for motion in motions[:_SHOWN]
+        for motion in motions
     ]
     show_table(
         f"Motions by demand: θ/α at scale {scale:g}",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
+from functools import cached_property
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final
@@ -206,12 +207,12 @@ class ResponseFile:
         """Close the file."""
         self._context.__exit__(None, None, None)
 
-    @property
+    @cached_property
     def records(self) -> list[str]:
         """Identifiers of the records."""
         return [str(name) for name in self.dataset["record_id"].values]
 
-    @property
+    @cached_property
     def structures(self) -> list[str]:
         """Names of the structures."""
         return [str(name) for name in self.dataset["structure"].values]

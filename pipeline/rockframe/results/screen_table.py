@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -36,8 +37,8 @@ _OF_MOTION: Final = {
 _FIRST: Final = ("record_id", "structure", "scale", "verdict")
 
 
-def screen_rows(screening: xr.Dataset) -> list[dict[str, Any]]:
-    """Return a row for each motion and structure, at the scale nearest to 1; units in the names.
+def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Give a row for each motion and structure, at the scale nearest to 1; units in the names.
 
     The motions are in the order of their mean rank: the most severe first.
 
@@ -51,28 +52,23 @@ def screen_rows(screening: xr.Dataset) -> list[dict[str, Any]]:
     if "scale" in screening["verdict"].dims:
         at = screening.isel(scale=int(np.flatnonzero(screening["scale"].values == reference)[0]))
     columns = {name: at[name].values for name in at.variables}
-    order = np.argsort(columns["mean_rank"], kind="stable")
-    rows = []
-    for i in order:
+    for i in np.argsort(columns["mean_rank"], kind="stable"):
         motion = {
             column: _value(columns[name][i], over) for column, (name, over) in _OF_MOTION.items()
         }
         for k, structure in enumerate(columns["structure"]):
-            rows.append(
-                {
-                    "record_id": str(columns["record_id"][i]),
-                    "structure": str(structure),
-                    "scale": reference,
-                    "verdict": Verdict(int(columns["verdict"][i, k])).name.lower(),
-                    "peak_rotation_ratio": float(columns["peak_rotation_ratio"][i, k]),
-                    "u_max_m": float(columns["peak_u"][i, k]),
-                    "v_max_m": float(columns["peak_v"][i, k]),
-                    "demand_rank": float(columns["demand_rank"][i, k]),
-                    **_margins(columns, i, k),
-                    **motion,
-                }
-            )
-    return rows
+            yield {
+                "record_id": str(columns["record_id"][i]),
+                "structure": str(structure),
+                "scale": reference,
+                "verdict": Verdict(int(columns["verdict"][i, k])).name.lower(),
+                "peak_rotation_ratio": float(columns["peak_rotation_ratio"][i, k]),
+                "u_max_m": float(columns["peak_u"][i, k]),
+                "v_max_m": float(columns["peak_v"][i, k]),
+                "demand_rank": float(columns["demand_rank"][i, k]),
+                **_margins(columns, i, k),
+                **motion,
+            }
 
 
 def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
@@ -164,8 +160,9 @@ def write_screen_table(screen_path: Path, path: Path) -> None:
     rows = screen_rows(read_screening(screen_path, every_scale=False))
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(rows[0])
-        for row in rows:
+        for number, row in enumerate(rows):
+            if number == 0:
+                writer.writerow(row)
             writer.writerow(
                 "" if isinstance(value, float) and math.isnan(value) else value
                 for value in row.values()
