@@ -145,9 +145,10 @@ def _unrelated(
 ) -> Iterator[str]:
     """Files that were made from others than those of this run."""
     known = {**manifest["inputs"], **manifest["outputs"]}
+    hashes = {str(sha256) for sha256 in manifest["inputs"].values()}
     for name, held in datasets.items():
         if name == "records.nc":
-            strange = next((k for k, v in held.inputs.items() if v not in _hashes(manifest)), "")
+            strange = next((k for k, v in held.inputs.items() if v not in hashes), "")
             if strange:
                 yield (
                     f"{folder / name}: was made from a {strange!r} that the manifest does not "
@@ -159,10 +160,6 @@ def _unrelated(
             stated = held.inputs.get(source)
             if (needed or stated is not None) and stated != known.get(source):
                 yield f"{folder / name}: was made from another {source}. Must be of the same run."
-
-
-def _hashes(manifest: Mapping[str, Any]) -> set[str]:
-    return {str(sha256) for sha256 in manifest["inputs"].values()}
 
 
 def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
