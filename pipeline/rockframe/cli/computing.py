@@ -16,8 +16,9 @@ def add_engine(parser: argparse.ArgumentParser) -> None:
         "--workers",
         type=int,
         metavar="N",
-        help="most processes that compute at once; the result is the same for any number "
-        "(default: one for each core)",
+        help="most processes that compute at once; one alone shares its cores among threads, as "
+        "many as OMP_NUM_THREADS says; the result is the same for any number (default: one for "
+        "each core)",
     )
     add_scheduler(parser)
 

@@ -28,7 +28,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="most histories in the page; of more, those that stand with the largest rotation come "
         "first (default: 150)",
     )
-
     parser.add_argument(
         "--rows",
         type=_count,
@@ -99,6 +98,6 @@ def strange_report(folder: Path) -> list[str]:
 
 
 def _count(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
+    if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"Invalid number {text!r}. Must be at least 1")
     return int(text)

@@ -6,5 +6,6 @@ from rockframe.engines.engine import OneProcess as OneProcess
 from rockframe.engines.engine import ProcessPool as ProcessPool
 from rockframe.engines.engine import map_batches as map_batches
 from rockframe.engines.scheduler import DaskScheduler as DaskScheduler
+from rockframe.engines.threads import cores as cores
 from rockframe.engines.threads import on_threads as on_threads
 from rockframe.engines.threads import threads as threads

@@ -17,6 +17,7 @@ from queue import SimpleQueue
 from threading import Lock
 from typing import IO, Any, Final, Generic, TypeVar
 
+from rockframe.engines import cores
 from rockframe.errors import ParameterError
 
 T = TypeVar("T")
@@ -96,8 +97,7 @@ def worker_count(workers: int | None, paths: Sequence[Path]) -> int:
     1
     """
     if workers is None:
-        affinity = getattr(os, "sched_getaffinity", None)
-        workers = len(affinity(0)) if affinity else os.cpu_count() or 1
+        workers = cores()
     if workers < 0:
         raise ParameterError(f"Invalid number of workers {workers}. Must be 0 or more.")
     size = sum(path.stat().st_size for path in paths if path.is_file())
