@@ -120,6 +120,16 @@ def test_shipped_studies_are_read(path: Path) -> None:
         ),
         (
             "[respond]",
+            "[screen]\nazimuths_degree={ from = 0, to = 360, count = 5 }\n[respond]",
+            r":5: screen.azimuths_degree with 0 twice, or 360 apart. Must differ",
+        ),
+        (
+            "[respond]",
+            "[screen]\nazimuths_degree=[10.0]\npulse_like=true\n[respond]",
+            r":5: screen.pulse_like beside screen.azimuths_degree. Must be one of them",
+        ),
+        (
+            "[respond]",
             "[screen.design]\ndimension='mass_ratio'\nrange=[-1.0, 4.0]\n[respond]",
             r"screen.design.range \[-1, 4\]. Must be zero or positive, and increase",
         ),

@@ -135,6 +135,20 @@ class ScreenTable(Strict):
     design: DesignTable | None = None
     """What is looked for besides: [screen.design]."""
 
+    @model_validator(mode="after")
+    def _turned(self) -> Self:
+        """Azimuths must be of different motions, of which no pulse is known."""
+        azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
+        for azimuth in azimuths:
+            if azimuths.count(azimuth) > 1:
+                message = f"screen.azimuths_degree with {azimuth} twice, or 360 apart. Must differ"
+                raise PydanticCustomError(RULE, message)
+        for name in ("pulse_period_s", "pulse_length_m", "pulse_like"):
+            if azimuths and getattr(self, name) is not None:
+                message = f"screen.{name} beside screen.azimuths_degree. Must be one of them"
+                raise PydanticCustomError(RULE, message)
+        return self
+
 
 class SpectrumTable(Strict):
     """Which pulses overturn which frames: minimum overturning acceleration spectra."""
