@@ -80,6 +80,19 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
     assert figure.name == f"{spectrum['record_id'].values[furthest]}-mass-ratio-0.png"
 
 
+def test_file_among_the_figures_is_not_replaced_with_them(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "figures"
+    words = ["draw", str(made / "rocking_spectrum.nc"), "--most", "1", "--output", str(folder)]
+    assert main(words) == main(words) == 0
+    mine = folder / "mine.txt"
+    mine.write_text("what I saw")
+    assert main(words) == 2
+    assert "mine.txt: is none of the figures that are replaced" in capsys.readouterr().err
+    assert mine.read_text() == "what I saw"
+
+
 @pytest.mark.parametrize(
     ("names", "words"),
     [

@@ -51,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
     if options.most < 1:
         raise ParameterError(f"Invalid number of figures {options.most}. Must be at least 1.")
     given = _by_kind(options.files)
+    _refuse_strange(options.output)
     drawn: dict[str, str] = {}
     with replaced_folder(options.output, _INDEX) as partial:
         if "response" in given:
@@ -63,6 +64,21 @@ def run(options: argparse.Namespace) -> int:
     else:
         print(f"{len(drawn)} figures in {options.output}")
     return 0
+
+
+def _refuse_strange(folder: Path) -> None:
+    """Refuse to replace a folder with files that are none of its figures."""
+    from rockframe.errors import InputError
+    from rockframe.results import rows_of
+
+    index = folder / _INDEX
+    if not index.is_file():
+        return  # a folder with other files, and without an index, is refused in any case
+    figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]
+    ours = {index, *figures, *(figure.with_suffix(".caption.txt") for figure in figures)}
+    for file in sorted(folder.rglob("*")):
+        if file.is_file() and file not in ours and not file.name.startswith("."):
+            raise InputError(file, "is none of the figures that are replaced. Must be elsewhere.")
 
 
 def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
