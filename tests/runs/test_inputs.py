@@ -135,6 +135,14 @@ def test_hazard_curve_that_is_none_is_refused_before_anything_runs(tmp_path: Pat
         listed(study)
 
 
+def test_hazard_curve_of_what_is_not_known_of_turned_pairs_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "hazard.csv").write_text("a_p_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
+    screen = '[screen]\nhazard = "hazard.csv"\nazimuths_degree = [0.0, 45.0]\n[figures]'
+    study = make_study(tmp_path, 1, FEW.replace("[figures]", screen))
+    with pytest.raises(InputError, match=r"hazard\.csv: is of a_p, .* Must be of PGA or PGV"):
+        listed(study)
+
+
 @pytest.mark.parametrize("name", ["inputs.csv", "records.csv", "figures/motion.csv"])
 def test_record_that_an_output_would_replace_is_kept(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]

@@ -156,7 +156,11 @@ def _require_sound(study: Study) -> None:
     if screen is not None and screen.hazard is not None:
         from rockframe.risk import read_hazard  # scipy, which other studies need not wait for
 
-        read_hazard(study.beside(screen.hazard))
+        path = study.beside(screen.hazard)
+        measure = read_hazard(path).measure
+        if screen.azimuths_degree and measure in ("a_p", "L_p"):
+            unknown = f"is of {measure}, which is not known of pairs that are turned"
+            raise InputError(path, f"{unknown}. Must be of PGA or PGV.")
 
 
 def _inputs(study: Study, folder: Path) -> Iterator[Input]:
