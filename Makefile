@@ -81,7 +81,7 @@ report: $(MADE) $(OUTPUT)/manifest.json
 	@$(BIN)/rockframe report $(OUTPUT)
 
 test: $(MADE)
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
 
 test-examples: $(MADE)
 	@$(BIN)/python -m pytest -q tests/examples/examples.py

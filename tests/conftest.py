@@ -27,6 +27,8 @@ SWITCHES: Final = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 
+# Tables are as wide as where there is no terminal, whatever terminal the tests are started from.
+os.environ.pop("COLUMNS", None)
 # A shell that starts the tests in its background has Ctrl-C ignored, by their processes too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import fcntl
 import json
 import shutil
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -222,6 +224,17 @@ def test_second_run_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -
     printed = capsys.readouterr()
     assert "another run is at work here. Must end first." in printed.err
     assert json.loads(printed.out)["running"] is True
+
+
+def test_a_look_at_the_lock_keeps_no_run_out(home: Path) -> None:
+    """`status` holds it for a moment, shared."""
+    with (home / "run" / ".rockframe" / "lock").open() as look:
+        fcntl.flock(look, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        gone = threading.Timer(0.02, fcntl.flock, (look, fcntl.LOCK_UN))
+        gone.start()
+        with locked(home / "run"):
+            pass
+        gone.join()
 
 
 def test_folder_of_another_study_is_refused_unless_asked(

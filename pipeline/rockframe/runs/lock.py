@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.runs.plan import KEPT
+
+#: A look of `is_locked` lasts a moment: it is no run.
+_TRIES: Final = 5
+_PAUSE: Final = 0.02
 
 
 @contextmanager
@@ -22,7 +28,11 @@ def locked(folder: Path) -> Iterator[None]:
     """
     descriptor = _opened(folder)
     try:
-        if not _taken(descriptor):
+        for _ in range(_TRIES):
+            if _taken(descriptor):
+                break
+            time.sleep(_PAUSE)
+        else:
             raise InputError(folder, "another run is at work here. Must end first.")
         yield
     finally:
