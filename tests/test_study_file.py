@@ -90,6 +90,11 @@ def test_shipped_studies_are_read(path: Path) -> None:
             f"[screen]\nscales={{ from = 0, to = 1{400 * '0'}, count = 3 }}\n[respond]",
             r":6: screen.scales {.*}. Must be a list of numbers, or { from = NUMBER",
         ),
+        (
+            "[respond]",
+            f"[screen]\nscales={list(range(1, 2002))}\n[respond]",
+            r":6: screen.scales of 2001 numbers. Must be at most 2000",
+        ),
         ("[respond]", "[batches]\nrecords=0\n[respond]", r":6: batches.records 0. Must be at leas"),
         ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, height_m"),
         ("9.6", "-9.6", r":7: Invalid height -9.6 of frame 'bent'"),

@@ -51,6 +51,8 @@ def _listed(stated: Any) -> Any:
 
 
 def _ascending(numbers: tuple[float, ...]) -> tuple[float, ...]:
+    if len(numbers) > _MOST:
+        raise PydanticCustomError(VALUE, f"of {len(numbers)} numbers. Must be at most {_MOST}")
     for number, following in itertools.pairwise(numbers):
         if not number < following:
             raise PydanticCustomError(VALUE, f"{following:g} after {number:g}. Must increase")
@@ -80,7 +82,7 @@ Numbers = Annotated[
     WithJsonSchema(
         {
             "anyOf": [
-                {"type": "array", "items": {"type": "number"}, "minItems": 1},
+                {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": _MOST},
                 {
                     "type": "object",
                     "properties": {
