@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from rockframe.wavelets import Pulse
 
@@ -114,3 +115,24 @@ def motion(tmp_path: Path) -> Path:
     path = tmp_path / "motion.csv"
     np.savetxt(path, pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
     return path
+
+
+@pytest.fixture
+def screen(tmp_path: Path) -> Callable[..., xr.Dataset]:
+    """Screen records; without margins unless they are asked for."""
+    from tests.screening import stored, structures
+
+    from rockframe.results import read_screening
+    from rockframe.stages import screen_stage
+
+    def run(records: Any, **options: Any) -> xr.Dataset:
+        output = tmp_path / "screen.nc"
+        screen_stage(
+            stored(records, tmp_path),
+            output,
+            structures_path=structures(tmp_path),
+            **{"margins": False, "scales": [0.5, 1.0, 2.0], **options},
+        )
+        return read_screening(output)
+
+    return run

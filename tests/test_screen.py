@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -17,34 +15,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import names, sine, site, stored, structures, three
 
 from rockframe.cli.main import main
-from rockframe.components import pair_horizontals, rotate
 from rockframe.engines import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
-from rockframe.record import Record
-from rockframe.results import read_records, read_screen_history, read_screening
+from rockframe.results import read_screen_history, read_screening
 from rockframe.rocking import Design, Histories, as_ground, margins, respond, respond_many
-from rockframe.stages import Selection, pulse_stage, screen_stage
-from rockframe.study import Filters, read_structures
-from rockframe.wavelets import Pulse
+from rockframe.stages import screen_stage
+from rockframe.study import read_structures
 
 Screen = Callable[..., xr.Dataset]
-
-
-@pytest.fixture
-def screen(tmp_path: Path) -> Screen:
-    """Screen records; without margins unless they are asked for."""
-
-    def run(records: list[Record], **options: Any) -> xr.Dataset:
-        output = tmp_path / "screen.nc"
-        screen_stage(
-            stored(records, tmp_path),
-            output,
-            structures_path=structures(tmp_path),
-            **{"margins": False, "scales": [0.5, 1.0, 2.0], **options},
-        )
-        return read_screening(output)
-
-    return run
 
 
 def test_scenarios_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
@@ -164,154 +142,6 @@ def test_batches_of_other_inputs_are_not_taken(
     screen_stage(stored(strong, tmp_path), output, scales=[1.0], margins=False)
     assert (read_screening(output)["verdict"].sel(structure="slender-column") == 2).all()
     assert not list(tmp_path.glob(".screen-*.batches"))
-
-
-def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
-    records = [*site(10), sine("unknown", 2.0)]
-    done = screen_stage(
-        stored(records, tmp_path),
-        tmp_path / "screen.nc",
-        selection=Selection(Filters(magnitude=(5.25, 9.0), vs30_m_s=(0.0, 330.0))),
-        scales=[1.0],
-        margins=False,
-    )
-    found = read_screening(tmp_path / "screen.nc")
-    assert found["record_id"].values.tolist() == ["s03", "s04", "s05", "s06"]
-    assert done.left_out["s00"] == "magnitude 5. Must be from 5.25 to 9"
-    assert done.left_out["s09"] == "vs30_m_s 380. Must be from 0 to 330"
-    assert done.left_out["unknown"] == "magnitude unknown. Must be from 5.25 to 9"
-    assert len(done.left_out) == 7
-    assert done.rejections == ()
-    assert json.loads(found.attrs["left_out"]) == done.left_out
-
-
-def test_empty_selection_is_named(screen: Screen) -> None:
-    with pytest.raises(ParameterError, match=r"no record is left to screen; 's00': pga_g 0.05"):
-        screen(site(3), selection=Selection(Filters(pga_g=(5.0, 6.0))))
-
-
-def test_range_that_is_none() -> None:
-    with pytest.raises(ParameterError, match=r"Invalid pulse_length_m 2 to 1. Must be the lower"):
-        Selection(pulse_length_m=(2.0, 1.0))
-
-
-@pytest.mark.parametrize("like", [True, False])
-def test_a_filter_of_pulses_needs_pulses_of_the_motions(
-    screen: Screen, tmp_path: Path, like: bool
-) -> None:
-    with pytest.raises(ParameterError, match=r"Invalid filter pulse_like where no pulse is known"):
-        screen(site(1), selection=Selection(pulse_like=like))
-    with pytest.raises(ParameterError, match=r"pulse_like of pairs that are turned: .* --azimuths"):
-        screen(
-            site(1),
-            selection=Selection(pulse_like=like),
-            pulses_path=tmp_path / "pulses.nc",
-            azimuths=[10.0],
-        )
-
-
-@pytest.mark.parametrize(
-    ("scales", "message"),
-    [
-        ([1.0, 0.5], "Invalid scales, 0.5 after 1. Must increase"),
-        ([1.0, 1.0], "Invalid scales, 1 after 1. Must increase"),
-        ([0.0, 1.0], "Invalid scale 0. Must be positive"),
-        ([1.0, math.inf], "Invalid scale inf"),
-        ([], "no scale to screen at"),
-    ],
-)
-def test_scales_must_increase(screen: Screen, scales: list[float], message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        screen(site(2), scales=scales)
-
-
-def test_azimuths_turn_the_pairs(screen: Screen, tmp_path: Path) -> None:
-    records = [*three("a"), *three("b")]
-    found = screen(records, azimuths=[0.0, 30.0, 90.0])
-    assert found.sizes["record"] == 6
-    assert found["cluster"].values.tolist() == [0, 0, 0, 1, 1, 1]
-    assert found["azimuth"].values.tolist() == [0.0, 30.0, 90.0] * 2
-    (pair, _), _ = pair_horizontals(read_records(tmp_path / "records.nc"))
-    turned = rotate(pair, 30.0)
-    frame = read_structures(tmp_path / "structures.toml")[1]
-    one = found.sel(structure="slender", scale=1.0).isel(record=1)
-    assert str(one["record_id"].item()) == turned.record_id
-    assert float(one["pga"]) == float(np.abs(turned.acceleration).max())
-    assert_allclose(float(one["peak_rotation_ratio"]), respond(frame, turned).peak_rotation_ratio)
-    at = found.sel(scale=1.0).isel(record=slice(3))
-    ratios = np.where(at["verdict"] == 2, math.inf, at["peak_rotation_ratio"])
-    for name, expected in (("00", ratios.min(axis=0)), ("100", ratios.max(axis=0))):
-        assert_array_equal(found[f"rotd{name}_peak_rotation_ratio"].values[0], expected)
-    assert found["recording"].size == 2
-
-
-def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
-    records = stored([*three("a"), sine("alone", 3.0)], tmp_path)
-    output = tmp_path / "screen.nc"
-    done = screen_stage(records, output, azimuths=[45.0], scales=[1.0], margins=False)
-    assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
-    assert json.loads(read_screening(output).attrs["left_out"])["alone"]
-    with pytest.raises(ParameterError, match=r"left to screen; 'alone': alone is the only hor"):
-        screen_stage(stored([sine("alone", 3.0)], tmp_path), output, azimuths=[45.0])
-
-
-def test_vertical_is_felt_and_turned_with_its_pair(screen: Screen) -> None:
-    still, felt = (screen(three("a"), vertical=vertical) for vertical in (False, True))
-    turned = screen(three("a"), vertical=True, azimuths=[90.0, 0.0])
-    name = "peak_rotation_ratio"
-    assert (still[name].values != felt[name].values).any()
-    assert_array_equal(turned[name].values, felt[name].values)
-
-
-def test_vertical_of_another_length_is_named(tmp_path: Path) -> None:
-    east, north, up = three("a")
-    short = sine("a-z", 0.5, station="a", orientation=up.orientation, time_step=0.005)
-    with pytest.raises(ParameterError, match=r"no vertical record of the same .*time step"):
-        screen_stage(stored([east, north, short], tmp_path), tmp_path / "s.nc", vertical=True)
-
-
-def test_vertical_that_would_fall_at_the_largest_scale_is_left_out(tmp_path: Path) -> None:
-    records = stored([*three("a"), *three("b", upward=6.0)], tmp_path)
-    options: dict[str, Any] = {"vertical": True, "scales": [1.0, 2.0], "margins": False}
-    done = screen_stage(records, tmp_path / "s.nc", **options)
-    assert [r.file for r in done.rejections] == ["b-e", "b-n"]
-    assert "lose contact" in done.rejections[0].reason
-
-
-def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> None:
-    records, output = stored(site(4), tmp_path), tmp_path / "screen.nc"
-    pulses = tmp_path / "pulses.nc"
-    pulse_stage(records, pulses)
-    options: dict[str, Any] = {"pulses_path": pulses, "scales": [1.0], "margins": False}
-    screen_stage(records, output, selection=Selection(pulse_period_s=(0.5, 2.0)), **options)
-    found = read_screening(output)
-    assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
-    with pytest.raises(InputError, match=r"pulses.nc: was made from other records"):
-        screen_stage(stored(site(5), tmp_path), output, **options)
-
-
-def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> None:
-    """A Ricker pulse is one; noise of the same length is none."""
-    time = 0.01 * np.arange(2000)
-    pulse = Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.0, time=10.0)
-    noise = np.random.default_rng(3).normal(size=time.size)
-    records = [
-        sine("pulse", 0.0, acceleration=pulse.acceleration(time)),
-        sine("noise", 0.0, acceleration=noise),
-    ]
-    path, pulses = stored(records, tmp_path), tmp_path / "pulses.nc"
-    pulse_stage(path, pulses)
-    for like, name in ((True, "pulse"), (False, "noise")):
-        done = screen_stage(
-            path,
-            tmp_path / "screen.nc",
-            pulses_path=pulses,
-            selection=Selection(pulse_like=like),
-            margins=False,
-        )
-        found = read_screening(tmp_path / "screen.nc")
-        assert found["record_id"].values.tolist() == [name]
-        assert len(done.left_out) == 1
 
 
 def test_fragility_rate_and_design_are_in_the_file(screen: Screen, tmp_path: Path) -> None:

@@ -72,6 +72,7 @@ def test_text_options() -> None:
 def test_data_can_be_processed_in_place(v1: Callable[..., bytes]) -> None:
     trace = obspy_read(BytesIO(v1()), format="CSMIPV1")[0]
     trace.detrend("demean").data[0] += 1.0
+    assert trace.data.mean() == pytest.approx(1.0 / trace.stats.npts)
 
 
 @pytest.mark.parametrize(

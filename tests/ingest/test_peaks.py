@@ -62,7 +62,8 @@ def test_other_time() -> None:
 
 def test_equal_peaks_of_either_sign() -> None:
     stated = StatedPeak(value=Printed.of("0.52"), time=Printed.of("0.02"), units="g", line=1)
-    require_peak(Path("a.V2"), np.array([0.0, -0.52, 0.52]), 0.01, stated, 0.01)
+    both = np.array([0.0, -0.52, 0.52])
+    assert require_peak(Path("a.V2"), both, 0.01, stated, 0.01) == pytest.approx(1.0)
 
 
 def test_exponents_beyond_doubles() -> None:

@@ -173,4 +173,4 @@ def test_file_system_without_locks_is_no_other_run(
 
     monkeypatch.setattr(fcntl, "flock", unknown)
     with locked(home / "run"):
-        pass
+        assert not is_locked(home / "run")

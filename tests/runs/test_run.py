@@ -14,7 +14,7 @@ import pytest
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main
-from rockframe.runs import locked, make_plan, read_plan, status_of, write_plan
+from rockframe.runs import is_locked, locked, make_plan, read_plan, status_of, write_plan
 from rockframe.study import read_study
 
 
@@ -233,7 +233,7 @@ def test_a_look_at_the_lock_keeps_no_run_out(home: Path) -> None:
         gone = threading.Timer(0.02, fcntl.flock, (look, fcntl.LOCK_UN))
         gone.start()
         with locked(home / "run"):
-            pass
+            assert is_locked(home / "run")
         gone.join()
 
 
