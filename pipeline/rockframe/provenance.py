@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
@@ -225,8 +225,19 @@ def listed_outputs(manifest: Path) -> set[Path]:
         names = json.loads(manifest.read_text(encoding="utf-8"))["outputs"]
     except (OSError, ValueError, KeyError, TypeError):
         return set()
-    paths = (Path(name) for name in names)
-    return {path for path in paths if not path.is_absolute() and ".." not in path.parts}
+    return {Path(name) for name in names if is_within(name)}
+
+
+def is_within(name: str) -> bool:
+    """Return whether a name that a file states is of something inside its folder.
+
+    Examples
+    --------
+    >>> is_within("figures/a.png"), is_within("../a.png"), is_within("/a.png")
+    (True, False, False)
+    """
+    path = PurePosixPath(name)
+    return not path.is_absolute() and ".." not in path.parts
 
 
 @contextmanager

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST
+from rockframe.provenance import MANIFEST, is_within
 
 #: What a manifest must have, and of which type.
 _PARTS: Final = {
@@ -58,11 +58,6 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     if wrong:
         what = "another" if wrong in stated else "no"
         raise InputError(path, f"holds {what} {wrong!r}. Must be as a run wrote it.")
-    if not all(map(_inside, stated["outputs"])):
+    if not all(map(is_within, stated["outputs"])):
         raise InputError(path, "names outputs outside its folder. Must be names within it.")
     return dict(stated)
-
-
-def _inside(name: str) -> bool:
-    path = PurePosixPath(name)
-    return not path.is_absolute() and ".." not in path.parts

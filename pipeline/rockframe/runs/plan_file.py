@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import whole_file
+from rockframe.provenance import is_within, whole_file
 from rockframe.runs.plan import KEPT, Input, Plan
 from rockframe.runs.step import Step
 
@@ -65,13 +65,12 @@ def read_plan(folder: Path) -> Plan:
         )
         # what a run of another study may remove is read from here: outputs, and stamps of steps
         names = [n for step in plan.steps for n in (step.name, *step.outputs)]
-        paths = [PurePosixPath(name) for name in (*plan.outputs, *names)]
+        outside = [name for name in (*plan.outputs, *names) if not is_within(name)]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         must_be = "Must be as it was written; `rockframe run` makes it again."
         raise InputError(path, f"cannot be read ({error}). {must_be}") from None
-    for name in paths:
-        if name.is_absolute() or ".." in name.parts:
-            raise InputError(path, f"names {str(name)!r}. Must be within the folder.")
+    if outside:
+        raise InputError(path, f"names {outside[0]!r}. Must be within the folder.")
     return plan
 
 
