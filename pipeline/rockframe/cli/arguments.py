@@ -25,6 +25,22 @@ def path(text: str) -> Path:
 
 def add_reading(parser: argparse.ArgumentParser, then: str = "") -> None:
     """Options of reading record files; `then` says what else ``--workers`` holds for."""
+    _add_of_files(parser)
+    _add_of_records(parser)
+    parser.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="most processes that read files at once, each file apart from the rest; "
+        f"0 reads without that protection (default: one for each core){then}",
+    )
+    parser.add_argument(
+        "--strict", action="store_true", help="stop at the first rejected file; write nothing"
+    )
+
+
+def _add_of_files(parser: argparse.ArgumentParser) -> None:
+    """What files do not say of themselves."""
     parser.add_argument(
         "--units",
         metavar="UNITS",
@@ -52,6 +68,17 @@ def add_reading(parser: argparse.ArgumentParser, then: str = "") -> None:
         "(default: divide by the sensitivity)",
     )
     parser.add_argument(
+        "--catalogue",
+        type=path,
+        metavar="FILE",
+        help="CSV of event, station, magnitude and distance of each file "
+        "(default: catalogue.csv of the folder)",
+    )
+
+
+def _add_of_records(parser: argparse.ArgumentParser) -> None:
+    """What is done to each record, and what it is held to."""
+    parser.add_argument(
         "--band-pass",
         type=float,
         nargs=2,
@@ -63,23 +90,6 @@ def add_reading(parser: argparse.ArgumentParser, then: str = "") -> None:
         "--uncorrected",
         action="store_true",
         help="take every record for uncorrected; text and AT2 are else taken as they are",
-    )
-    parser.add_argument(
-        "--catalogue",
-        type=path,
-        metavar="FILE",
-        help="CSV of event, station, magnitude and distance of each file "
-        "(default: catalogue.csv of the folder)",
-    )
-    parser.add_argument(
-        "--workers",
-        type=int,
-        metavar="N",
-        help="most processes that read files at once, each file apart from the rest; "
-        f"0 reads without that protection (default: one for each core){then}",
-    )
-    parser.add_argument(
-        "--strict", action="store_true", help="stop at the first rejected file; write nothing"
     )
     parser.add_argument(
         "--limits",

@@ -18,6 +18,8 @@ from rockframe.web import UPLOT, environment, policy, script, style
 _HOME: Final = Path(__file__).parent
 #: The page's own script, in the order in which its parts need each other.
 _PARTS: Final = ("data", "table", "detail", "main")
+#: Verdicts in the order of the page.
+_VERDICTS: Final = ("safe", "overturned", "no_uplift", "undecided")
 #: So many records and files are listed with their checks.
 _MOST_ENTRIES: Final = 2000
 #: Above this number of records the verdicts at a glance are no longer one.
@@ -70,6 +72,7 @@ def _overview(run: Run) -> dict[str, Any]:
         "rows": run.rows,
         "columns": shown(run.rows),
         "count": count,
+        "verdicts": [verdict for verdict in _VERDICTS if count[verdict]],
         "counts": run.counts,
         "total": total,
         "records_in_all": total // max(len(structures), 1),

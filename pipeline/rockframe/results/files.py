@@ -257,9 +257,9 @@ def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:
             )
 
 
-def input_hash(path: Path) -> dict[str, str]:
-    """Return name and SHA-256 of one input, as `write` wants them."""
-    return {path.name: sha256_of(path)}
+def input_hash(*paths: Path) -> dict[str, str]:
+    """Return names and SHA-256 of inputs, as `write` wants them."""
+    return {path.name: sha256_of(path) for path in paths}
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from rockframe.components import Rotation
 from rockframe.errors import InputError
@@ -120,15 +121,7 @@ def ingest_stage(
     intake = Intake(band, checks, all_uncorrected, strict, outputs[1], listed, chosen)
     # What is to be rotated must not lose its partner to a filter of peaks.
     first = replace(intake, filters=Filters()) if rotation else intake
-    parameters = {
-        "all_uncorrected": all_uncorrected,
-        "azimuth_degree": rotation.azimuth if rotation else None,
-        "band_pass_hz": [band.low, band.high],
-        "filters": chosen.stated(),
-        "passport": checks.stated(),
-        "strike_degree": rotation.strike if rotation else None,
-        **options.stated(),
-    }
+    parameters = {**_stated(intake, rotation), **options.stated()}
     with (
         closing(
             collect_sources(
@@ -156,6 +149,18 @@ def ingest_stage(
     entries = intake.publish()
     rejections = tuple(Rejection(e.file, e.reason, e.line) for e in entries if e.reason)
     return Ingested(tuple(intake.accepted), rejections, entries, inputs)
+
+
+def _stated(intake: Intake, rotation: Rotation | None) -> dict[str, Any]:
+    """What was asked of the records, as the file keeps it."""
+    return {
+        "all_uncorrected": intake.all_uncorrected,
+        "azimuth_degree": rotation.azimuth if rotation else None,
+        "band_pass_hz": [intake.band.low, intake.band.high],
+        "filters": intake.filters.stated(),
+        "passport": intake.limits.stated(),
+        "strike_degree": rotation.strike if rotation else None,
+    }
 
 
 @contextmanager

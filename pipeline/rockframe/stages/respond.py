@@ -136,11 +136,7 @@ def respond_stage(
             answers(),
             frames,
             output,
-            input_sha256={
-                name: sha256
-                for path in (records_path, structures_path, *beside)
-                for name, sha256 in input_hash(path).items()
-            },
+            input_sha256=input_hash(records_path, structures_path, *beside),
             parameters={
                 "structures": [frame.name for frame in frames],
                 "vertical": vertical,

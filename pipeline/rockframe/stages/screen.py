@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -137,19 +137,19 @@ def screen_stage(
     candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
     factors = _require_increasing(scales)
     asked = Asked(frames, candidates, factors, margins, Histories(histories), design, seed)
-    _require_pulses(selection or Selection(), pulses_path, azimuths)
+    wanted = selection or Selection()
+    _require_pulses(wanted, pulses_path, azimuths)
     hazard = _hazard(hazard_path, pulses_path, azimuths)
     facts = read_facts(records_path, pulses_path)
+    chosen_by = {
+        "azimuths": [float(azimuth) for azimuth in azimuths],
+        "selection": wanted.stated(),
+        "vertical": vertical,
+    }
     with open_records(records_path) as file:
         chosen = Motions(file, facts, vertical=vertical)
-        chosen.choose(selection or Selection(), azimuths, float(asked.scales[-1]))
-        origin = {
-            "records": input_hash(records_path),
-            "motions": [motion.name for motion in chosen.motions],
-            # names of motions round them
-            "azimuths": [motion.azimuth for motion in chosen.motions],
-            "vertical": vertical,
-        }
+        chosen.choose(wanted, azimuths, float(asked.scales[-1]))
+        origin = {"records": input_hash(records_path), **_identity(chosen), "vertical": vertical}
         batches = Batches(output, origin | asked.scenarios())
         run = Run(chosen, asked, batches, engine, progress)
         write_screening(
@@ -157,13 +157,8 @@ def screen_stage(
             run.verdicts.shape,
             lambda: statistics(run.screened(facts, hazard)),
             output,
-            input_sha256={name: sha for path in read for name, sha in input_hash(path).items()},
-            parameters=asked.stated()
-            | {
-                "azimuths": [float(azimuth) for azimuth in azimuths],
-                "selection": (selection or Selection()).stated(),
-                "vertical": vertical,
-            },
+            input_sha256=input_hash(*read),
+            parameters=asked.stated() | chosen_by,
             left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
             filtered=chosen.left_out,
             histories=None if asked.histories is Histories.NONE else run.histories(),
@@ -172,6 +167,14 @@ def screen_stage(
     batches.sweep()
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, table)
+
+
+def _identity(chosen: Motions) -> dict[str, Any]:
+    """What tells motions from others: names, and azimuths, which names round."""
+    return {
+        "motions": [motion.name for motion in chosen.motions],
+        "azimuths": [motion.azimuth for motion in chosen.motions],
+    }
 
 
 def _require_increasing(scales: ArrayLike) -> NDArray[np.float64]:
