@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, sha256_of, whole_file
+from rockframe.provenance import MANIFEST, is_within, sha256_of, whole_file
 from rockframe.runs.plan import KEPT, Plan
 from rockframe.runs.step import Step
 
@@ -197,7 +197,7 @@ def remove_listed(plan: Plan, folder: Path, name: str) -> None:
             (_read(folder, step.name) or listed.get(step.name)) if name in step.outputs else None
         )
         for file in known.outputs if known is not None else ():
-            if file.startswith(name) and ".." not in Path(file).parts:
+            if file.startswith(name) and is_within(file):
                 (folder / file).unlink(missing_ok=True)
     _remove_if_empty(folder / name)
 
