@@ -48,13 +48,22 @@ def channel_xml(
     rate: str = "100.0",
     epoch: str = 'startDate="2012-04-13T17:28:00"',
     output: str = "COUNTS",
+    stages: str = "",
 ) -> str:
     return f"""<Channel code="{code}" locationCode="" {epoch}>
 <Latitude>35.8</Latitude><Longitude>-117.6</Longitude><Elevation>775</Elevation><Depth>0</Depth>
 <Azimuth>90.0</Azimuth><Dip>{dip}</Dip><SampleRate>{rate}</SampleRate>
 <Response><InstrumentSensitivity><Value>{value}</Value><Frequency>0.03</Frequency>
 <InputUnits><Name>{units}</Name></InputUnits><OutputUnits><Name>{output}</Name></OutputUnits>
-</InstrumentSensitivity></Response></Channel>"""
+</InstrumentSensitivity>{stages}</Response></Channel>"""
+
+
+def stage_xml(number: int, gain: str, enters: str, leaves: str) -> str:
+    """A stage that does nothing but multiply."""
+    return f"""<Stage number="{number}"><Coefficients>
+<InputUnits><Name>{enters}</Name></InputUnits><OutputUnits><Name>{leaves}</Name></OutputUnits>
+<CfTransferFunctionType>DIGITAL</CfTransferFunctionType></Coefficients>
+<StageGain><Value>{gain}</Value><Frequency>0.03</Frequency></StageGain></Stage>"""
 
 
 def station_xml(*channels: str) -> str:
@@ -126,6 +135,29 @@ def test_units_of_the_sensitivity(write: Write, units: str, factor: float) -> No
 def test_station_xml_that_does_not_fit(write: Write, changes: dict[str, str], message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_file(write(xml=station_xml(channel_xml(**changes))))
+
+
+@pytest.mark.parametrize(
+    ("units", "gain", "message"),
+    [
+        ("M/S**2", "1000.0", ""),
+        ("M/S**2", "1005.0", ""),  # rounded
+        ("CM/S**2", "10.0", ""),
+        ("M/S**2", "10000.0", r"is 1000 counts per m/s2, but the gains .* multiply to 10000\."),
+        ("CM/S**2", "1000.0", r"multiply to 100000\. Must agree within 1%"),
+        ("M/S", "1000.0", r"first stage of .* is per 'M/S', its sensitivity per 'M/S\*\*2'"),
+    ],
+)
+def test_the_sensitivity_is_the_product_of_the_stages(
+    write: Write, units: str, gain: str, message: str
+) -> None:
+    stages = stage_xml(1, "0.5", units, "V") + stage_xml(2, str(2 * float(gain)), "V", "COUNTS")
+    path = write(xml=station_xml(channel_xml(stages=stages)))
+    if message:
+        with pytest.raises(InputError, match=message):
+            read_file(path)
+    else:
+        assert read_file(path)[0].acceleration.tolist() == [0.0, 1.0, -3.0, 2.0]
 
 
 def test_no_station_xml(write: Write) -> None:

@@ -51,8 +51,6 @@ _SCALE: Final = re.compile(r"(?P<gal>[\d.]+)\(gal\)/(?P<counts>[\d.]+)")
 _RATE: Final = re.compile(r"(?P<rate>\d{1,5})\s*Hz", re.I)
 #: Characters of a sample, with the blank between two.
 _WIDTH: Final = 9
-#: The network removes an offset of its own before it states the peak.
-_PEAK_SHARE: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -116,7 +114,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     InputError
         If a line of the header is missing or not as it must be, the samples are other in number
         than duration and rate say, one is no number, or their peak without the mean is not the
-        stated one within 1 %.
+        stated one to its last printed digit.
 
     Examples
     --------
@@ -218,12 +216,10 @@ def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> ND
 
 
 def _peak_ratio(header: _Header, acceleration: NDArray[np.float64]) -> float:
-    """The peak in the file over the stated one, which must be the same."""
+    """The peak in the file without its mean over the stated one, which must be the same."""
     key = "Max. Acc. (gal)"
     gal = (acceleration - acceleration.mean()) / acceleration_factor("gal")
-    return require_printed_peak(
-        header.path, header.values[key], gal, "gal", header.line(key), share=_PEAK_SHARE
-    )
+    return require_printed_peak(header.path, header.values[key], gal, "gal", header.line(key))
 
 
 def _component(header: _Header) -> str:

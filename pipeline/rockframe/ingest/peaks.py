@@ -167,7 +167,6 @@ def require_printed_peak(
     line: int,
     *,
     signed: bool = False,
-    share: float = 0.0,
     time: str = "",
     time_step: float = 1.0,
     first: float = 0.0,
@@ -188,8 +187,6 @@ def require_printed_peak(
         Line of the header.
     signed : bool
         As of `StatedPeak`.
-    share : float
-        Relative difference that is allowed besides that of the last printed digit [1].
     time : str
         Time of the peak since the first sample as printed [s]; empty if none is.
     time_step, first : float
@@ -221,7 +218,7 @@ def require_printed_peak(
         line=line,
         signed=signed,
     )
-    return require_peak(path, samples, time_step, peak, share * abs(peak.value.value))
+    return require_peak(path, samples, time_step, peak, 0.0)
 
 
 def _since(time: Printed, first: float) -> Printed:

@@ -26,6 +26,10 @@ _UNITS: Final = re.compile(
     r"(?P<prefix>[cmun]?)m/(?P<per>s(?:ec)?(?P<square>\*\*2|\^2|2|/s(?:ec)?)?|\(s\*\*2\))", re.I
 )
 _COUNTS: Final = frozenset(["count", "counts"])
+#: Largest relative difference between the sensitivity and the product of the stage gains. Rounding
+#: makes 1e-3 at most, and an accelerometer's gain is the same at all frequencies at which gains are
+#: stated; a wrong digit or a missing gain makes more.
+_SAME_GAIN: Final = 0.01
 #: What reading damaged XML raises, beside obspy's own; lxml's errors are syntax errors.
 _JUNK: Final = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
 #: Dips up to this are horizontal, from the next on vertical [degree].
@@ -107,8 +111,8 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
     Raises
     ------
     InputError
-        If none describes the channel at that time, several do differently, or the sensitivity is
-        not one of acceleration in counts.
+        If none describes the channel at that time, several do differently, the sensitivity is not
+        one of acceleration in counts, or the gains of the stages contradict it.
 
     Examples
     --------
@@ -149,11 +153,12 @@ def _found(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
 
 def _candidates(path: Path, station: str) -> list[Path]:
     """StationXML files of the folder that name the station."""
-    folder = path.parent
-    if not folder.is_dir():
+    try:
+        beside = sorted(path.parent.iterdir())
+    except OSError:  # there is no folder, or it may not be listed
         return []
     named = re.compile(rb"code\s*=\s*[\"']" + re.escape(station.encode()) + rb"[\"']")
-    files = sorted(file for file in folder.iterdir() if file.is_file() and is_station_xml(file))
+    files = [file for file in beside if file.is_file() and is_station_xml(file)]
     return [file for file in files if named.search(_content(file))]
 
 
@@ -224,11 +229,13 @@ def _described(file: Path, channel: Any, trace: Any) -> ChannelResponse:
         raise InputError(
             file, f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
         )
+    counts = value / _metres_per_second_squared(file, trace.id, units)
+    _require_gain(file, trace.id, response, counts)
     orientation, azimuth = _direction(channel)
     return ChannelResponse(
         source=file.name,
         sha256=_sha256(_content(file)),
-        counts=value / _metres_per_second_squared(file, trace.id, units),
+        counts=counts,
         units=units,
         sample_rate=float(channel.sample_rate or math.nan),
         orientation=orientation,
@@ -246,6 +253,27 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
             file, f"sensitivity of {name} per {units!r}: a velocity. Must be an acceleration."
         )
     return _PREFIXES[found["prefix"].lower()]
+
+
+def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
+    """Refuse a sensitivity [counts s2 m-1] that is not the product of the gains of all stages."""
+    stages = response.response_stages
+    gains = [stage.stage_gain for stage in stages]
+    if not stages or None in gains:  # they state no product
+        return
+    stated = str(response.instrument_sensitivity.input_units)
+    units = str(stages[0].input_units or stated)
+    try:
+        product = math.prod(gains) / _metres_per_second_squared(file, name, units)
+    except InputError:
+        message = f"first stage of {name} is per {units!r}, its sensitivity per {stated!r}."
+        raise InputError(file, f"{message} Must be an acceleration, too.") from None
+    if not abs(product - counts) <= _SAME_GAIN * counts:
+        raise InputError(
+            file,
+            f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
+            f"{len(stages)} stages multiply to {product:.7g}. Must agree within {_SAME_GAIN:.0%}.",
+        )
 
 
 def _direction(channel: Any) -> tuple[Orientation, float]:
