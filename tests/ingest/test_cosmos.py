@@ -27,6 +27,7 @@ def channel(
     samples: Sequence[float] = (1.0, -2.5, 0.5),
     *,
     stage: int = 2,
+    quantity: str = "acceleration",
     units: str = "cm/sec2(04)",
     label: str = " 90 Deg",
     integers: dict[int, int] | None = None,
@@ -46,7 +47,9 @@ def channel(
     width, form = (8, "(10I8)") if stage == 0 else (10, "(8F10.3)")
     text = "".join(f"{x:8.0f}" if stage == 0 else f"{x:10.3f}" for x in samples)
     return [
-        f"{WHAT.get(stage, 'Spectra')} (Format v01.20 with 13 text lines)",
+        f"{WHAT.get(stage, 'Spectra')} (Format v01.20 with 13 text lines)".replace(
+            "acceleration", quantity
+        ),
         "Record of Point MacKenzie Earthquake of Fri Nov 30, 2018 17:29 UTC",
         "Hypocenter: 61.34640 -149.95520 H= 46km Mw=7.0",
         "Origin: 2018/11/30 17:29:29    UTC",
@@ -66,7 +69,7 @@ def channel(
         '   2 Comment line(s) follow, each starting with a "|":',
         "| Recorder: QUANTERRA Q330",
         "|<SCNL>BMR.BNZ.AK.--    <AUTH> 2019/02/01 21:38:15.000",
-        f"{count:8d} acceleration pts, approx  210 secs, units={units},Format={form}",
+        f"{count:8d} {quantity} pts, approx  210 secs, units={units},Format={form}",
         *(
             text[start : start + 80]
             for start in range(0, len(text), 10 * width if width == 8 else 80)
@@ -143,12 +146,25 @@ def test_gain(gain: float, said: str) -> None:
         ({22: -999.0}, r":25: raw counts without a usable sensitivity: microvolts .* in item 22"),
         ({47: 0.0}, r":25: gain 0 in item 47 of the real header\. Must be positive"),
         ({62: 10.0}, r":25: time step 0\.005 s in item 34 .*but 10 ms in item 62"),
+        ({23: 134.0}, r":25: 0\.8 uV a count .* make 13\.4218 V .*, but .* 134 V"),
+        ({43: 4.1, 44: 2.0}, r":25: 1\.2 V/g .* and 2 g in item 44 make 2\.4 V, but 4\.1 V"),
     ],
 )
 def test_raw_is_refused(reals: dict[int, float], message: str) -> None:
     raw = channel(stage=0, units="counts (50)", reals={34: 0.005, 64: -2.0} | reals)
     with pytest.raises(InputError, match=message):
         read_bytes(PATH, cosmos(raw))
+
+
+@pytest.mark.parametrize(
+    ("bits", "full_scale"),
+    # Archives state the span of both signs, or that of one, as 2.5 V for +-2.5 V.
+    [(24, 13.4), (24, 6.71), (-999, 13.4), (16, 0.0524), (16, 13.4)],
+)
+def test_the_full_scale_is_that_of_all_counts(bits: int, full_scale: float) -> None:
+    scales = {34: 0.005, 64: -2.0, 23: full_scale, 43: 4.8, 44: 4.0}
+    raw = channel(stage=0, units="counts (50)", integers={35: bits}, reals=scales)
+    assert len(read_bytes(PATH, cosmos(raw))) == 1
 
 
 def test_seed_channel_names_what_the_text_does_not() -> None:
@@ -179,14 +195,31 @@ def test_up_is_not_down(label: str, code: int) -> None:
 
 
 def test_velocity_beside_acceleration_is_passed_over() -> None:
-    velocity = channel(units="cm/sec(05)", integers={2: 2})
+    velocity = channel(quantity="velocity", units="cm/sec(05)", integers={2: 2})
     records = read_bytes(PATH, cosmos(channel(), velocity, channel(label="Up")))
     assert [record.record_id for record in records] == ["BMR-090", "BMR-UP"]
 
 
 def test_velocity_alone_is_refused() -> None:
     with pytest.raises(InputError, match=r":1: quantity 2 \(velocity\) in item 2 .*acceleration"):
-        read_bytes(PATH, cosmos(channel(units="cm/sec(05)", integers={2: 2})))
+        read_bytes(PATH, cosmos(channel(quantity="velocity", integers={2: 2})))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "code", "message"),
+    [
+        ("acceleration", 2, r":52: 'Corrected acceleration', but quantity 2 \(velocity\)"),
+        ("acceleration", -999, r":52: .* but quantity unknown in item 2"),
+        ("velocity", 1, r":52: 'Corrected velocity', but quantity 1 \(acceleration\) in item 2"),
+    ],
+)
+def test_a_channel_of_another_quantity_than_its_title_is_refused(
+    quantity: str, code: int, message: str
+) -> None:
+    # Taken for velocity it would be passed over, and nobody would miss it.
+    other = channel(quantity=quantity, label="Up", integers={2: code})
+    with pytest.raises(InputError, match=message):
+        read_bytes(PATH, cosmos(channel(), other))
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.columns import read_columns, require_layout
-from rockframe.ingest.cosmos_agreement import direction_of, require_agreement
+from rockframe.ingest.cosmos_agreement import (
+    QUANTITIES,
+    QUANTITY,
+    direction_of,
+    require_agreement,
+    require_quantity,
+)
+from rockframe.ingest.cosmos_counts import factor_of_counts
 from rockframe.ingest.cosmos_names import (
     component_of,
     corners_of,
@@ -31,24 +38,16 @@ from rockframe.ingest.lines import head_lines, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import StatedPeak, require_peak
 from rockframe.record import Record
-from rockframe.units import GRAVITY, acceleration_factor
+from rockframe.units import acceleration_factor
 
 #: Items of the integer header.
-_STAGE, _QUANTITY, _UNITS = 1, 2, 3
-#: Items of the real header: magnitude (moment), epicentral distance [km], one count [uV], raw time
-#: step [s], sensitivity [V/g], gain, time step [ms], length [s], peak and its time [s].
-_MAGNITUDE, _DISTANCE, _COUNT, _RAW_STEP, _SENSITIVITY, _GAIN = 13, 17, 22, 34, 42, 47
+_STAGE, _UNITS = 1, 3
+#: Items of the real header: magnitude (moment), epicentral distance [km], raw time step [s],
+#: time step [ms], length [s], peak and its time [s].
+_MAGNITUDE, _DISTANCE, _RAW_STEP = 13, 17, 34
 _STEP, _LENGTH, _PEAK, _PEAK_TIME = 62, 63, 64, 65
 
 _ACCELERATION: Final = 1
-_QUANTITIES: Final = {
-    2: "velocity",
-    3: "displacement",
-    4: "relative displacement",
-    10: "angular acceleration",
-    11: "angular velocity",
-    12: "angular displacement",
-}
 _RAW, _UNCORRECTED, _CORRECTED = 0, 1, 2
 _COUNTS: Final = 50
 _UNITS_OF: Final = {2: "g", 4: "cm/s2", 10: "gal"}
@@ -96,12 +95,14 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration'. Must be as in 'Corrected ...
     """
     found = channels_of(path, text_of(path, data).split(b"\n"))
-    channels = [one for one in found if one.integer(_QUANTITY) == _ACCELERATION]
+    for one in found:
+        require_quantity(one)
+    channels = [one for one in found if one.integer(QUANTITY) == _ACCELERATION]
     if not channels:
-        code = found[0].integer(_QUANTITY)
+        code = found[0].integer(QUANTITY)
         raise InputError(
             path,
-            f"quantity {code} ({_QUANTITIES.get(code or 0, 'unknown')}) in item {_QUANTITY} of the "
+            f"quantity {code} ({QUANTITIES.get(code or 0, 'unknown')}) in item {QUANTITY} of the "
             f"integer header. Must be {_ACCELERATION} (acceleration).",
             line=found[0].first_line,
         )
@@ -176,7 +177,7 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
             line=channel.sample_line,
         )
     if code == _COUNTS:
-        return _of_counts(channel)
+        return factor_of_counts(channel)
     if code not in _UNITS_OF:
         known = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
         raise InputError(
@@ -187,33 +188,6 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
         )
     units = settle_units(channel.path, _UNITS_OF[code], options, channel.sample_line)
     return acceleration_factor(units), ()
-
-
-def _of_counts(channel: Channel) -> tuple[float, tuple[str, ...]]:
-    values = []
-    for item, name in ((_COUNT, "microvolts a count"), (_SENSITIVITY, "sensitivity [V/g]")):
-        number = channel.real(item)
-        if number is None or number.value <= 0.0:
-            shown = "unknown" if number is None else f"{number.value:g}"
-            raise InputError(
-                channel.path,
-                f"raw counts without a usable sensitivity: {name} {shown} in item {item} of the "
-                "real header. Must be positive.",
-                line=channel.real_line,
-            )
-        values.append(number.value)
-    gain = channel.real(_GAIN)
-    if gain is not None and gain.value <= 0.0:
-        raise InputError(
-            channel.path,
-            f"gain {gain.value:g} in item {_GAIN} of the real header. Must be positive.",
-            line=channel.real_line,
-        )
-    count, sensitivity = values
-    amplified = gain.value if gain else 1.0
-    said = f"gain {amplified:g}" if gain else "gain unstated, taken as 1"
-    done = f"counts converted with {count:g} uV a count, {sensitivity:g} V/g, {said}"
-    return 1e-6 * count / amplified / sensitivity * GRAVITY, (done,)
 
 
 def _time_step(channel: Channel, stage: int) -> float:

@@ -19,7 +19,18 @@ from rockframe.record import Orientation
 #: Item of the integer header that states the stage of processing, and the words for it.
 _STAGE: Final = 1
 _STAGES: Final = {"raw": 0, "uncorrected": 1, "corrected": 2}
-_OTHER_QUANTITY: Final = re.compile(r"\b(?P<quantity>veloc|displ)", re.I)
+#: Item of the integer header that states the quantity, and what its codes mean.
+QUANTITY: Final = 2
+QUANTITIES: Final = {
+    1: "acceleration",
+    2: "velocity",
+    3: "displacement",
+    4: "relative displacement",
+    10: "angular acceleration",
+    11: "angular velocity",
+    12: "angular displacement",
+}
+_QUANTITY_WORD: Final = re.compile(r"\b(accel|veloc|displ)", re.I)
 #: Item of the integer header that states the azimuth [degree], or by a code up or down.
 _AZIMUTH: Final = 54
 _UPRIGHT: Final = {400: Orientation.VERTICAL, 401: Orientation.DOWNWARD}
@@ -35,6 +46,35 @@ _MAXIMUM: Final = re.compile(
     r"(?P<time>\d+\.?\d*)\s*sec",
     re.I,
 )
+
+
+def require_quantity(channel: Channel) -> None:
+    """Refuse a channel whose title or heading names another quantity than the integer header.
+
+    Parameters
+    ----------
+    channel : Channel
+        With its headers.
+
+    Raises
+    ------
+    InputError
+        If they differ: what is taken for velocity would be passed over without a word.
+    """
+    code = channel.integer(QUANTITY)
+    name = QUANTITIES.get(code or 0, "unknown")
+    stated = name if code is None else f"{code} ({name})"
+    title = channel.text[0].partition("(")[0].strip()
+    heading = channel.heading["what"]
+    for said, line in ((title, channel.first_line), (heading, channel.sample_line)):
+        word = _QUANTITY_WORD.search(said)
+        if word and word[1].lower() not in name:
+            raise InputError(
+                channel.path,
+                f"{said!r}, but quantity {stated} in item {QUANTITY} of the integer header. "
+                "Must agree.",
+                line=line,
+            )
 
 
 def require_agreement(
@@ -56,7 +96,7 @@ def require_agreement(
     Raises
     ------
     InputError
-        If stage, quantity, units, filter corners, or the largest sample and its time differ.
+        If stage, units, filter corners, or the largest sample and its time differ.
     """
     path = channel.path
     word = channel.text[0].split()[0].lower() if channel.text[0].split() else ""
@@ -64,10 +104,6 @@ def require_agreement(
     if _STAGES.get(word, stage) != stage:
         message = f"{word!r}, but stage {stage} in item {_STAGE} of the integer header."
         raise InputError(path, f"{message} Must agree.", line=channel.first_line)
-    other = _OTHER_QUANTITY.search(channel.heading["what"])
-    if other:
-        message = f"{channel.heading['what']!r} under a header of acceleration. Must agree."
-        raise InputError(path, message, line=channel.sample_line)
     name, code = channel.heading["units"].strip().lower(), int(channel.heading["code"])
     if code not in _CODES.get(name, {code}):
         message = f"units {channel.heading['units']!r}, but code {code}. Must agree."
