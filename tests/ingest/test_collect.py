@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -37,6 +39,45 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     unread = [outcome.file for outcome in outcomes if isinstance(outcome, Unread)]
     assert unread == [".hidden", "request.json"]
     assert seen == ["README", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
+
+
+def test_a_link_to_itself_costs_one_row(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(TABLE)
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "loop.nc").symlink_to("loop.nc")
+    records, rejections = sorted_out(collect([tmp_path]))
+    assert [record.record_id for record in records] == ["a"]
+    assert [rejection.file for rejection in rejections] == ["loop", "loop.nc"]
+    assert rejections[0].reason.startswith("cannot be opened (Too many levels of symbolic links)")
+
+
+@pytest.mark.parametrize("forbidden", ["list", "enter"])
+def test_a_closed_folder_costs_one_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forbidden: str
+) -> None:
+    # As root nothing is closed, so the system's answer is made here.
+    (tmp_path / "a.csv").write_text(TABLE)
+    (tmp_path / "closed").mkdir()
+    (tmp_path / "closed" / "catalogue.csv").write_text(HEADER)
+    closed = tmp_path / "closed"
+
+    def deny(real: Callable[..., Any], inside: bool) -> Callable[..., Any]:
+        def call(path: Any, *arguments: Any, **options: Any) -> Any:
+            if (Path(path).parent if inside else Path(path)) == closed:
+                raise PermissionError(13, "Permission denied", str(path))
+            return real(path, *arguments, **options)
+
+        return call
+
+    if forbidden == "list":
+        monkeypatch.setattr("os.listdir", deny(os.listdir, inside=False))
+        monkeypatch.setattr("os.scandir", deny(os.scandir, inside=False))
+    else:
+        monkeypatch.setattr("os.stat", deny(os.stat, inside=True))
+    records, [rejection] = sorted_out(collect([tmp_path]))
+    assert [record.record_id for record in records] == ["a"]
+    assert rejection.file == ("closed" if forbidden == "list" else "closed/catalogue.csv")
+    assert rejection.reason == "cannot be opened (Permission denied). Must be readable."
 
 
 def test_several_folders_are_told_apart(tmp_path: Path) -> None:

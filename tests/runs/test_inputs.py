@@ -73,6 +73,24 @@ def test_link_is_called_as_it_is_named(tmp_path: Path) -> None:
     assert source.name == "motion-0.csv"
 
 
+def test_what_cannot_be_opened_is_no_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ingest lists it as rejected, and the run goes on."""
+    study = stating(make_study(tmp_path, 1), '["motions"]')
+    closed = tmp_path / "motions" / "closed"
+    closed.mkdir()
+    (closed / "motion.csv").write_text("0.1\n")
+    (tmp_path / "motions" / "loop.csv").symlink_to("loop.csv")
+    stat = os.stat
+
+    def deny(path: str | Path, **options: bool) -> os.stat_result:
+        if Path(path).parent == closed:
+            raise PermissionError(13, "Permission denied", str(path))
+        return stat(path, **options)
+
+    monkeypatch.setattr("os.stat", deny)
+    assert listed(study) == ["motions/motion-0.csv"]
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
 @pytest.mark.parametrize("name", ["motions", "motion.csv"])
 def test_pipe_is_not_waited_for(tmp_path: Path, name: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,6 +27,7 @@ _BESIDE: Final = {
 _STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
 _HIDDEN: Final = "hidden, for its name begins with a point: not looked at."
 _OUTPUT: Final = "output of this command: about to be replaced."
+_IRREGULAR: Final = "not a regular file. Must be one."
 _LINK: Final = "a link to a folder, which is not followed. Must be asked for by its own path."
 
 
@@ -83,13 +85,14 @@ def sources_of(
     -------
     list of Source
         In the order of the paths; of a folder in the order of names, its own files first. What is
-        hidden, is no record, or is named by a folder's catalogue and missing has a word to it.
+        hidden, is no record, cannot be opened, or is named by a folder's catalogue and missing has
+        a word to it.
 
     Raises
     ------
     InputError
-        If a path does not exist or cannot be listed, there is no file at all in a folder, or its
-        catalogue cannot be read.
+        If one of the paths does not exist or cannot be listed, there is no file at all in a
+        folder, or its catalogue cannot be read.
 
     Examples
     --------
@@ -111,7 +114,7 @@ def sources_of(
             facts = (catalogue or {}).get(path.name)
             found.append(Source(path, printable(path.name), facts))
             continue
-        within = list(_within(path, "", catalogue, replaced))
+        within = list(_within(path, _listed(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
             raise InputError(path, "a folder without files of records. Must hold one.")
         before = f"{called}/" if len(asked) > 1 else ""
@@ -145,35 +148,63 @@ def folder_names(paths: Iterable[Path]) -> list[str]:
 
 
 def _within(
-    folder: Path, before: str, catalogue: Catalogue | None, replaced: Collection[Path]
+    folder: Path,
+    entries: list[Path],
+    before: str,
+    catalogue: Catalogue | None,
+    replaced: Collection[Path],
 ) -> Iterator[Source]:
     """What is in a folder, its own files first."""
-    entries = _listed(folder)
+    present = {path.name for path in entries}
     own: Catalogue = {}
-    if catalogue is None and (folder / CATALOGUE).is_file():
+    if catalogue is None and CATALOGUE in present and not _refusal(folder / CATALOGUE):
         own = read_catalogue(folder / CATALOGUE)
     received = _received(folder / _REQUEST)
+    folders = []
     for path in entries:
         name = before + printable(path.name)
-        if path.name.startswith("."):
-            yield Source(path, name, note=_HIDDEN)
-        elif path.is_dir() and path.is_symlink():
-            yield Source(path, name, refusal=_LINK)
-        elif not path.is_dir():
+        note, refusal = _said(path, replaced)
+        if not (note or refusal) and path.is_dir():
+            folders.append(path)
+        else:
             facts = (own if catalogue is None else catalogue).get(path.name)
-            note = _OUTPUT if path.resolve() in replaced else _note(path)
-            refusal = "" if path.is_file() else "not a regular file. Must be one."
-            refusal = "" if note else refusal
             yield Source(path, name, facts, note, refusal, received.get(path.name, ""))
     # A misspelt name must not lose its facts unseen.
-    present = {path.name for path in entries}
     for missing in {**own, **received}:
         if missing not in present:
             path = folder / missing
             yield Source(path, before + printable(missing), refusal="no such file. Must exist.")
-    for path in entries:
-        if path.is_dir() and not path.is_symlink() and not path.name.startswith("."):
-            yield from _within(path, f"{before}{printable(path.name)}/", catalogue, replaced)
+    for path in folders:
+        name = before + printable(path.name)
+        try:
+            deeper = _listed(path)
+        except InputError as error:
+            yield Source(path, name, refusal=error.reason)
+        else:
+            yield from _within(path, deeper, f"{name}/", catalogue, replaced)
+
+
+def _said(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
+    """Note and refusal of an entry of a folder; neither, if it is to be read or listed."""
+    if path.name.startswith("."):
+        return _HIDDEN, ""
+    refusal = _refusal(path)
+    if refusal or path.is_dir():
+        return "", refusal
+    return (_OUTPUT if path.resolve() in replaced else _note(path)), ""
+
+
+def _refusal(path: Path) -> str:
+    """Why an entry of a folder is not opened, as far as the system tells; else empty."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:  # a link to nowhere
+        return _IRREGULAR
+    except OSError as error:  # a link to itself, or a folder that is closed
+        return _closed(path, error).reason
+    if stat.S_ISDIR(mode):
+        return _LINK if path.is_symlink() else ""
+    return "" if stat.S_ISREG(mode) else _IRREGULAR
 
 
 def _received(request: Path) -> dict[str, str]:

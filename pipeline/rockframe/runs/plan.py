@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -197,11 +198,18 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:
-    """Every file in a folder and in its folders, but for hidden ones; sorted."""
+    """Every file in a folder and in its folders that can be opened and is not hidden; sorted."""
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder)
-        if path.is_file() and not any(part.startswith(".") for part in name.parts):
+        if not any(part.startswith(".") for part in name.parts) and _can_be_opened(path):
             yield f"{called}/{name.as_posix()}", path
+
+
+def _can_be_opened(path: Path) -> bool:
+    try:
+        return path.is_file() and os.access(path, os.R_OK)
+    except OSError:  # its folder is closed: the list of the records has a row for it
+        return False
 
 
 def _count(inputs: tuple[Input, ...]) -> int:
