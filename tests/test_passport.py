@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, read_file
-from rockframe.record import Record
+from rockframe.record import Record, SiteType
 from rockframe.results import read_records
 from rockframe.signals import (
     BandPass,
@@ -107,6 +107,23 @@ def test_stillness_is_no_motion(measure: object) -> None:
 def test_milliseconds_are_not_taken_for_seconds(step: float, expected: CheckVerdict) -> None:
     record = replace(record_of(shake()), time_step=step)
     assert verdict(passport(record, record, PassportLimits()), "time_step") is expected
+
+
+@pytest.mark.parametrize(
+    ("site", "expected"),
+    [
+        ("UNKNOWN", "NOT_MEASURED"),
+        ("FREE_FIELD", "OK"),
+        ("STRUCTURE", "WARN"),
+        ("BOREHOLE", "WARN"),
+    ],
+)
+def test_a_floor_or_a_borehole_is_not_the_free_field(site: str, expected: str) -> None:
+    record = replace(record_of(hum() + shake()), site_type=SiteType[site])
+    result = passport(record, record, PassportLimits())
+    assert verdict(result, "not_free_field").name == expected
+    refused = passport(record, record, PassportLimits(not_free_field_reject=0.0))
+    assert bool(refused.rejections) == (expected == "WARN")
 
 
 def test_clipping_is_found_where_it_was_done() -> None:

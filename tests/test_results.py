@@ -18,7 +18,7 @@ import rockframe
 from rockframe.errors import InputError, ParameterError
 from rockframe.matching import FindOptions, LikenessOptions, find_pulses
 from rockframe.provenance import whole_file
-from rockframe.record import Orientation, Record
+from rockframe.record import Orientation, Record, SiteType
 from rockframe.results import (
     best_pulses,
     open_records,
@@ -47,6 +47,7 @@ def shaken(name: str, a_p: float, samples: int = 1500) -> Record:
         station="Ärgerhöhe",
         orientation=Orientation.HORIZONTAL,
         azimuth=90.0,
+        site_type=SiteType.FREE_FIELD,
         processing=("one step", "another"),
     )
 
@@ -103,7 +104,7 @@ def test_ragged_rows_are_cut_at_the_right_places(tmp_path: Path) -> None:
     for back, record in zip(read_records(path), RECORDS_MADE, strict=True):
         np.testing.assert_array_equal(back.acceleration, record.acceleration)
         assert back.processing == record.processing
-        assert back.station == record.station
+        assert (back.station, back.site_type) == (record.station, record.site_type)
 
 
 def test_records_are_read_one_by_one(tmp_path: Path) -> None:

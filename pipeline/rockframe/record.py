@@ -35,6 +35,15 @@ class Orientation(IntEnum):
         return self in (Orientation.VERTICAL, Orientation.DOWNWARD)
 
 
+class SiteType(IntEnum):
+    """Where the sensor stood, as far as the header says; the values of the flag `site_type`."""
+
+    UNKNOWN = 0
+    FREE_FIELD = 1
+    STRUCTURE = 2
+    BOREHOLE = 3
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
     """One component of ground acceleration, evenly sampled. Unknown is NaN or an empty string.
@@ -55,6 +64,8 @@ class Record:
         Horizontal, vertical, or unstated.
     azimuth : float
         Direction of positive acceleration, clockwise from north [degree].
+    site_type : SiteType
+        Free field, in a structure, in a borehole, or unknown.
     event, station, network, start_time : str
         Names as given, and the time of the first sample (ISO 8601, UTC).
     magnitude : float
@@ -95,6 +106,7 @@ class Record:
     component: str = ""
     orientation: Orientation = Orientation.UNSTATED
     azimuth: float = math.nan
+    site_type: SiteType = SiteType.UNKNOWN
     event: str = ""
     station: str = ""
     network: str = ""

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, collect, read_bytes, read_file, sorted_out
-from rockframe.record import Orientation
+from rockframe.record import Orientation, SiteType
 
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
@@ -194,6 +194,11 @@ def test_a_description_given_twice_is_one(write: Write, tmp_path: Path) -> None:
 def test_vertical(write: Write) -> None:
     [record] = read_file(write(xml=station_xml(channel_xml(dip="-90.0"))))
     assert record.orientation is Orientation.VERTICAL
+
+
+def test_a_sensor_far_below_the_surface_is_in_a_borehole(write: Write) -> None:
+    deep = station_xml().replace("<Depth>0</Depth>", "<Depth>120</Depth>")
+    assert read_file(write(xml=deep))[0].site_type is SiteType.BOREHOLE
 
 
 def test_lost_station_xml(write: Write, tmp_path: Path) -> None:

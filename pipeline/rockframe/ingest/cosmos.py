@@ -37,11 +37,12 @@ from rockframe.ingest.identify import record_ids, require_distinct
 from rockframe.ingest.lines import head_lines, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import StatedPeak, require_peak
+from rockframe.ingest.site import site_of_cosmos
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
 #: Items of the integer header.
-_STAGE, _UNITS = 1, 3
+_STAGE, _UNITS, _STATION_TYPE = 1, 3, 19
 #: Items of the real header: magnitude (moment), epicentral distance [km], raw time step [s],
 #: time step [ms], length [s], peak and its time [s].
 _MAGNITUDE, _DISTANCE, _RAW_STEP = 13, 17, 34
@@ -153,6 +154,11 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
         component=component,
         orientation=orientation,
         azimuth=azimuth,
+        site_type=site_of_cosmos(
+            channel.text[8].partition("Location:")[2],
+            channel.text[4],
+            channel.integer(_STATION_TYPE),
+        ),
         event=event_of(channel.text[1]),
         station=named.station,
         network=named.network,

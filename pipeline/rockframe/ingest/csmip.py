@@ -13,7 +13,9 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import direction
 from rockframe.ingest.lines import is_number
 from rockframe.ingest.peaks import Printed
+from rockframe.ingest.site import site_of_location, site_of_station
 from rockframe.ingest.timing import utc_time
+from rockframe.record import SiteType
 
 #: The line that names a channel, and an example of it for errors.
 CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
@@ -25,6 +27,7 @@ _YEAR: Final = 24
 #: Lines of a channel's header, counted from the line of its name.
 _START_LINE, _STATION_LINE = -3, -2
 
+_LOCATION: Final = re.compile(r"\bLocation:\s*(?P<location>\S.*?)\s*$", re.I)
 _DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
 _NETWORK: Final = re.compile(r"\s*\w+\.(?P<network>\w{1,2})\.(?P<station>\w{1,5})\.[\w-]*\.\w+\s")
 _STATION: Final = re.compile(r"\s*Station (?:No\.|Id\.)\s*(?P<station>\w+)", re.I)
@@ -104,6 +107,14 @@ class Header:
             self.lines[self.name_index + _STATION_LINE]
         )
         return stated["station"] if stated else ""
+
+    @property
+    def site_type(self) -> SiteType:
+        """Where the sensor stood, by the place of the channel, else by the name of the station."""
+        place = _LOCATION.search(self.lines[self.name_index])
+        site = site_of_location(place["location"]) if place else SiteType.UNKNOWN
+        name = self.lines[self.name_index - 1]
+        return site_of_station(name) if site is SiteType.UNKNOWN else site
 
     @property
     def start_time(self) -> str:

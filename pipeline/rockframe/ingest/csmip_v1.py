@@ -178,6 +178,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         component=channel.component,
         orientation=orientation,
         azimuth=azimuth,
+        site_type=channel.site_type,
         station=channel.station,
         network=channel.network,
         start_time=channel.start_time,

@@ -233,6 +233,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
         component=channel.component,
         orientation=orientation,
         azimuth=azimuth,
+        site_type=channel.site_type,
         event=event["event"] if event else "",
         station=channel.station,
         network=channel.network,

@@ -18,6 +18,7 @@ from rockframe.ingest.identify import record_ids, seed_direction, with_ending
 from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
+from rockframe.ingest.site import site_of_depth
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -145,6 +146,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             component=component,
             orientation=orientation,
             azimuth=azimuth,
+            site_type=site_of_depth(header.number("SENSOR_DEPTH_M")),
             event=header.get("EVENT_NAME") or header.get("EVENT_ID"),
             station=header.get("STATION_CODE"),
             network=header.get("NETWORK"),

@@ -21,7 +21,7 @@ from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
 from rockframe.ingest.through_obspy import read_stream
-from rockframe.record import Record
+from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
 
 #: The lines of the header, in their order.
@@ -146,6 +146,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             component=component,
             orientation=orientation,
             azimuth=azimuth,
+            # K-NET and the upper sensors of KiK-net stand on free ground.
+            site_type=SiteType.BOREHOLE if component.endswith("1") else SiteType.FREE_FIELD,
             event=f"{header.values['Origin Time']} JST",
             station=station + _PLACES.get(component[-1], ""),
             network=trace.stats.network,

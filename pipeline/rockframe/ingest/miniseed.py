@@ -193,6 +193,7 @@ def _record(
         component=stats.channel,
         orientation=instrument.orientation,
         azimuth=instrument.azimuth,
+        site_type=instrument.site_type,
         station=stats.station,
         network=stats.network,
         start_time=str(stats.starttime),

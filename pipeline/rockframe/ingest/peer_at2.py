@@ -21,6 +21,7 @@ from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
+from rockframe.ingest.site import site_of_station
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -139,6 +140,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             component=title.component,
             orientation=orientation,
             azimuth=azimuth,
+            site_type=site_of_station(title.station),
             event=title.event,
             station=title.station,
             peak_ratio=peak_ratio,

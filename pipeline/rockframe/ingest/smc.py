@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 from typing import Final
@@ -24,13 +24,12 @@ from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.lines import bad_number, head_lines, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
+from rockframe.ingest.site import site_of_smc
 from rockframe.ingest.timing import time_step_of, utc_time
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
 
-_TEXT_LINES: Final = 11
-_INTEGER_LINES: Final = 6
-_REAL_LINES: Final = 10
+_TEXT_LINES, _INTEGER_LINES, _REAL_LINES = 11, 6, 10
 _HEADER_LINES: Final = _TEXT_LINES + _INTEGER_LINES + _REAL_LINES
 _INTEGERS: Final = Columns(8, 10, integers=True)
 _REALS: Final = Columns(5, 15)
@@ -140,8 +139,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         step = settle_time_step(path, _time_step(header), options, _TEXT_LINES + _INTEGER_LINES + 1)
         samples = read_columns(path, lines[line:], columns, _count(header), line)
     ratio = _peak_ratio(header, samples, step, columns)
-    record = _record(header, factor * samples, step, kind["un"] is not None)
-    return [replace(record, peak_ratio=ratio)]
+    return [_record(header, factor * samples, step, ratio, kind["un"] is not None)]
 
 
 def _kind(path: Path, first: str) -> re.Match[str]:
@@ -249,10 +247,10 @@ def _peak_ratio(
 
 
 def _record(
-    header: _Header, acceleration: NDArray[np.float64], step: float, uncorrected: bool
+    header: _Header, acceleration: NDArray[np.float64], step: float, ratio: float, uncorrected: bool
 ) -> Record:
     stated = _STATION.fullmatch(header.text[5])
-    component = stated["name"] if stated else ""
+    station, component = stated.groups() if stated else ("", "")
     component = f"{int(component):03d}" if re.fullmatch(r"\d{1,3}", component) else component
     orientation, azimuth = direction(component)
     from_up = header.integer(13)
@@ -280,11 +278,13 @@ def _record(
         component=component,
         orientation=orientation,
         azimuth=azimuth,
+        site_type=site_of_smc(station, *map(header.integer, (19, 27, 28))),
         event=event["event"] if event else "",
-        station=stated["station"] if stated else "",
+        station=station,
         start_time=_start_time(header),
         magnitude=header.real(6),
         epicentral_distance=header.real(17),
+        peak_ratio=ratio,
         # Uncorrected files have corners too: of filters to come.
         filter_low=math.nan if uncorrected else header.positive(33),
         filter_high=math.nan if uncorrected else header.positive(35),

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.record import Orientation
+from rockframe.ingest.site import site_of_depth
+from rockframe.record import Orientation, SiteType
 
 #: How the first bytes of a StationXML file are known.
 _MARK: Final = b"<FDSNStationXML"
@@ -55,6 +56,8 @@ class ChannelResponse:
         By the dip.
     azimuth : float
         Clockwise from north [degree]; NaN unless horizontal.
+    site_type : SiteType
+        By the depth of the sensor.
     response : obspy.core.inventory.Response
         All stages.
 
@@ -71,6 +74,7 @@ class ChannelResponse:
     sample_rate: float = math.nan
     orientation: Orientation = Orientation.UNSTATED
     azimuth: float = math.nan
+    site_type: SiteType = SiteType.UNKNOWN
     response: Any = None
 
 
@@ -240,6 +244,7 @@ def _described(file: Path, channel: Any, trace: Any) -> ChannelResponse:
         sample_rate=float(channel.sample_rate or math.nan),
         orientation=orientation,
         azimuth=azimuth,
+        site_type=site_of_depth(math.nan if channel.depth is None else float(channel.depth)),
         response=response,
     )
 

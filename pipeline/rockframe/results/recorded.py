@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from rockframe.errors import ParameterError
-from rockframe.record import Orientation, Record
+from rockframe.record import Orientation, Record, SiteType
 from rockframe.results.files import RECORDS, damage_named, opened
 
 #: Text of a record, by variable: field of Record, long name.
@@ -138,6 +138,7 @@ class RecordsFile:
             record_id=name,
             acceleration=samples,
             orientation=Orientation(int(value("orientation"))),
+            site_type=SiteType(int(value("site_type"))),
             processing=tuple(steps.split("; ")) if steps else (),
             **{text: str(value(text)) for text in TEXTS},  # type: ignore[arg-type]
             **{number: float(value(number)) for number in NUMBERS},  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from rockframe.record import Orientation, Record
+from rockframe.record import Orientation, Record, SiteType
 from rockframe.results.files import RECORDS, named, put
 from rockframe.results.growing import growing
 from rockframe.results.recorded import NUMBERS, TEXTS, RecordsFile, open_records
@@ -63,6 +63,7 @@ _SWEEPS: Final = {
 #: Flags of a record, by variable: enumeration, long name; the last two are of the passport.
 _FLAGS: Final = {
     "orientation": (Orientation, "direction of the component"),
+    "site_type": (SiteType, "place of the sensor, as far as the header says"),
     "late_trigger": (_Trigger, "trigger of the recording"),
     "passport": (CheckVerdict, "verdict of the record passport"),
 }
@@ -147,6 +148,7 @@ def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
         "pga": peak(record.acceleration),
         "pgv": peak(integrate(record.acceleration, record.time_step)),
         "orientation": record.orientation,
+        "site_type": record.site_type,
         "processing": "; ".join(record.processing),
         **{name: getattr(record, name) for name in (*TEXTS, *NUMBERS)},
     }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rockframe.record import Record
+from rockframe.record import Record, SiteType
 from rockframe.signals.checks import CHECKS, Check, CheckVerdict
 from rockframe.signals.measures import (
     arias_intensity,
@@ -164,7 +164,7 @@ def passport(
     # Squares of absurd numbers overflow; the check of the peak says what is wrong with them.
     with np.errstate(over="ignore", invalid="ignore"):
         measures = _measure(before, after, limits.signal_to_noise_ratio)
-    return Passport(measures, _judge(measures, after.time_step, limits))
+    return Passport(measures, _judge(measures, after, limits))
 
 
 def _measure(before: Record, after: Record, ratio: float) -> Measures:
@@ -208,9 +208,11 @@ def _end_share(series: Float) -> float:
     return abs(float(series[-1])) / largest if largest > 0.0 else 0.0
 
 
-def _judge(measures: Measures, time_step: float, limits: PassportLimits) -> tuple[Check, ...]:
+def _judge(measures: Measures, record: Record, limits: PassportLimits) -> tuple[Check, ...]:
+    known = record.site_type is not SiteType.UNKNOWN
     derived = {
-        "time_step": time_step,
+        "time_step": record.time_step,
+        "not_free_field": float(record.site_type is not SiteType.FREE_FIELD) if known else math.nan,
         "signal_to_noise": measures.peak_acceleration / measures.noise_level,
     }
     return tuple(

@@ -40,6 +40,10 @@ class PassportLimits(Strict):
     time_step_warn, time_step_reject : float
         Interval between samples [s], at most. Accelerographs take ten samples a second and more;
         steps of seconds are milliseconds, or samples a second, taken for seconds.
+    not_free_field_warn, not_free_field_reject : float
+        1 if the header says that the sensor stood in a structure or a borehole, 0 if on free ground
+        [1], at most. What a structure amplifies, or the ground above a borehole, is no motion of
+        the base of another structure. Never rejects by default; 0 does.
     stated_peak_warn, stated_peak_reject : float
         Difference between the peak in the file, with its sign where the header's has one, and the
         peak that the header states, over the latter [1], at most. Readers refuse what goes beyond
@@ -94,6 +98,8 @@ class PassportLimits(Strict):
     peak_acceleration_reject: _Limit = 10.0 * GRAVITY
     time_step_warn: _Limit = 0.1
     time_step_reject: _Limit = 1.0
+    not_free_field_warn: _Limit = 0.0
+    not_free_field_reject: _Limit = math.inf
     stated_peak_warn: _Limit = 0.01
     stated_peak_reject: _Limit = 0.5
     clipped_samples_warn: _Limit = 4.0

@@ -1,0 +1,140 @@
+"""Where a sensor stood, by the words of a header: free field, a structure, or a borehole."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from rockframe.record import SiteType
+
+#: Depth from which a sensor is in a borehole, and no longer in a vault near the surface [m].
+_DEEP: Final = 3.0
+
+_FREE_FIELD: Final = re.compile(r"\bfree[- ]?field\b|\bFF\b", re.I)
+_BOREHOLE: Final = re.compile(r"\b(bore|down) ?hole\b", re.I)
+_STORY: Final = r"\b\d+(st|nd|rd|th)\s+(fl(oo)?r?|level|stor(e?y|ies))\b"
+#: Words that are parts of structures even within the name of a station.
+_STRUCTURE: Final = re.compile(rf"{_STORY}|\b(floor|roof|penthouse|basement|deck)\b", re.I)
+#: Words that are parts of structures where a header states the place of the sensor: in the name of
+#: a station, "Pier" or "Crest" may be a street, and "Dam" what stands nearby.
+_PART: Final = re.compile(
+    r"\b(abut(ment)?|base of|bent|building|bldg|cable|column|crest|footing|foundation|gallery|"
+    r"girder|level|mezzanine|mid-?span|pier|pile|span|story|tower|wall)\b",
+    re.I,
+)
+_GROUND: Final = re.compile(r"\s*ground\s*", re.I)
+
+#: Types of station of the COSMOS format (table 6): shelters, sensors set in the ground, reference
+#: stations, free field, small vaults; base of a building, building, bridge, dam, wharf, tunnel,
+#: other structures. Large vaults, the sea floor and arrays say neither.
+_COSMOS_TYPES: Final = dict.fromkeys((1, 2, 3, 4, 6, 8), SiteType.FREE_FIELD) | dict.fromkeys(
+    (5, 10, 11, 12, 13, 14, 15, 20), SiteType.STRUCTURE
+)
+
+
+def site_of_station(name: str) -> SiteType:
+    """Return where a sensor stood, if the name of its station says so.
+
+    Parameters
+    ----------
+    name : str
+        As the header has it.
+
+    Examples
+    --------
+    >>> site_of_station("CA:Alhambra;LACPW, 12th Fl").name
+    'STRUCTURE'
+    >>> site_of_station("Pacoima Dam (upper left abut)").name
+    'UNKNOWN'
+    """
+    # "Roof and free field" may name all places of a station; where one is told, it is not that.
+    told = [
+        site
+        for pattern, site in (
+            (_FREE_FIELD, SiteType.FREE_FIELD),
+            (_BOREHOLE, SiteType.BOREHOLE),
+            (_STRUCTURE, SiteType.STRUCTURE),
+        )
+        if pattern.search(name)
+    ]
+    return told[0] if len(told) == 1 else SiteType.UNKNOWN
+
+
+def site_of_location(location: str) -> SiteType:
+    """Return where a sensor stood, by what a header states of its place.
+
+    Parameters
+    ----------
+    location : str
+        As the header has it.
+
+    Examples
+    --------
+    >>> site_of_location("Abutment 1").name, site_of_location("Ground").name
+    ('STRUCTURE', 'FREE_FIELD')
+    >>> site_of_location("Ground Floor").name, site_of_location("North side").name
+    ('STRUCTURE', 'UNKNOWN')
+    """
+    site = site_of_station(location)
+    if site is SiteType.UNKNOWN and _GROUND.fullmatch(location):
+        return SiteType.FREE_FIELD
+    if site is SiteType.UNKNOWN and _PART.search(location):
+        return SiteType.STRUCTURE
+    return site
+
+
+def site_of_smc(
+    station: str, structure: int | None, bridge: int | None, dam: int | None
+) -> SiteType:
+    """Return where a sensor stood, by the header of an SMC file.
+
+    Parameters
+    ----------
+    station : str
+        Name of the station.
+    structure, bridge, dam : int or None
+        Codes of the kind of structure, and of the place on a bridge or on a dam, where 0 is the
+        free field; None if undefined.
+
+    Examples
+    --------
+    >>> site_of_smc("", 2, 0, None).name, site_of_smc("", 2, 3, None).name
+    ('FREE_FIELD', 'STRUCTURE')
+    """
+    if 0 in (bridge, dam):
+        return SiteType.FREE_FIELD
+    if any(code is not None and code > 0 for code in (structure, bridge, dam)):
+        return SiteType.STRUCTURE
+    return site_of_station(station)
+
+
+def site_of_cosmos(location: str, station: str, code: int | None) -> SiteType:
+    """Return where a sensor stood, by the header of a COSMOS channel.
+
+    Parameters
+    ----------
+    location, station : str
+        Place of the channel, and the line that names the station.
+    code : int or None
+        Type of the station: that of an array may have channels in the free field, too.
+
+    Examples
+    --------
+    >>> site_of_cosmos("", "", 11).name, site_of_cosmos("Free Field", "", 11).name
+    ('STRUCTURE', 'FREE_FIELD')
+    """
+    for site in (site_of_location(location), site_of_station(station)):
+        if site is not SiteType.UNKNOWN:
+            return site
+    return _COSMOS_TYPES.get(code or 0, SiteType.UNKNOWN)
+
+
+def site_of_depth(metres: float) -> SiteType:
+    """Return where a sensor stood, by its depth below the surface [m]; NaN if that is unknown.
+
+    Examples
+    --------
+    >>> site_of_depth(100.0).name, site_of_depth(0.0).name
+    ('BOREHOLE', 'UNKNOWN')
+    """
+    return SiteType.BOREHOLE if metres >= _DEEP else SiteType.UNKNOWN
