@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 FLOORS = (
     {"errors"},
-    {"units", "provenance", "web", "rocking.compiled"},
+    {"bounds", "cells", "units", "provenance", "web", "rocking.compiled"},
     {"frame", "wavelets", "rocking.kernel", "rocking.vectors", "rocking.lanes", "engines"},
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking", "risk"},
