@@ -44,6 +44,8 @@ def test_empty_is_unknown(tmp_path: Path) -> None:
         (f"{HEADER}\n,,,,,,\n", r":2: file ''\. Must be the name of a file"),
         (f"{HEADER}\n../A.V1,,,,,,\n", r":2: file '\.\./A\.V1'\. Must be the name of a file"),
         (f"{HEADER}\nA.V1,,,,big,,\n", r":2: magnitude 'big'\. Must be a finite number or empty"),
+        (f"{HEADER}\nA.V1,,,,6_5,,\n", r":2: magnitude '6_5'\. Must be a finite number or empty"),
+        (f"{HEADER}\nA.V1,,,,６,,\n", r":2: magnitude '６'\. Must be a finite number or empty"),
         (f"{HEADER}\nA.V1,,,,nan,,\n", r":2: magnitude 'nan'\. Must be a finite number or empty"),
         (f"{HEADER}\nA.V1,,,,,-3,\n", r":2: epicentral_distance_km '-3'\. Must be .* or positive"),
         (f'{HEADER}\n"A.V1,,,,,,\n', r"not a table \(.*\)\. Must be CSV in UTF-8"),

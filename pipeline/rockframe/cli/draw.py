@@ -43,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw, and say how many."""
+    from rockframe.cells import write_rows
     from rockframe.cli.console import show_json
     from rockframe.cli.curves import draw_curves
     from rockframe.errors import ParameterError
@@ -57,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
         if "response" in given:
             drawn |= _draw_records(given, partial, options.most)
         drawn |= draw_curves(given, partial, options.most)
-        lines = ["file,shows", *(f"{file},{shows}" for file, shows in drawn.items())]
-        (partial / _INDEX).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        with (partial / _INDEX).open("w", newline="", encoding="utf-8") as stream:
+            write_rows(stream, [("file", "shows"), *drawn.items()])
     if options.json:
         show_json({"figures": drawn, "output": str(options.output)})
     else:

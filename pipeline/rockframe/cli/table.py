@@ -54,19 +54,8 @@ def rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
 
 def write_table(rows: Iterable[TableRow] | Iterable[Comparison], path: Path) -> int:
     """Write rows as CSV, what is not known empty; return how many there are."""
-    import csv
-    import math
-
+    from rockframe import cells
     from rockframe.provenance import whole_file
 
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        count = 0
-        for count, row in enumerate(rows, 1):
-            if count == 1:
-                writer.writerow(vars(row))
-            writer.writerow(
-                "" if isinstance(value, float) and math.isnan(value) else value
-                for value in vars(row).values()
-            )
-    return count
+        return cells.write_table(stream, map(vars, rows))

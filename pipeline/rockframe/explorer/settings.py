@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from rockframe.cells import decimal
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame, inertia_ratio_of
 
@@ -112,9 +112,6 @@ def _frame(numbers: Mapping[str, float], section: str) -> RockingFrame:
 
 def _number(name: str, text: str) -> float:
     try:
-        value = float(text)
+        return decimal(text)
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ParameterError(f"Invalid {name} {text!r}. Must be a finite number.")
-    return value
+        raise ParameterError(f"Invalid {name} {text!r}. Must be a finite number.") from None

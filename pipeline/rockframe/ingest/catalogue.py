@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, TextIO
 
+from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
 from rockframe.provenance import whole_file
 from rockframe.record import Record
@@ -138,15 +139,10 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     stated = list(entries)
     known = any(not math.isnan(entry.vs30) for entry in stated)
     columns = (*COLUMNS, VS30) if known else COLUMNS
+    names = [column.removesuffix("_km").removesuffix("_m_s") for column in columns]
+    rows = ([getattr(entry, name) for name in names] for entry in stated)
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        for entry in stated:
-            names = (column.removesuffix("_km").removesuffix("_m_s") for column in columns)
-            cells = [getattr(entry, name) for name in names]
-            writer.writerow(
-                "" if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells
-            )
+        write_rows(stream, [columns, *rows])
 
 
 def with_facts(record: Record, entry: CatalogueEntry) -> Record:
@@ -182,8 +178,8 @@ def with_facts(record: Record, entry: CatalogueEntry) -> Record:
 
 
 def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
-    reader = csv.reader(stream, strict=True)
-    header = [name.strip() for name in next(reader, [])]
+    rows = read_rows(stream)
+    header = [name.strip() for name in next(rows, (1, []))[1]]
     for name in header:
         if name not in (*COLUMNS, VS30) or header.count(name) > 1:
             raise InputError(
@@ -197,14 +193,10 @@ def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
             raise InputError(
                 path, f"column {name!r} missing. Must be each of: {', '.join(COLUMNS)}.", line=1
             )
-    for row in reader:
-        if not row:
-            continue
+    for line, row in rows:
         if len(row) != len(header):
-            raise InputError(
-                path, f"{len(row)} columns. Must be {len(header)}.", line=reader.line_num
-            )
-        yield reader.line_num, dict(zip(header, map(str.strip, row), strict=True))
+            raise InputError(path, f"{len(row)} columns. Must be {len(header)}.", line=line)
+        yield line, dict(zip(header, map(str.strip, row), strict=True))
 
 
 def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
@@ -230,10 +222,10 @@ def _number(
     if not token:
         return math.nan
     try:
-        value = float(token)
+        value = decimal(token)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value >= lowest):
+    if not value >= lowest:
         must = "a finite number" if lowest == -math.inf else "a finite number, zero or positive,"
         raise InputError(path, f"{column} {token!r}. Must be {must} or empty.", line=line)
     return value

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.cells import decimal
 from rockframe.errors import InputError
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
@@ -106,10 +107,8 @@ def is_number(token: bytes) -> bool:
     >>> [is_number(token) for token in (b"-.12E-03", b"nan", b"1_0", b"0.1x")]
     [True, False, False, False]
     """
-    if b"_" in token:
-        return False
     try:
-        return abs(float(token)) < _LARGEST
+        return abs(decimal(token.decode("latin-1"))) < _LARGEST
     except ValueError:
         return False
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
 import io
 import math
 import zlib
@@ -13,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockframe.cells import write_table
 from rockframe.report.columns import fallen
 from rockframe.results import Fact, Ground, History, Run, rank
 from rockframe.signals import CHECKS
@@ -152,9 +152,7 @@ def payload(
 def _csv(rows: Sequence[Mapping[str, str]]) -> str:
     """The rows as ``table.csv`` has them."""
     stream = io.StringIO()
-    writer = csv.DictWriter(stream, rows[0] if rows else (), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+    write_table(stream, rows)
     return stream.getvalue()
 
 

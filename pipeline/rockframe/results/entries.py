@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from rockframe.cells import write_rows
 from rockframe.provenance import whole_file
 from rockframe.results.tables import refuse_other_table
 from rockframe.signals import Passport
@@ -74,13 +73,15 @@ def write_entries(entries: Sequence[Entry], path: Path) -> None:
     made = [entry.passport for entry in entries if entry.passport is not None]
     names = [check.name for check in made[0].checks] if made else []
     heads = [f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")]
+    rows = (
+        [
+            *(entry.file, entry.record_id, entry.status, entry.line, entry.reason or entry.note),
+            *_cells(entry.passport, len(heads)),
+        ]
+        for entry in entries
+    )
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([*_COLUMNS, "passport", *heads])
-        for entry in entries:
-            line = "" if entry.line is None else entry.line
-            known = [entry.file, entry.record_id, entry.status, line, entry.reason or entry.note]
-            writer.writerow([*known, *_cells(entry.passport, len(heads))])
+        write_rows(stream, [[*_COLUMNS, "passport", *heads], *rows])
 
 
 def refuse_strange_entries(path: Path) -> None:
@@ -99,6 +100,5 @@ def _cells(passport: Passport | None, count: int) -> list[object]:
         return [""] * (1 + count)
     cells: list[object] = [passport.verdict.name.lower()]
     for check in passport.checks:
-        value = "" if math.isnan(check.value) else check.value
-        cells += [value, check.limit, check.verdict.name.lower()]
+        cells += [check.value, check.limit, check.verdict.name.lower()]
     return cells

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from rockframe.cells import read_rows
 from rockframe.errors import InputError
 from rockframe.results.files import PULSES, RESPONSE, SCREEN, opened
 
@@ -69,6 +70,12 @@ def rows_of(path: Path) -> Iterator[dict[str, str]]:
         return
     try:
         with path.open(newline="", encoding="utf-8") as stream:
-            yield from csv.DictReader(stream)
+            rows = read_rows(stream)
+            _, columns = next(rows, (1, []))
+            for line, row in rows:
+                if len(row) != len(columns):
+                    message = f"{len(row)} columns. Must be {len(columns)}."
+                    raise InputError(path, message, line=line)
+                yield dict(zip(columns, row, strict=True))
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(path, f"cannot be read: {error}.") from None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -12,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockframe.cells import write_table
 from rockframe.provenance import whole_file
 from rockframe.results.screen import read_screening
 from rockframe.results.tables import refuse_other_table
@@ -159,14 +158,7 @@ def write_screen_table(screen_path: Path, path: Path) -> None:
     """
     rows = screen_rows(read_screening(screen_path, every_scale=False))
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        for number, row in enumerate(rows):
-            if number == 0:
-                writer.writerow(row)
-            writer.writerow(
-                "" if isinstance(value, float) and math.isnan(value) else value
-                for value in row.values()
-            )
+        write_table(stream, rows)
 
 
 def refuse_strange_table(path: Path) -> None:

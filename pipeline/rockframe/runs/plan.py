@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import os
@@ -12,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+from rockframe.cells import write_rows
 from rockframe.errors import InputError
 from rockframe.ingest import CATALOGUE, folder_names, printable, read_catalogue
 from rockframe.provenance import (
@@ -234,9 +234,8 @@ def _members(path: Path) -> int:
 
 def _listed(inputs: tuple[Input, ...]) -> str:
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["file", "bytes", "sha256"])
-    writer.writerows([i.name, i.path.stat().st_size, i.sha256] for i in inputs)
+    rows = ([i.name, i.path.stat().st_size, i.sha256] for i in inputs)
+    write_rows(stream, [["file", "bytes", "sha256"], *rows])
     return stream.getvalue()
 
 

@@ -1,0 +1,108 @@
+"""Cells of CSV tables: no text is a formula, every text comes back, numbers are decimal."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.cells import decimal, harmless, original, read_rows, write_rows, write_table
+from rockframe.ingest import CatalogueEntry, read_catalogue
+from rockframe.ingest.catalogue import write_catalogue
+from rockframe.results import Entry, rejections_of, rows_of, write_entries
+
+#: What a spreadsheet takes for the beginning of a formula.
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
+#: Texts that often begin like formulas, quoted or not.
+TEXTS = st.text() | st.builds("".join, st.lists(st.sampled_from(["'", *FORMULA, "1", "a", " "])))
+#: A cell of a table cannot end what UTF-8 cannot hold.
+WRITTEN = TEXTS.filter(lambda text: text.isprintable())
+
+
+@given(TEXTS)
+def test_no_text_begins_like_a_formula_and_each_comes_back(text: str) -> None:
+    cell = harmless(text)
+    assert original(cell) == text
+    if cell.startswith(FORMULA):
+        assert math.isfinite(decimal(cell))
+
+
+@given(st.lists(st.lists(TEXTS, min_size=2, max_size=3), min_size=1))
+def test_rows_come_back(rows: list[list[str]]) -> None:
+    stream = io.StringIO(newline="")
+    write_rows(stream, rows)
+    stream.seek(0)
+    assert [row for _, row in read_rows(stream)] == rows
+
+
+def test_numbers_stay_numbers_and_nan_is_empty() -> None:
+    stream = io.StringIO()
+    write_table(stream, [{"a": -0.5, "b": math.nan, "c": None, "d": True, "e": "-1e-05"}])
+    assert stream.getvalue() == "a,b,c,d,e\n-0.5,,,True,-1e-05\n"
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_float_is_read_as_it_is_printed(number: float) -> None:
+    assert decimal(repr(number)) == number
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "6_5",
+        "６.５",
+        "٣",
+        "0x10",
+        "infinity",
+        "-inf",
+        "nan",
+        "1e999",
+        "",
+        "1,5",
+        "1.2.3",
+        "1 2",
+        "+",
+    ],
+)
+def test_what_only_python_or_nobody_takes_for_a_number_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="not a decimal number"):
+        decimal(text)
+
+
+@given(WRITTEN.map(str.strip), WRITTEN.map(str.strip))
+def test_a_catalogue_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, one: str, two: str
+) -> None:
+    path = tmp_path_factory.mktemp("catalogue") / "catalogue.csv"
+    entry = CatalogueEntry(file="=a.csv", event=one, station=two, magnitude=6.5)
+    write_catalogue(path, [entry])
+    read = read_catalogue(path)["=a.csv"]
+    assert (read.file, read.event, read.station, read.magnitude) == ("=a.csv", one, two, 6.5)
+
+
+def test_a_file_named_like_a_formula_is_one_in_no_list(tmp_path: Path) -> None:
+    name, path = "=HYPERLINK(0).csv", tmp_path / "records.csv"
+    write_entries([Entry(name, "-a", reason="@home: no record.")], path)
+    with path.open(newline="", encoding="utf-8") as stream:
+        (row,) = csv.DictReader(stream)
+    assert [row[key] for key in ("file", "record_id", "reason")] == [
+        f"'{name}", "'-a", "'@home: no record."
+    ]  # fmt: skip
+    assert next(rows_of(path))["record_id"] == "-a"
+    assert rejections_of(tmp_path) == {name: "@home: no record."}
+
+
+def test_every_table_of_the_package_is_written_in_one_place() -> None:
+    """A writer of its own would be one that forgets."""
+    package = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
+    writing = {
+        path.name
+        for path in package.rglob("*.py")
+        if "csv.writer" in (text := path.read_text(encoding="utf-8")) or "DictWriter" in text
+    }
+    assert writing == {"cells.py"}
