@@ -116,7 +116,13 @@ def test_what_was_not_tried_is_said() -> None:
         ("pga_g,annual_rate\n0.2,0.01\n0.1,0.001\n", "intensities .* Must be increasing"),
         ("pga_g,annual_rate\n0.1,0.01\n0.2,0.02\n", "rates .* Must be decreasing"),
         ("pga_g,annual_rate\n0,0.01\n0.2,0.002\n", "Invalid intensity 0 of point 1"),
-        ("pga_g,annual_rate\n0.1,0.01\n0.2,nan\n", "Invalid rate nan of point 2"),
+        ("pga_g,annual_rate\n0.1,0.01\n0.2,-0.001\n", "Invalid rate -0.001 of point 2"),
+        ("pga_g,annual_rate\n0.1,0.01\n0.2,nan\n", ":3: '0.2, nan'. Must be two numbers"),
+        ("pga_g,annual_rate\n0.1,1_0\n", ":2: '0.1, 1_0'. Must be two numbers"),
+        ("pga_g,annual_rate\n0.1,０.1\n", ":2: .*Must be two numbers"),
+        ("pga_g,annual_rate\n98.1,0.01\n", ":2: pga_g 98.1. Must be at most 50"),
+        ("L_p_m,annual_rate\n2000,0.01\n", ":2: L_p_m 2000. Must be at most 1000"),
+        ("pga_g,annual_rate\n0.1,1e9\n", ":2: annual_rate 1e.09 at pga_g 0.1. Must be at most 1:"),
     ],
 )
 def test_damaged_file(tmp_path: Path, text: str, message: str) -> None:
@@ -124,6 +130,43 @@ def test_damaged_file(tmp_path: Path, text: str, message: str) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
         read_hazard(path)
+
+
+def in_fifty_years(rates: list[float]) -> list[float]:
+    return [-math.expm1(-50.0 * rate) for rate in rates]
+
+
+#: A site as active as any in Europe, from shaking that is hardly felt to the strongest.
+INTENSITIES = [0.005, 0.01, 0.03, 0.1, 0.3, 0.6, 1.0]
+ACTIVE = [0.4, 0.2, 0.07, 0.015, 0.0015, 0.0002, 0.00003]
+
+
+def read_curve(folder: Path, intensities: list[float], rates: list[float]) -> HazardCurve:
+    path = folder / "site.csv"
+    lines = [f"{x:g},{rate:.6g}" for x, rate in zip(intensities, rates, strict=True)]
+    path.write_text("\n".join(["pga_g,annual_rate", *lines]), encoding="utf-8")
+    return read_hazard(path)
+
+
+@pytest.mark.parametrize("most", [1.0, 0.5, 0.25])
+def test_probabilities_in_fifty_years_are_no_annual_rates(tmp_path: Path, most: float) -> None:
+    """1 - exp(-50 rate) stays level near 1 where it shakes weakly."""
+    rates = [most * rate for rate in ACTIVE]
+    assert read_curve(tmp_path, INTENSITIES, rates).rate == pytest.approx(rates, rel=1e-5)
+    with pytest.raises(InputError, match=r"level near 1, .* rates of -ln\(1 - P\) / t"):
+        read_curve(tmp_path, INTENSITIES, in_fifty_years(rates))
+
+
+def test_probabilities_of_strong_shaking_alone_are_higher_than_any_rate(tmp_path: Path) -> None:
+    """10 % in 50 years at 0.6 g is a site of California; once in ten years at 0.6 g is none."""
+    with pytest.raises(
+        InputError, match=r":2: annual_rate 0.1 at pga_g 0.6. Must be at most 0.028"
+    ):
+        read_curve(tmp_path, [0.6, 1.0], [0.1, 0.02])
+
+
+def test_a_curve_that_falls_steeply_from_once_a_year_is_one_of_rates(tmp_path: Path) -> None:
+    assert read_curve(tmp_path, [0.01, 0.1, 1.0], [1.0, 0.01, 0.0001]).rate[0] == 1.0
 
 
 def test_file_that_is_not_there(tmp_path: Path) -> None:

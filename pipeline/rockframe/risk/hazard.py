@@ -1,4 +1,10 @@
-"""The hazard of a site, and the mean annual rate of overturning that follows from it."""
+"""The hazard of a site, and the mean annual rate of overturning that follows from it.
+
+Hazard studies print annual rates or probabilities in some time, 50 years for example, and a column
+may be named for the one and hold the other. `read_hazard` refuses rates that no site has, and a
+curve that stays level just below 1, as probabilities do. Where all probabilities are small, nothing
+tells them from rates.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +17,23 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.cells import decimal, read_rows
 from rockframe.errors import InputError, ParameterError
 from rockframe.risk.fragility import Fragility
-from rockframe.risk.measures import MEASURES
+from rockframe.risk.measures import MEASURES, Measure
 
 Float = NDArray[np.float64]
 
 #: Column of the annual rates.
 _RATE: Final = "annual_rate"
+#: A curve that begins between this and 1 and falls with a smaller power of the intensity than the
+#: next number is one of probabilities. Rates level off too, but seldom just below once a year.
+_NEAR_ONE: Final = 0.9
+_LEVEL: Final = 0.5
+#: Rates of strong shaking fall at least with this power of the intensity, from once a year at
+#: `Measure.yearly`. This is several times the rate at the most active sites.
+_FALL: Final = 2.0
+_CONVERT: Final = "Probabilities P in t years are rates of -ln(1 - P) / t."
 #: Cells of one piece of the curve, over which the probability is taken at their middle.
 _CELLS: Final = 256
 
@@ -157,7 +172,9 @@ def read_hazard(path: Path) -> HazardCurve:
     Raises
     ------
     InputError
-        If it cannot be read, has other columns, a value that is no number, or is not a curve.
+        If it cannot be read, has other columns, a value that is no number, or is not a curve; if
+        an intensity is larger than any, a rate higher than at any site, or the rates are level
+        near 1.
 
     Examples
     --------
@@ -172,8 +189,7 @@ def read_hazard(path: Path) -> HazardCurve:
     must_be = f"Must be {_RATE} and one of {', '.join(columns)}."
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, row) for row in reader if row]
+            lines = list(read_rows(stream))
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
     except (UnicodeDecodeError, csv.Error) as error:
@@ -183,23 +199,51 @@ def read_hazard(path: Path) -> HazardCurve:
     known = [name for name in header if name in columns]
     if len(header) != 2 or len(known) != 1 or _RATE not in header:
         raise InputError(path, f"columns {', '.join(header) or 'missing'}. {must_be}", line=first)
-    values = np.array([_numbers(path, row, line) for line, row in lines[1:]])
     measure = columns[known[0]]
-    if len(values) == 0:
-        values = np.empty((0, 2))
+    order = header.index(measure.column), header.index(_RATE)
+    points = [tuple(_numbers(path, row, line)[i] for i in order) for line, row in lines[1:]]
+    for (line, _), (intensity, rate) in zip(lines[1:], points, strict=True):
+        _require_possible(path, line, measure, intensity, rate)
+    values = np.array(points).reshape(-1, 2)
+    _refuse_probabilities(path, values)
     try:
-        return HazardCurve(
-            measure.name,
-            values[:, header.index(known[0])] * measure.printed,
-            values[:, header.index(_RATE)],
-        )
+        return HazardCurve(measure.name, values[:, 0] * measure.printed, values[:, 1])
     except ParameterError as error:
         raise InputError(path, str(error)) from None
 
 
+def _require_possible(
+    path: Path, line: int, measure: Measure, intensity: float, rate: float
+) -> None:
+    if intensity > measure.largest:
+        message = f"{measure.column} {intensity:g}. Must be at most {measure.largest:g}."
+        raise InputError(path, message, line=line)
+    if intensity > 0.0 and rate * (intensity / measure.yearly) ** _FALL > 1.0:
+        most = (measure.yearly / intensity) ** _FALL
+        raise InputError(
+            path,
+            f"{_RATE} {rate:g} at {measure.column} {intensity:g}. Must be at most {most:.2g}: the "
+            f"most active sites have less. {_CONVERT}",
+            line=line,
+        )
+
+
+def _refuse_probabilities(path: Path, values: Float) -> None:
+    """Refuse a curve that begins just below 1 and stays there."""
+    if len(values) < 2 or not (values[:2] > 0.0).all():
+        return
+    (weak, often), (strong, less) = values[:2]
+    if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
+        raise InputError(
+            path,
+            f"{_RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
+            f"Must be rates. {_CONVERT}",
+        )
+
+
 def _numbers(path: Path, row: list[str], line: int) -> list[float]:
     try:
-        numbers = [float(cell) for cell in row]
+        numbers = [decimal(cell) for cell in row]
     except ValueError:
         numbers = []
     if len(numbers) != 2:

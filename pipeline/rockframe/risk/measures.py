@@ -23,6 +23,10 @@ class Measure:
         As it is printed.
     printed : float
         What is printed is the value in SI units, over this.
+    largest : float
+        Largest intensity of a hazard curve, as printed.
+    yearly : float
+        Intensity that no site exceeds more than once a year in the long run, as printed.
 
     Examples
     --------
@@ -35,6 +39,8 @@ class Measure:
     symbol: str
     unit: str
     printed: float = 1.0
+    largest: float = 50.0
+    yearly: float = 0.1
 
 
 #: By name.
@@ -45,7 +51,7 @@ MEASURES: Final = MappingProxyType(
             Measure("a_p", "a_p_g", "a_p", "g", GRAVITY),
             Measure("pga", "pga_g", "PGA", "g", GRAVITY),
             Measure("pgv", "pgv_m_s", "PGV", "m/s"),
-            Measure("L_p", "L_p_m", "L_p", "m"),
+            Measure("L_p", "L_p_m", "L_p", "m", largest=1e3, yearly=1.0),
         )
     }
 )
