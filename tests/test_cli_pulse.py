@@ -131,9 +131,11 @@ def test_the_paper_is_set_beside_every_way(
     ("words", "error"),
     [
         ((), "--output is missing. Must name the netCDF file to write."),
-        (("--output", "p.nc", "--surrogates", "5"), "surrogates 5. Must be 0, or 19 or more"),
+        (("--output", "p.nc", "--surrogates", "5"), "surrogates 5. Must be 0, or 19 to 9999"),
         (("--output", "p.nc", "--most-half-cycles", "0"), "Must be from 1 to 10"),
-        (("--output", "p.nc", "--runners-up", "-1"), "runners-up -1. Must be 0 or more"),
+        (("--output", "p.nc", "--surrogates", "10000"), "Must be 0, or 19 to 9999"),
+        (("--output", "p.nc", "--runners-up", "-1"), "runners-up -1. Must be 0 to 100"),
+        (("--output", "p.nc", "--runners-up", "101"), "runners-up 101. Must be 0 to 100"),
         (
             ("--output", "p.nc", "--wavelet", "symmetric_ricker", "--pulse-wavelet",
              "ricker_any_phase"),

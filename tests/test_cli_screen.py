@@ -59,7 +59,8 @@ def test_few_recordings_are_said_to_be_few(
         (["--azimuths", "45"], "is the only horizontal"),
         (["--azimuths", "10", "10"], "Invalid azimuths, 10 degrees twice"),
         (["--azimuths", "10", "370"], "Invalid azimuths, 10 degrees twice"),
-        (["--azimuths", "nan"], "Invalid azimuth nan"),
+        (["--scales", "1e4"], "Invalid scale 10000. Must be positive and at most 1000"),
+        (["--scales", "1:2:1500", "3:4:1500"], "3000 scales. Must be at most 2000"),
         (["--seed", "-1"], "Invalid seed -1. Must be zero or positive"),
         (["--vertical"], "no vertical record"),
         (["--scheduler", "tcp://127.0.0.1:1"], "ask"),
@@ -90,7 +91,9 @@ def test_mistakes_are_one_line(
     assert not output.exists()
 
 
-@pytest.mark.parametrize("word", ["a", "1:2", "1:2:1", "1:2:3:4", "::"])
+@pytest.mark.parametrize(
+    "word", ["a", "nan", "6_5", "1:2", "1:2:1", "1:2:2.5", "1:2:2001", "1:2:3:4", "::"]
+)
 def test_values_that_are_none(
     tmp_path: Path, word: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

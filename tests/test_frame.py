@@ -78,7 +78,7 @@ def test_a_heavy_beam_makes_the_block_half_as_large_again() -> None:
     assert_allclose(frame.effective_size, 1.5 * frame.size, rtol=1e-8)
 
 
-@pytest.mark.parametrize("inertia_ratio", [1.0, 4.0 / 3.0, 1.9])
+@pytest.mark.parametrize("inertia_ratio", [1.01, 4.0 / 3.0, 1.9])
 def test_under_a_heavy_beam_the_columns_inertia_does_not_matter(inertia_ratio: float) -> None:
     frame = RockingFrame(height=6.0, width=1.0, mass_ratio=HEAVY, inertia_ratio=inertia_ratio)
     pendulum = math.sqrt(GRAVITY / (2.0 * frame.size))

@@ -84,14 +84,21 @@ def test_lift_that_goes_with_a_sway(
     assert_allclose(bent.vertical_displacement(theta), float(known[v]), rtol=1e-13)
 
 
-@pytest.mark.parametrize("name", ["height", "width", "inertia_ratio"])
+@pytest.mark.parametrize("name", ["height", "width"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_dimensions_must_be_positive(name: str, value: float) -> None:
     arguments = {"height": 9.6, "width": 1.6, "mass_ratio": 4.0, name: value}
     with pytest.raises(ParameterError) as error:
         RockingFrame(name="bent", **arguments)
-    must_be = "positive and finite" if name == "inertia_ratio" else "between 0.001 and 1000 m"
+    must_be = "between 0.001 and 1000 m"
     assert f"Invalid {name} {value!r} of frame 'bent'. Must be {must_be}." in str(error.value)
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0, 0.9, 1.0, 100.1, math.nan, math.inf])
+def test_inertia_about_a_corner_is_more_than_that_of_a_mass_in_one_point(value: float) -> None:
+    """I_o = I_c + m R^2, and no column reaches to ten times R."""
+    with pytest.raises(ParameterError, match=r"Must be above 1 and at most 100: about the corner"):
+        RockingFrame(height=9.6, width=1.6, inertia_ratio=value)
 
 
 @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf, 1e308])

@@ -115,6 +115,16 @@ def test_shipped_studies_are_read(path: Path) -> None:
         ),
         (
             "[respond]",
+            "[pulse]\nsurrogates=10_000\n[respond]",
+            r":6: pulse.surrogates 10000. Must be at most 9999",
+        ),
+        (
+            "[respond]",
+            "[pulse]\nrunners_up=101\n[respond]",
+            r":6: pulse.runners_up 101. Must be at most 100",
+        ),
+        (
+            "[respond]",
             "[pulse]\nwavelet=['rickr']\n[respond]",
             r":6: pulse.wavelet 'rickr'. Must be s",
         ),

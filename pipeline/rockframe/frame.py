@@ -25,6 +25,9 @@ SECTIONS: Final = ("rectangular", "circular")
 #: Dimensions of what stands free and rocks [m].
 _SMALLEST: Final = 0.001
 _LARGEST: Final = 1000.0
+#: I_o / (m_c R^2) is 1 for a mass in one point; for a mass of larger reach there is no column.
+_LEAST_INERTIA: Final = 1.0
+_LARGEST_INERTIA: Final = 100.0
 #: A beam so heavy that the frame is at the limit of eq (28) to round-off.
 _HEAVIEST: Final = 1e15
 
@@ -83,9 +86,10 @@ class RockingFrame:
     Raises
     ------
     ParameterError
-        If a dimension is not between 1 mm and 1 km, the mass ratio not between 0 and 1e15, the
-        restitution factor not above 0 and at most 1, or the column so stocky that the restitution
-        of eq (43) is not positive: such a frame does not rock.
+        If a dimension is not between 1 mm and 1 km, the inertia ratio not above 1 and at most 100,
+        the mass ratio not between 0 and 1e15, the restitution factor not above 0 and at most 1, or
+        the column so stocky that the restitution of eq (43) is not positive: such a frame does not
+        rock.
 
     Notes
     -----
@@ -115,10 +119,11 @@ class RockingFrame:
                     f"Invalid {label} {value!r} of frame {self.name!r}. "
                     f"Must be between {_SMALLEST:g} and {_LARGEST:g} m."
                 )
-        if not (math.isfinite(self.inertia_ratio) and self.inertia_ratio > 0.0):
+        if not _LEAST_INERTIA < self.inertia_ratio <= _LARGEST_INERTIA:
             raise ParameterError(
-                f"Invalid inertia_ratio {self.inertia_ratio!r} of frame {self.name!r}. "
-                "Must be positive and finite."
+                f"Invalid inertia_ratio {self.inertia_ratio!r} of frame {self.name!r}. Must be "
+                f"above {_LEAST_INERTIA:g} and at most {_LARGEST_INERTIA:g}: about the corner it "
+                "is 1 for a mass in one point, and 4/3 for a rectangle."
             )
         if not 0.0 <= self.mass_ratio <= _HEAVIEST:
             raise ParameterError(

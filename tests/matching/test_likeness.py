@@ -115,7 +115,7 @@ def test_without_surrogates_nothing_is_said() -> None:
 
 @pytest.mark.parametrize("count", [-1, 1, 18])
 def test_too_few_surrogates_are_refused(count: int) -> None:
-    with pytest.raises(ParameterError, match=rf"surrogates {count}. Must be 0, or 19 or more"):
+    with pytest.raises(ParameterError, match=rf"surrogates {count}. Must be 0, or 19 to 9999"):
         LikenessOptions(surrogates=count)
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
+from rockframe.bounds import MOST_NUMBERS
+from rockframe.cells import decimal
 from rockframe.cli.arguments import (
     add_filters,
     add_reading,
@@ -16,10 +18,10 @@ from rockframe.cli.arguments import (
 from rockframe.cli.computing import add_histories, add_scheduler
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rockframe.rocking import Design
     from rockframe.stages import Selection
-
-_MOST_VALUES: Final = 10_000_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -124,7 +126,7 @@ def run(options: argparse.Namespace) -> int:
 
     design, selection = _design(options), _selection(options)
     where = engine(options)
-    scales = SCALES if options.scales is None else [x for part in options.scales for x in part]
+    scales = SCALES if options.scales is None else _together("scales", options.scales)
     try:
         with records_file(options) as (records, status), progress_bar("screening") as progress:
             done = screen_stage(
@@ -134,7 +136,7 @@ def run(options: argparse.Namespace) -> int:
                 structure=options.structure,
                 pulses_path=options.pulses,
                 selection=selection,
-                azimuths=[azimuth for part in options.azimuths for azimuth in part],
+                azimuths=_together("azimuths", options.azimuths),
                 vertical=options.vertical,
                 scales=scales,
                 margins=not options.no_margins,
@@ -161,17 +163,26 @@ def values(text: str) -> list[float]:
     parts = text.split(":")
     try:
         if len(parts) == 1:
-            return [float(text)]
-        first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
-        if len(parts) != 3 or not 2 <= count <= _MOST_VALUES:
+            return [decimal(text)]
+        first, last, count = map(decimal, parts)
+        if not (2 <= count <= MOST_NUMBERS and count.is_integer()):
             raise ValueError
-    except (ValueError, IndexError):
+    except ValueError:
         raise argparse.ArgumentTypeError(
-            f"Invalid value {text!r}. Must be a number or FROM:TO:COUNT"
+            f"Invalid value {text!r}. Must be a number or FROM:TO:COUNT, of 2 to {MOST_NUMBERS}"
         ) from None
     from rockframe.study import evenly
 
-    return evenly(first, last, count)
+    return evenly(first, last, int(count))
+
+
+def _together(what: str, parts: Sequence[list[float]]) -> list[float]:
+    from rockframe.errors import ParameterError
+
+    numbers = [number for part in parts for number in part]
+    if len(numbers) > MOST_NUMBERS:
+        raise ParameterError(f"{len(numbers)} {what}. Must be at most {MOST_NUMBERS}.")
+    return numbers
 
 
 def _selection(options: argparse.Namespace) -> Selection:

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.bounds import MOST_RUNNERS_UP
 from rockframe.errors import ParameterError
 from rockframe.matching.likeness import Likeness, LikenessOptions, likeness
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
@@ -39,7 +40,7 @@ class FindOptions:
     Raises
     ------
     ParameterError
-        If the wavelet is not looked for, or the number of runners-up is negative.
+        If the wavelet is not looked for, or the number of runners-up is not 0 to 100.
     """
 
     matching: MatchOptions = field(default_factory=MatchOptions)
@@ -51,9 +52,9 @@ class FindOptions:
         if self.wavelet is not None and self.wavelet not in self.matching.wavelets:
             known = ", ".join(self.matching.wavelets)
             raise ParameterError(f"Invalid wavelet {self.wavelet!r}. Must be one of: {known}.")
-        if self.runners_up < 0:
+        if not 0 <= self.runners_up <= MOST_RUNNERS_UP:
             raise ParameterError(
-                f"Invalid number of runners-up {self.runners_up}. Must be 0 or more."
+                f"Invalid number of runners-up {self.runners_up}. Must be 0 to {MOST_RUNNERS_UP}."
             )
 
 

@@ -20,6 +20,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from rockframe.bounds import FEWEST_SURROGATES, MOST_SURROGATES
 from rockframe.errors import ParameterError
 from rockframe.matching.match import PulseMatch
 from rockframe.matching.options import MatchOptions, period_range, prepared
@@ -28,9 +29,8 @@ from rockframe.matching.signal import Signal, require_record
 
 Float = NDArray[np.float64]
 
-#: The level of the verdict, and the fewest surrogates that can reach it.
+#: The level of the verdict.
 LEVEL: Final = 0.05
-_FEWEST: Final = 19
 #: The ladder, half cycles and times of surrogates and, for the comparison, of the record too.
 _PER_OCTAVE: Final = 5
 _HALF_CYCLES: Final = 3
@@ -78,13 +78,14 @@ class LikenessOptions:
     Raises
     ------
     ParameterError
-        If the number is below 0, or so small that no verdict could follow, or the seed negative.
+        If the number is below 0, so small that no verdict could follow, or above 9999, or the seed
+        negative.
 
     Examples
     --------
     >>> LikenessOptions(surrogates=10)
     Traceback (most recent call last):
-    rockframe.errors.ParameterError: Invalid number of surrogates 10. Must be 0, or 19 or more: ...
+    rockframe.errors.ParameterError: Invalid number of surrogates 10. Must be 0, or 19 to 9999: ...
     """
 
     surrogates: int = 99
@@ -92,10 +93,10 @@ class LikenessOptions:
     scrambling: Scrambling = Scrambling.ENVELOPE
 
     def __post_init__(self) -> None:
-        if self.surrogates < 0 or 0 < self.surrogates < _FEWEST:
+        if self.surrogates != 0 and not FEWEST_SURROGATES <= self.surrogates <= MOST_SURROGATES:
             raise ParameterError(
-                f"Invalid number of surrogates {self.surrogates}. Must be 0, or {_FEWEST} or more: "
-                f"with fewer no p reaches {LEVEL:g}."
+                f"Invalid number of surrogates {self.surrogates}. Must be 0, or "
+                f"{FEWEST_SURROGATES} to {MOST_SURROGATES}: with fewer no p reaches {LEVEL:g}."
             )
         if self.seed < 0:
             raise ParameterError(f"Invalid seed {self.seed}. Must be 0 or more.")
@@ -178,7 +179,7 @@ def likeness(
         for name, index in _indices(batch, time_step, options).items():
             drawn[name] += index.tolist()
         beaten = [sum(x >= own[name] for x in drawn[name]) for name in options.wavelets]
-        if min(beaten) > allowed and len(drawn[options.wavelets[0]]) >= _FEWEST:
+        if min(beaten) > allowed and len(drawn[options.wavelets[0]]) >= FEWEST_SURROGATES:
             break
     return {name: _judged(own[name], drawn[name], matches[name]) for name in options.wavelets}
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.bounds import LARGEST_SCALE
 from rockframe.engines import Engine
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
@@ -34,8 +35,6 @@ from rockframe.study import SHIPPED_STRUCTURES
 
 #: Multiples of the motions by default [1].
 SCALES: Final = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)
-#: Beyond it no record means anything.
-_LARGEST_SCALE: Final = 1e3
 
 
 @dataclass(frozen=True)
@@ -181,10 +180,10 @@ def _require_increasing(scales: ArrayLike) -> NDArray[np.float64]:
     factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
     if factors.ndim != 1 or factors.size == 0:
         raise ParameterError("no scale to screen at. Must be one or more.")
-    wrong = np.flatnonzero(~((factors > 0.0) & (factors <= _LARGEST_SCALE)))
+    wrong = np.flatnonzero(~((factors > 0.0) & (factors <= LARGEST_SCALE)))
     if wrong.size:
         raise ParameterError(
-            f"Invalid scale {factors[wrong[0]]:g}. Must be positive and at most {_LARGEST_SCALE:g}."
+            f"Invalid scale {factors[wrong[0]]:g}. Must be positive and at most {LARGEST_SCALE:g}."
         )
     falls = np.flatnonzero(np.diff(factors) <= 0.0)
     if falls.size:

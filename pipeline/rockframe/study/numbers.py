@@ -9,13 +9,14 @@ from typing import Annotated, Any, Final
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from rockframe.bounds import MOST_NUMBERS
 from rockframe.study.toml import VALUE
 
-#: More numbers are hardly meant, and a command that holds them is too long for a shell.
-_MOST: Final = 2_000
 #: Far beyond what anything is measured in; what is between two such numbers can be computed.
 _HUGE: Final = 1e300
-_SPAN: Final = "Must be a list of numbers, or { from = NUMBER, to = NUMBER, count = 2 to 2000 }"
+_SPAN: Final = (
+    f"Must be a list of numbers, or {{ from = NUMBER, to = NUMBER, count = 2 to {MOST_NUMBERS} }}"
+)
 
 
 def evenly(first: float, last: float, count: int) -> list[float]:
@@ -44,15 +45,17 @@ def _listed(stated: Any) -> Any:
     match stated:
         case {"from": int() | float() as first, "to": int() | float() as last, "count": int(count)}:
             whole = len(stated) == 3 and bool not in map(type, stated.values())
-            sound = -_HUGE < first < _HUGE and -_HUGE < last < _HUGE and 2 <= count <= _MOST
+            sound = -_HUGE < first < _HUGE and -_HUGE < last < _HUGE and 2 <= count <= MOST_NUMBERS
             if whole and sound:
                 return evenly(float(first), float(last), count)
     raise PydanticCustomError(VALUE, "{stated}. {must}", {"stated": str(stated), "must": _SPAN})
 
 
 def _ascending(numbers: tuple[float, ...]) -> tuple[float, ...]:
-    if len(numbers) > _MOST:
-        raise PydanticCustomError(VALUE, f"of {len(numbers)} numbers. Must be at most {_MOST}")
+    if len(numbers) > MOST_NUMBERS:
+        raise PydanticCustomError(
+            VALUE, f"of {len(numbers)} numbers. Must be at most {MOST_NUMBERS}"
+        )
     for number, following in itertools.pairwise(numbers):
         if not number < following:
             raise PydanticCustomError(VALUE, f"{following:g} after {number:g}. Must increase")
@@ -82,13 +85,18 @@ Numbers = Annotated[
     WithJsonSchema(
         {
             "anyOf": [
-                {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": _MOST},
+                {
+                    "type": "array",
+                    "items": {"type": "number"},
+                    "minItems": 1,
+                    "maxItems": MOST_NUMBERS,
+                },
                 {
                     "type": "object",
                     "properties": {
                         "from": {"type": "number"},
                         "to": {"type": "number"},
-                        "count": {"type": "integer", "minimum": 2, "maximum": _MOST},
+                        "count": {"type": "integer", "minimum": 2, "maximum": MOST_NUMBERS},
                     },
                     "required": ["from", "to", "count"],
                     "additionalProperties": False,

@@ -8,6 +8,12 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from rockframe.bounds import (
+    FEWEST_SURROGATES,
+    LARGEST_SCALE,
+    MOST_RUNNERS_UP,
+    MOST_SURROGATES,
+)
 from rockframe.errors import ParameterError
 from rockframe.study.numbers import Numbers, NumbersFromZero, PositiveNumbers
 from rockframe.study.sections import Bounds, Finite, Positive, Range, different
@@ -23,20 +29,17 @@ Wavelets = Annotated[
 
 
 def _enough(surrogates: int) -> int:
-    if 0 < surrogates < _FEWEST_SURROGATES:
-        must_be = f"Must be 0, or {_FEWEST_SURROGATES} or more"
+    if 0 < surrogates < FEWEST_SURROGATES:
+        must_be = f"Must be 0, or {FEWEST_SURROGATES} to {MOST_SURROGATES}"
         raise PydanticCustomError(VALUE, f"{surrogates}. {must_be}")
     return surrogates
 
 
-def _at_most_thousand(scales: tuple[float, ...]) -> tuple[float, ...]:
-    if scales[-1] > 1e3:
-        raise PydanticCustomError(VALUE, f"with {scales[-1]:g}. Must be at most 1000")
+def _bounded(scales: tuple[float, ...]) -> tuple[float, ...]:
+    if scales[-1] > LARGEST_SCALE:
+        message = f"with {scales[-1]:g}. Must be at most {LARGEST_SCALE:g}"
+        raise PydanticCustomError(VALUE, message)
     return scales
-
-
-#: With fewer no share of them is small enough to tell a pulse from chance.
-_FEWEST_SURROGATES = 19
 
 
 class PulseTable(Strict):
@@ -52,9 +55,9 @@ class PulseTable(Strict):
     """Power of the period before the inner product: energy is the paper's."""
     most_half_cycles: Annotated[float, Field(ge=1.0, le=10.0)] = 3.0
     """Most half cycles of mavroeidis_papageorgiou that are searched."""
-    runners_up: Annotated[int, Field(ge=0)] = 2
+    runners_up: Annotated[int, Field(ge=0, le=MOST_RUNNERS_UP)] = 2
     """Further pulses of the wavelet that is used."""
-    surrogates: Annotated[int, Field(ge=0), AfterValidator(_enough)] = 99
+    surrogates: Annotated[int, Field(ge=0, le=MOST_SURROGATES), AfterValidator(_enough)] = 99
     """Most surrogates that a record is compared with; 0 for no comparison."""
     scrambling: Literal["envelope", "plain"] = "envelope"
     """Surrogates keep the record's envelope, or shake evenly."""
@@ -103,7 +106,7 @@ class DesignTable(Strict):
 class ScreenTable(Strict):
     """The screening of the structures by the records at many scales."""
 
-    scales: Annotated[PositiveNumbers, AfterValidator(_at_most_thousand)] = (
+    scales: Annotated[PositiveNumbers, AfterValidator(_bounded)] = (
         0.5,
         0.75,
         1.0,

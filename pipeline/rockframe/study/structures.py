@@ -45,7 +45,8 @@ class StructureEntry(Strict):
     section : str
         Section of the columns: rectangular or circular.
     inertia_ratio : float, optional
-        I_o / (m_c R^2) of a column of another shape [1], instead of the section.
+        I_o / (m_c R^2) of a column of another shape about its corner, above 1 and at most 100 [1],
+        instead of the section.
     restitution_factor : float
         What the restitution of eq (43) is multiplied by [1].
     """
