@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.parse
 import urllib.request
 from pathlib import Path
@@ -87,6 +88,89 @@ def test_nothing_else_is_there(explorer: Address) -> None:
     assert ask(explorer, f"/{explorer.token}/../etc/passwd")[0] == 404
     assert ask(explorer, f"/{explorer.token}/other")[0] == 404
     assert ask(explorer, f"/{explorer.token}/", method="POST")[0] == 405
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/", 404),
+        ("GET", "/{token}/other", 404),
+        ("GET", "/{token}", 307),
+        ("POST", "/{token}/", 405),
+        ("GET", "/{token}/response", 400),
+    ],
+)
+def test_whoever_answers_the_headers_are_the_same(
+    explorer: Address, method: str, path: str, status: int
+) -> None:
+    """Some of these answers Starlette makes by itself."""
+    page = ask(explorer, f"/{explorer.token}/")[1]
+    found, headers, _ = ask(explorer, path.format(token=explorer.token), method=method)
+    assert found == status
+    assert headers["Content-Security-Policy"] == "default-src 'none'"
+    for name in (
+        *("Cache-Control", "Cross-Origin-Resource-Policy", "Referrer-Policy"),
+        *("X-Content-Type-Options", "X-Frame-Options"),
+    ):
+        assert len(headers.get_all(name, [])) == 1
+        assert headers[name] == page[name]
+
+
+def connected(explorer: Address, sent: bytes) -> socket.socket:
+    connection = socket.create_connection(("127.0.0.1", explorer.port), timeout=20)
+    connection.sendall(sent)
+    return connection
+
+
+def ended(connection: socket.socket) -> bool:
+    """Whether the server ends the connection without an answer."""
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
+@pytest.mark.parametrize("sent", [b"", b"GET / HTT", b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"])
+def test_a_request_that_never_ends_is_not_waited_for(
+    explorer: Address, monkeypatch: pytest.MonkeyPatch, sent: bytes
+) -> None:
+    monkeypatch.setattr("rockframe.explorer.server._REQUEST_TIME", 0.1)
+    with connected(explorer, sent) as connection:
+        assert ended(connection)
+
+
+def test_a_second_request_that_never_ends_is_not_waited_for(
+    explorer: Address, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{explorer.port}\r\n\r\n".encode()
+    with connected(explorer, whole) as connection:
+        received = b""
+        while not received.endswith(b"Not Found"):
+            more = connection.recv(4096)
+            assert more
+            received += more
+        monkeypatch.setattr("rockframe.explorer.server._REQUEST_TIME", 0.1)
+        connection.sendall(whole[:9])
+        assert ended(connection)
+
+
+def test_there_are_not_too_many_connections(
+    explorer: Address, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those beyond are closed; when another one ends, the next is answered again."""
+    monkeypatch.setattr("rockframe.explorer.server._MOST_CONNECTIONS", 2)
+    with connected(explorer, b""), connected(explorer, b""), connected(explorer, b"") as third:
+        assert ended(third)
+    assert ask_when_there_is_room(explorer) == 200
+
+
+def ask_when_there_is_room(explorer: Address) -> int:
+    for _ in range(200):
+        try:
+            return ask(explorer, f"/{explorer.token}/")[0]
+        except (ConnectionError, http.client.HTTPException):
+            time.sleep(0.05)
+    raise AssertionError("no room")
 
 
 def test_another_host_is_refused(explorer: Address) -> None:

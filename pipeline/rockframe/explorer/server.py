@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 import socket
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+import h11
 import uvicorn
 from starlette.applications import Starlette
+from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from rockframe.errors import ParameterError
 from rockframe.explorer.answer import Shaking, answer
@@ -24,9 +28,14 @@ from rockframe.frame import RockingFrame
 LOOPBACK: Final = "127.0.0.1"
 #: Ways in which an answer can be had.
 _FORMS: Final = ("response", "history.csv")
-#: Of every answer: nothing is kept, guessed at, framed or told on.
+#: Time in which a request must arrive in full [s], and connections that may be open at once: a
+#: browser opens six.
+_REQUEST_TIME: Final = 10.0
+_MOST_CONNECTIONS: Final = 64
+#: Of every answer: nothing is kept, guessed at, framed or told on. The page has its own policy.
 _HEADERS: Final = {
     "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
@@ -59,7 +68,7 @@ def application(
     async def show(request: Request) -> Response:
         if not known(request):
             return _not_found()
-        headers = {**_HEADERS, "Content-Security-Policy": rules}
+        headers = {"Content-Security-Policy": rules}
         return Response(page, media_type="text/html", headers=headers)
 
     async def compute(request: Request) -> Response:
@@ -68,10 +77,10 @@ def application(
         try:
             found = answer(held, read_settings(_once(request)))
         except ParameterError as error:
-            return JSONResponse({"error": str(error)}, status_code=400, headers=_HEADERS)
+            return JSONResponse({"error": str(error)}, status_code=400)
         if request.path_params["form"] == "history.csv":
-            return Response(found.table(), media_type="text/csv", headers=_HEADERS)
-        return Response(found.packed(), media_type="application/octet-stream", headers=_HEADERS)
+            return Response(found.table(), media_type="text/csv")
+        return Response(found.packed(), media_type="application/octet-stream")
 
     routes = [Route("/{token}/", show), Route("/{token}/{form:path}", compute)]
     return _Guard(Starlette(routes=routes), port)
@@ -81,6 +90,7 @@ def configured(app: ASGIApp) -> uvicorn.Config:
     """Return how the server runs: it says nothing of its own, and stops within a second."""
     return uvicorn.Config(
         app,
+        http=_Connection,
         log_level="error",
         access_log=False,
         lifespan="off",
@@ -101,8 +111,43 @@ def serve(app: ASGIApp, listening: socket.socket) -> None:
     uvicorn.Server(configured(app)).run(sockets=[listening])
 
 
+class _Connection(H11Protocol):
+    """A connection that is closed unless its request arrives in time; one of not too many."""
+
+    _deadline: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        if len(self.connections) > _MOST_CONNECTIONS:
+            transport.abort()
+        self._watch()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._watch()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._unwatch()
+        super().connection_lost(exc)
+
+    def _watch(self) -> None:
+        """Wait for the rest of a request: no longer if there is more of it, or for the next one."""
+        if self.conn.their_state not in (h11.IDLE, h11.SEND_BODY):
+            self._unwatch()
+        elif self._deadline is None:
+            self._deadline = self.loop.call_later(_REQUEST_TIME, self.transport.abort)
+
+    def _unwatch(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+
 class _Guard:
-    """Refuses what is asked of another host or by another page: names can be made to point here."""
+    """Refuses what is asked of another host or by another page: names can be made to point here.
+
+    Every answer has the headers of all, also one that Starlette makes by itself.
+    """
 
     def __init__(self, app: ASGIApp, port: int) -> None:
         self._app = app
@@ -110,16 +155,21 @@ class _Guard:
         self._origins = frozenset(f"http://{host}" for host in self._hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            request = Request(scope)
-            origins = request.headers.getlist("origin")
-            if request.headers.getlist("host") not in ([host] for host in self._hosts):
-                await _refused("host")(scope, receive, send)
-                return
-            if not set(origins) <= self._origins:
-                await _refused("origin")(scope, receive, send)
-                return
-        await self._app(scope, receive, send)
+        async def secured(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in _HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self._answering(Request(scope))(scope, receive, secured)
+
+    def _answering(self, request: Request) -> ASGIApp:
+        if request.headers.getlist("host") not in ([host] for host in self._hosts):
+            return _refused("host")
+        if not set(request.headers.getlist("origin")) <= self._origins:
+            return _refused("origin")
+        return self._app
 
 
 def _once(request: Request) -> Mapping[str, str]:
@@ -130,8 +180,8 @@ def _once(request: Request) -> Mapping[str, str]:
 
 
 def _not_found() -> Response:
-    return PlainTextResponse("not found\n", status_code=404, headers=_HEADERS)
+    return PlainTextResponse("not found\n", status_code=404)
 
 
 def _refused(what: str) -> Response:
-    return PlainTextResponse(f"Invalid {what}.\n", status_code=403, headers=_HEADERS)
+    return PlainTextResponse(f"Invalid {what}.\n", status_code=403)
