@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import os
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import numba
 import pytest
 from numba.core import caching
 
+from rockframe.cli.main import main
 from rockframe.rocking import kernel, lanes
 from rockframe.rocking.compiled import compiled
 
@@ -95,3 +97,17 @@ def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
     ran = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
     assert ran.returncode in (-signal.SIGINT, 130)
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")
+
+
+def test_the_bits_do_not_depend_on_the_processor(bundled_records: Path, tmp_path: Path) -> None:
+    """Each operation is rounded by itself, whatever instructions there are; nothing is fused."""
+    record = bundled_records / "Ridgecrest2019-CCC.V1"
+    words = ["table1", "--records", str(record), "--structure", "slender-column"]
+    words += ["--surrogates", "0", "--output"]
+    assert main([*words, str(tmp_path / "here")]) == 0
+    other = {"NUMBA_CPU_NAME": "generic", "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    script = "import sys; from rockframe.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", script, *words, str(tmp_path / "there")]
+    subprocess.run(command, env=os.environ | other, capture_output=True, check=True)
+    for name in ("records.nc", "pulses.nc", "response.nc"):
+        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
