@@ -6,13 +6,15 @@ import json
 import shutil
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, sha256_of
-from rockframe.results import read_run
+from rockframe.provenance import MANIFEST, processor, sha256_of
+from rockframe.results import differences, read_run
+from rockframe.results.differences import TOLERANCE
 from rockframe.stages import verify_run
 from rockframe.wavelets import Pulse
 
@@ -137,6 +139,44 @@ def test_other_libraries_are_said(run: Path, capsys: pytest.CaptureFixture[str])
     assert "made with other libraries than those here: numpy 1.0" in capsys.readouterr().out
     assert main(["verify", str(run), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["other_versions"] == {"numpy": "1.0"}
+
+
+def test_another_processor_is_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """numpy has other instructions there, and other last bits."""
+    assert main(["verify", str(run)]) == 0
+    assert "another kind of processor" not in capsys.readouterr().out
+    manifest = json.loads((run / MANIFEST).read_text())
+    assert manifest["processor"] == processor()
+    (run / MANIFEST).write_text(json.dumps(manifest | {"processor": "riscv64 RVV"}))
+    assert main(["verify", str(run)]) == 0
+    assert "made on another kind of processor (riscv64 RVV)" in capsys.readouterr().out
+    assert main(["verify", str(run), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["other_processor"] == "riscv64 RVV"
+    del manifest["processor"]  # a run of an earlier version
+    (run / MANIFEST).write_text(json.dumps(manifest))
+    assert verify_run(run).other_processor == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "found"),
+    [
+        ("peak_u", 1.0 + 0.1 * TOLERANCE, []),
+        ("peak_u", 1.0 + 10.0 * TOLERANCE, ["peak_u of 'motion'"]),
+        ("peak_u", np.nan, ["peak_u of 'motion'"]),
+        ("theta", 1.0 + 10.0 * TOLERANCE, ["theta of 'motion'"]),
+        ("width", 2, ["width"]),
+        ("impacts", 2, ["impacts of 'motion'"]),
+    ],
+)
+def test_numbers_agree_within_the_tolerance_and_counts_exactly(
+    run: Path, tmp_path: Path, name: str, factor: float, found: list[str]
+) -> None:
+    other = Path(shutil.copy(run / "response.nc", tmp_path / "other.nc"))
+    with netCDF4.Dataset(other, "a") as file:
+        file[name][:] = file[name][:] * factor
+    records, share, differing = differences(other, run / "response.nc", "response")
+    assert (records, differing) == (1, found)
+    assert share == (0.0 if found else pytest.approx(0.1 * TOLERANCE, rel=1e-6))
 
 
 def test_response_to_other_pulses_is_of_another_run(run: Path) -> None:

@@ -7,6 +7,7 @@ import hashlib
 import importlib.metadata
 import json
 import os
+import platform
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -81,6 +82,25 @@ def versions() -> dict[str, str]:
     True
     """
     return {name: importlib.metadata.version(name) for name in _DISTRIBUTIONS}
+
+
+def processor() -> str:
+    """Return the kind of this processor: its architecture, and the extensions that numpy uses.
+
+    numpy computes some functions (`exp`, `tan`) by other instructions where there are better ones,
+    which changes the last bits.
+
+    Examples
+    --------
+    >>> import platform
+    >>> processor().split()[0] == platform.machine()
+    True
+    """
+    import numpy as np  # what only hashes files does not wait for it
+
+    extensions: Any = np.show_config(mode="dicts").get("SIMD Extensions", {})
+    used = [*extensions.get("baseline", ()), *extensions.get("found", ())]
+    return " ".join([platform.machine(), *used])
 
 
 @contextmanager
@@ -310,6 +330,7 @@ def write_manifest(
         "inputs": dict(inputs),
         "outputs": {path.relative_to(folder).as_posix(): sha256_of(path) for path in outputs},
         "parameters": dict(parameters),
+        "processor": processor(),
         "source_code_hash": source_code_hash(),
         "versions": versions(),
     }

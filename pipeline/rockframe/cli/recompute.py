@@ -58,35 +58,32 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
 
 
 def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
-    if step.rule in _WHOLE:
-        return step.rule, list(_repeated(step, folder, elsewhere))
-    count, found = _sampled(step, _SAMPLED[step.rule], folder, elsewhere, sample)
-    return f"{step.rule}: {count} records", found
-
-
-def _sampled(
-    step: Step, kind: str, folder: Path, elsewhere: Path, sample: int
-) -> tuple[int, list[str]]:
     from rockframe.results import describe, differences
 
-    whole = folder / f"{kind}.nc"
-    records = len(describe(whole, kind).records)
-    count = max(1, records // sample)
-    output = elsewhere / whole.name
-    words = _without(step.words(folder), "--batch", "--output")
-    _call([*words, "--batch", f"{(count + 1) // 2}/{count}", "--output", str(output)])
-    compared, found = differences(output, whole, kind)
-    return compared, [f"{whole}: {what}: computed again, it differs." for what in found]
+    kind = _SAMPLED.get(step.rule, step.rule)
+    whole, output = folder / f"{kind}.nc", elsewhere / f"{kind}.nc"
+    words = [*_without(step.words(folder), "--batch", "--output"), "--output", str(output)]
+    if step.rule in _SAMPLED:
+        count = max(1, len(describe(whole, kind).records) // sample)
+        words += ["--batch", f"{(count + 1) // 2}/{count}"]
+    _call(words)
+    records, apart, found = differences(output, whole, kind)
+    what = f"{step.rule}: {records} records" if step.rule in _SAMPLED else step.rule
+    how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
+    faults = [f"{whole}: {name}: computed again, it differs." for name in found]
+    faults += _strange_table(step, folder, elsewhere)
+    return (what if faults else f"{what}, equal {how}"), faults
 
 
-def _repeated(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
+def _strange_table(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
+    """The table of a screening, made again of the screening that is in the folder."""
     from rockframe.provenance import sha256_of
+    from rockframe.results import write_screen_table
 
-    output = elsewhere / step.outputs[0]
-    _call([*_without(step.words(folder), "--output"), "--output", str(output)])
-    for name in step.outputs:
-        if sha256_of(elsewhere / name) != sha256_of(folder / name):
-            yield f"{folder / name}: computed again, it differs."
+    if step.rule == "screen":
+        write_screen_table(folder / "screen.nc", elsewhere / "screen.csv")
+        if sha256_of(elsewhere / "screen.csv") != sha256_of(folder / "screen.csv"):
+            yield f"{folder / 'screen.csv'}: made again, it differs."
 
 
 def _without(words: list[str], *options: str) -> list[str]:

@@ -17,8 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=3,
         metavar="N",
-        help="compute again and compare to the last bit: pulses and responses of about N records "
-        "(3), screenings and spectra whole, which takes as long as they took in the run",
+        help="compute again and compare, numbers to a millionth of the largest of their variable: "
+        "pulses and responses of about N records (3), screenings and spectra whole, which takes as "
+        "long as they took in the run",
     )
 
 
@@ -40,6 +41,7 @@ def run(options: argparse.Namespace) -> int:
                 "computed_again": repeated,
                 "same_source": found.same_source,
                 "other_versions": dict(found.other_versions),
+                "other_processor": found.other_processor,
                 "whole": not faults,
             }
         )
@@ -51,6 +53,11 @@ def run(options: argparse.Namespace) -> int:
         if found.other_versions:
             made = ", ".join(f"{name} {number}" for name, number in found.other_versions.items())
             print(f"made with other libraries than those here: {made}")
+        if found.other_processor:
+            print(
+                f"made on another kind of processor ({found.other_processor}): computed again "
+                "here, numbers may differ in their last digits"
+            )
         for what in repeated:
             print(f"computed again: {what}")
         if not faults:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import sha256_of, source_code_hash, versions
+from rockframe.provenance import processor, sha256_of, source_code_hash, versions
 from rockframe.results import (
     PULSES,
     RECORDS,
@@ -46,8 +46,11 @@ class Verification:
     same_source : bool
         The run was made by this very source code.
     other_versions : mapping of str to str
-        Of libraries that are here in another version, that with which the run was made. Without
-        any, and by the same source code, it can be repeated to the last bit.
+        Of libraries that are here in another version, that with which the run was made.
+    other_processor : str
+        The kind of processor that the run was made on, if this is another kind; else empty. By the
+        same source code, with the same libraries and on the same kind of processor a run can be
+        repeated to the last bit.
     """
 
     files: int
@@ -55,6 +58,7 @@ class Verification:
     faults: tuple[str, ...]
     same_source: bool
     other_versions: Mapping[str, str]
+    other_processor: str
 
 
 def verify_run(folder: Path) -> Verification:
@@ -95,7 +99,11 @@ def verify_run(folder: Path) -> Verification:
         for path in sorted(folder.rglob(".*partial*"))
     ]
     same = manifest["source_code_hash"] == source_code_hash()
-    return Verification(len(outputs), datasets, tuple(faults), same, _other_versions(manifest))
+    made_on, here = str(manifest.get("processor", "")), processor()
+    return Verification(
+        *(len(outputs), datasets, tuple(faults), same, _other_versions(manifest)),
+        other_processor="" if made_on == here else made_on,
+    )
 
 
 def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
