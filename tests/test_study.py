@@ -76,6 +76,16 @@ def test_each_mistake_is_named(tmp_path: Path, old: str, new: str, words: str) -
     assert str(caught.value).startswith(str(path))
 
 
+@pytest.mark.parametrize(
+    ("stated", "name"),
+    [("Κίων_1", "Κίων_1"), ("柱", "柱"), ("e\u0301tai", "\xe9tai")],  # composed, to be found again
+)
+def test_names_keep_letters_of_any_script(tmp_path: Path, stated: str, name: str) -> None:
+    path = tmp_path / "structures.toml"
+    path.write_text(GOOD.replace("bent", stated), encoding="utf-8")
+    assert [frame.name for frame in read_structures(path)] == [name]
+
+
 def test_a_name_stated_twice_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r":9: name 'bent'. Must not be stated twice"):
         read_structures(written(tmp_path, GOOD + GOOD))

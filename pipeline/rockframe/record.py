@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
+import unicodedata
 from dataclasses import dataclass
 from enum import IntEnum
 from hashlib import sha256
@@ -14,8 +14,33 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 
-#: What a record identifier looks like: safe in file names, URLs and shells.
-RECORD_ID: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+#: Most characters of a record identifier.
+LONGEST_ID: Final = 64
+
+
+def is_record_id(name: str) -> bool:
+    """Return whether a text is a record identifier: safe in file names, URLs and shells.
+
+    Parameters
+    ----------
+    name : str
+        1 to 64 letters and digits of any script, points, hyphens and underscores, of which the
+        first is a letter or digit. Letters may have marks of their own, as vowel signs.
+
+    Examples
+    --------
+    >>> is_record_id("Αθήνα_1"), is_record_id("../a"), is_record_id("-a")
+    (True, False, False)
+    """
+    kinds = [unicodedata.category(character) for character in name]
+    return (
+        0 < len(name) <= LONGEST_ID
+        and (kinds[0][0] == "L" or kinds[0] == "Nd")
+        and all(
+            kind[0] in "LM" or kind == "Nd" or character in "._-"
+            for kind, character in zip(kinds, name, strict=True)
+        )
+    )
 
 
 class Orientation(IntEnum):
@@ -51,7 +76,7 @@ class Record:
     Parameters
     ----------
     record_id : str
-        Identifier: 1 to 64 letters, digits, points, hyphens and underscores.
+        Identifier, as `is_record_id` has it.
     acceleration : array, shape (samples,)
         Ground acceleration [m s-2]; kept as a read-only copy.
     time_step : float
@@ -126,10 +151,10 @@ class Record:
     processing: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not RECORD_ID.fullmatch(self.record_id):
+        if not is_record_id(self.record_id):
             raise ParameterError(
-                f"Invalid record identifier {self.record_id!r}. Must be 1 to 64 letters, digits, "
-                "points, hyphens or underscores, and begin with a letter or digit."
+                f"Invalid record identifier {self.record_id!r}. Must be 1 to {LONGEST_ID} letters, "
+                "digits, points, hyphens or underscores, and begin with a letter or digit."
             )
         samples = np.array(self.acceleration, dtype=np.float64)
         if samples.ndim != 1 or samples.size < 2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,21 @@ def shown(folder: Path, record: str, capsys: pytest.CaptureFixture[str]) -> dict
     told = json.loads(capsys.readouterr().out)
     assert isinstance(told, dict)
     return told
+
+
+def test_names_keep_their_letters_from_file_to_figure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = make_study(tmp_path, 1, STUDY.replace("bridge-bent", "Κίων"))
+    motion = tmp_path / "motions" / "motion-0.csv"
+    # DejaVu Sans has no Chinese characters: the figure shows boxes, and nothing is said.
+    motion.rename(motion.with_name("Αθήνα 神戸.csv"))
+    assert run(study, tmp_path / "run") == 0
+    told = shown(tmp_path / "run", unicodedata.normalize("NFD", "Αθήνα_神戸"), capsys)
+    assert told["record_id"] == "Αθήνα_神戸"
+    assert told["figure"] == "figures/Αθήνα_神戸.png"
+    assert set(told["responses"]) == {"Κίων", "slender-column"}  # type: ignore[call-overload]
+    assert main(["verify", str(tmp_path / "run")]) == 0
 
 
 def test_from_file_to_verdict(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,30 +13,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write both files; an older study stays."""
-    import re
+    from pydantic import TypeAdapter, ValidationError
 
     from rockframe.cli.console import show_json
     from rockframe.errors import InputError, ParameterError
     from rockframe.provenance import whole_file
-    from rockframe.study import SCHEMA, commented_study, schema
+    from rockframe.study import SCHEMA, Name, commented_study, schema
 
     if options.name.endswith(".toml"):
         bare = options.name.removesuffix(".toml")
         raise ParameterError(f"Invalid name {options.name!r}. Must be without .toml: {bare}.")
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", options.name):
+    try:
+        name = TypeAdapter(Name).validate_python(options.name)
+    except ValidationError:
         raise ParameterError(
             f"Invalid name {options.name!r}. Must be 1 to 64 letters, digits, points, hyphens or "
             "underscores."
-        )
-    study, beside = Path(f"{options.name}.toml"), Path(SCHEMA)
+        ) from None
+    study, beside = Path(f"{name}.toml"), Path(SCHEMA)
     if study.exists():
         raise InputError(study, "is there already. Must be another name.")
-    for path, text in ((study, commented_study(options.name)), (beside, schema())):
+    for path, text in ((study, commented_study(name)), (beside, schema())):
         with whole_file(path) as partial:
             partial.write_text(text, encoding="utf-8")
     if options.json:
         show_json({"study": str(study), "schema": str(beside)})
     else:
         print(f"{study}, {beside}")
-        print(f"rockframe run {study} --output {options.name}")
+        print(f"rockframe run {study} --output {name}")
     return 0

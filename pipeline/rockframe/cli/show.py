@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +42,8 @@ def _entry(run: Run, asked: str) -> Mapping[str, str]:
     """The row of the list of inputs that is meant: one, or the user is asked which."""
     from rockframe.errors import ParameterError
 
-    found = [row for row in run.entries if row["record_id"] == asked]
+    composed = unicodedata.normalize("NFC", asked)  # as identifiers are
+    found = [row for row in run.entries if row["record_id"] == composed]
     found = found or [row for row in run.entries if row["file"] == asked]
     if len(found) > 1:
         names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in found)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -29,9 +31,13 @@ _PERIOD_TICKS: Final = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 
 
-def styled() -> AbstractContextManager[None]:
-    """Return the context in which a figure is drawn and saved."""
-    return mpl.rc_context(fname=_STYLE)
+@contextmanager
+def styled() -> Iterator[None]:
+    """Give the context in which a figure is drawn and saved."""
+    with mpl.rc_context(fname=_STYLE), warnings.catch_warnings():
+        # A name in a script that the font lacks shows as boxes; the caption's file has its letters.
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
+        yield
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import takewhile
+from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.record import Orientation, Record
+from rockframe.record import LONGEST_ID, Orientation, Record, is_record_id
 
-_LONGEST: Final = 64
 _VERTICAL: Final = frozenset(["UP", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"])
 _DOWNWARD: Final = frozenset(["DOWN", "DWN", "DN"])
 _COMPASS: Final = {
@@ -37,8 +37,9 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
     Parameters
     ----------
     path : Path
-        The file; its name without the suffix is the stem. Characters outside ``[A-Za-z0-9._-]``
-        become underscores, and the stem is cut so that the identifier has at most 64.
+        The file; its name without the suffix is the stem. Letters and digits of any script stay;
+        other characters than points, hyphens and underscores become underscores, and the stem is
+        cut so that the identifier has at most 64.
     components : sequence of str
         One name a channel. A single channel is called by the stem alone; channels of equal name
         are numbered.
@@ -49,10 +50,12 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
     ['Ridgecrest2019-CCC-090', 'Ridgecrest2019-CCC-360', 'Ridgecrest2019-CCC-UP']
     >>> record_ids(Path("El Centro (NS).AT2"), ["NS"])
     ['El_Centro__NS_']
+    >>> record_ids(Path("Αθήνα 1.csv"), [""])
+    ['Αθήνα_1']
     """
     stem = _stem(path.name)
     if len(components) == 1:
-        return [stem[:_LONGEST]]
+        return [_cut(stem)]
     names = [_safe(component) for component in components]
     counts = Counter(name.upper() for name in names)
     ends = [
@@ -61,7 +64,7 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
         else f"{'-' if name else ''}{name}-{number}"
         for number, name in enumerate(names, 1)
     ]
-    return [stem[: _LONGEST - len(end)] + end for end in ends]
+    return [_cut(stem, end) for end in ends]
 
 
 def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
@@ -90,8 +93,8 @@ def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
     ends = [identifier[_shared(stem, identifier) :] for identifier in ids]
     deeper = f"{folder.replace('/', '-')}-" if folder else ""
     stems = [_safe(file), *([f"{deeper}{stem}", f"{deeper}{file}"] if deeper else [])]
-    for other in (_safe(candidate).lstrip("._-") for candidate in stems):
-        yield [other[: _LONGEST - len(end)] + end for end in ends]
+    for other in map(_begun, stems):
+        yield [_cut(other, end) for end in ends]
 
 
 def require_distinct(path: Path, records: Sequence[Record]) -> None:
@@ -243,8 +246,20 @@ def _shared(one: str, other: str) -> int:
 
 
 def _stem(name: str) -> str:
-    return _safe(Path(name).stem).lstrip("._-") or "record"
+    return _begun(Path(name).stem) or "record"
 
 
 def _safe(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9._-]", "_", name.strip())
+    composed = unicodedata.normalize("NFC", name.strip())
+    return "".join(c if is_record_id(f"a{c}") else "_" for c in composed)
+
+
+def _begun(name: str) -> str:
+    """A safe name from its first letter or digit on."""
+    return "".join(dropwhile(lambda c: not is_record_id(c), _safe(name)))
+
+
+def _cut(stem: str, end: str = "") -> str:
+    """A stem and its end within the length of an identifier, which as a file name has room too."""
+    room = LONGEST_ID - len(end)
+    return stem[:room].encode()[: 3 * room].decode(errors="ignore") + end

@@ -15,3 +15,4 @@ from rockframe.study.study import Study as Study
 from rockframe.study.study import StudyTables as StudyTables
 from rockframe.study.study import read_study as read_study
 from rockframe.study.study import structures_text as structures_text
+from rockframe.study.toml import Name as Name

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame, inertia_ratio_of
-from rockframe.study.toml import Strict, line_of, parse, read_text
+from rockframe.study.toml import Name, Strict, line_of, parse, read_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
 #: The structures that the package ships.
@@ -37,7 +37,7 @@ class StructureEntry(Strict):
     Parameters
     ----------
     name : str
-        What tables call it: letters, digits, points, hyphens, underscores.
+        What tables call it: letters and digits of any script, points, hyphens, underscores.
     height_m, width_m : float
         Height and width of a column [m].
     mass_ratio : float
@@ -51,7 +51,7 @@ class StructureEntry(Strict):
         What the restitution of eq (43) is multiplied by [1].
     """
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+    name: Name
     height_m: float
     width_m: float
     mass_ratio: float = 0.0

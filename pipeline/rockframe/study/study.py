@@ -31,14 +31,14 @@ from rockframe.study.structures import (
     frames_of,
     read_structures,
 )
-from rockframe.study.toml import Strict, line_of, parse, read_text
+from rockframe.study.toml import Name, Strict, line_of, parse, read_text
 
 
 class StudyTables(Strict):
     """A study file as it stands: strict, so that what is misspelt is said and not ignored."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
-    """What the study is called: letters, digits, points, hyphens, underscores."""
+    name: Name
+    """What the study is called: letters and digits of any script, points, hyphens, underscores."""
     structures: str | None = None
     """TOML file of [[structure]] tables, relative to this file; without it and without
     [[structure]] tables here, the shipped structures."""

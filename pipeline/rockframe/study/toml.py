@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
+import unicodedata
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from rockframe.errors import InputError
 
@@ -20,6 +21,13 @@ _Location = tuple[str | int, ...]
 RULE: Final = "rule"
 #: The same of one key, whose name comes before it.
 VALUE: Final = "value"
+#: Name of a study or a structure: letters and digits of any script (with their marks), points,
+#: hyphens and underscores, the first a letter or digit; composed (NFC), so that it is found again.
+Name = Annotated[
+    str,
+    Field(pattern=r"^[\p{L}\p{Nd}][\p{L}\p{M}\p{Nd}._-]{0,63}$"),
+    AfterValidator(lambda name: unicodedata.normalize("NFC", name)),
+]
 _MUST_BE: Final = {
     "bool_type": "true or false",
     "float_type": "a number",
