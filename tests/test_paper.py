@@ -71,8 +71,19 @@ def test_numbers_are_the_expected_ones(claims: dict[str, Claim], expected: Expec
 def test_the_misprinted_equations_are_found_as_misprints(claims: dict[str, Claim]) -> None:
     misprinted = {n for n, c in claims.items() if c.finding is Finding.MISPRINT}
     assert {name for name in misprinted if name.startswith("eq-")} == {
-        "eq-23", "eq-24", "eq-34", "eq-45",
+        "eq-12", "eq-23", "eq-24", "eq-34", "eq-45",
     }  # fmt: skip
+
+
+def test_eq_12_as_printed_does_not_follow_from_eq_11(claims: dict[str, Claim]) -> None:
+    """For theta > 0 it is off by 4 R sin(alpha - theta) theta''; (8), (9) and (11) are right."""
+    alpha, size, rate = math.atan(1.6 / 9.6), math.hypot(0.8, 4.8), -0.8
+    printed, ours = (float(t.split()[0]) for t in (claims["eq-12"].printed, claims["eq-12"].ours))
+    off = 4.0 * size * math.sin(alpha - 0.05) * rate
+    assert ours - printed == pytest.approx(off, abs=1e-4)
+    sine, cosine = math.sin(alpha - 0.05), math.cos(alpha - 0.05)
+    assert ours == pytest.approx(2.0 * size * (sine * rate - cosine * 0.3**2), abs=1e-4)
+    assert claims["eq-7-11"].finding is Finding.AGREES
 
 
 def test_eq_45_as_printed_falls_short_by_its_missing_factor(claims: dict[str, Claim]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -205,6 +206,22 @@ def test_measures_of_equal_worth_seldom_have_a_better_one() -> None:
         }
         named += better_measure(fits).measure != ""
     assert named <= 10
+
+
+@pytest.mark.parametrize("motions", [10, 20, 60])
+def test_chance_alone_names_one_in_twenty(motions: int) -> None:
+    """Either of two may lead by chance: the level is of both sides, for few motions too."""
+    intensity, fell = site(motions, 3)
+    fit = fit_fragility(intensity, SCALES, fell)
+    rng = np.random.default_rng(motions)
+    named = sum(
+        better_measure(
+            {n: replace(fit, log_likelihood=rng.standard_normal(motions)) for n in ("pga", "pgv")}
+        ).measure
+        != ""
+        for _ in range(4000)
+    )
+    assert named / 4000 == pytest.approx(0.05, abs=0.012)  # 3.5 standard errors
 
 
 def test_few_motions_name_none() -> None:
