@@ -127,6 +127,37 @@ def test_a_record_of_another_processing_is_not_judged() -> None:
     assert {claim.finding for claim in found} == {Finding.OPEN}
 
 
+def test_pgv_tells_another_processing_too() -> None:
+    """Erzincan has the paper's PGA, and a PGV 22 % above it: another processing."""
+    found = record_claims([row(3, pgv_m_s=0.782, a_p_g=0.522, T_p_s=0.374)])
+    assert len(found) == 4  # nothing of the bridge
+    assert {claim.finding for claim in found} == {Finding.OPEN}
+
+
+def test_the_last_printed_digit_counts_if_it_is_zero() -> None:
+    """Kobe's a_p is printed 0.50: 0.536 would agree with 0.5."""
+    found = {claim.name: claim for claim in record_claims([row(5, a_p_g=0.536)])}
+    assert found["r5-a_p_g"].printed == "0.50 g"
+    assert found["r5-a_p_g"].finding is Finding.DIFFERS
+
+
+def test_the_wavelet_of_mavroeidis_and_papageorgiou_is_compared_too() -> None:
+    """Table 1 names the extended wavelet transform, which section 6 ties to them."""
+    pulse = {
+        "record_id": "r5",
+        "wavelet": "mavroeidis_papageorgiou",
+        "a_p_g": 0.490,
+        "T_p_s": 1.147,
+    }
+    other = pulse | {"wavelet": "ricker_any_phase", "a_p_g": 9.0}
+    claims = record_claims([row(5, a_p_g=0.536, T_p_s=0.806)], [pulse, other])
+    found = {claim.name: claim.finding for claim in claims}
+    assert len(found) == len(claims) == 9
+    assert found["r5-a_p_g"] is found["r5-T_p_s"] is Finding.DIFFERS
+    assert found["r5-a_p_g-mavroeidis_papageorgiou"] is Finding.AGREES
+    assert found["r5-T_p_s-mavroeidis_papageorgiou"] is Finding.AGREES
+
+
 def test_a_bridge_that_turns_further_differs() -> None:
     found = {c.name: c for c in record_claims([row(4, peak_rotation_ratio=0.366, v_max_m=0.079)])}
     assert found["bridge-rotation"].finding is Finding.DIFFERS

@@ -43,6 +43,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json, show_rejections
     from rockframe.paper import all_claims, record_claims
     from rockframe.provenance import whole_folder
+    from rockframe.results import pulse_rows
 
     if options.claim is not None:
         claims = _named(all_claims(), options.claim)
@@ -52,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     refuse_folder_of_records(options)
     with whole_folder(folder) as partial:
         ingested, rows = _respond(options, partial)
-        claims = all_claims() + record_claims(rows)
+        claims = all_claims() + record_claims(rows, pulse_rows(partial / "pulses.nc"))
         _write(claims, _draw(partial, options.grid), rows, partial)
         _finish(options, ingested, partial)
     if options.json:

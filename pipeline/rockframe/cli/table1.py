@@ -52,6 +52,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.cli.table1_tables import show
     from rockframe.paper import compare, statements
     from rockframe.provenance import whole_folder
+    from rockframe.results import pulse_rows
 
     folder: Path = options.output
     _require_sound(options)
@@ -59,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         ingested, rejections = _stages(options, partial)
         files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
         rows = list(rows_of(*files))
-        comparisons, said = compare(rows), statements(rows)
+        comparisons, said = compare(rows, pulse_rows(files[1])), statements(rows)
         write_table(rows, partial / "table.csv")
         if comparisons:
             write_table(comparisons, partial / "paper.csv")

@@ -107,7 +107,7 @@ def _comparison(comparison: Comparison) -> list[str]:
     return [
         comparison.record if comparison.quantity == "pga_g" else "",
         _LABELS[comparison.quantity],
-        number(comparison.paper, 2),
+        comparison.printed,
         number(comparison.ours, 3),
         f"{100.0 * comparison.relative_difference:+.1f} %",
         _SHORT[comparison.wavelet] if comparison.wavelet else "",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
 
 from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit, judged
 from rockframe.paper.table1 import (
@@ -16,35 +16,46 @@ from rockframe.paper.table1 import (
 from rockframe.results import TableRow
 
 _COMMAND: Final = "rockframe table1 --records FOLDER"
-#: Decimals that Table 1 prints, and what follows the number.
+#: What Table 1 calls a quantity, and its unit.
 _PRINTED: Final = {
-    "pga_g": ("PGA", ".2f", "g"),
-    "pgv_m_s": ("PGV", ".2f", "m/s"),
-    "a_p_g": ("a_p", "g", "g"),
-    "T_p_s": ("T_p", "g", "s"),
+    "pga_g": ("PGA", "g"),
+    "pgv_m_s": ("PGV", "m/s"),
+    "a_p_g": ("a_p", "g"),
+    "T_p_s": ("T_p", "s"),
 }
 
 
-def record_claims(rows: Sequence[TableRow]) -> list[Claim]:
+def record_claims(
+    rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()
+) -> list[Claim]:
     """Return the claims about those of the rows' records that are the paper's.
 
     Parameters
     ----------
     rows : sequence of TableRow
         What `table_rows` returned for the records at hand.
+    pulses : iterable of mapping, optional
+        What `pulse_rows` returned for them, see `compare`.
     """
-    comparisons = compare(rows)
+    comparisons = compare(rows, pulses)
     others = {comparison.record_id: comparison.remark for comparison in comparisons
               if comparison.remark}  # fmt: skip
-    claims = [_of_table(found, others.get(found.record_id, "")) for found in comparisons]
+    names: set[str] = set()
+    claims = []
+    for found in comparisons:
+        name = f"{found.record_id}-{found.quantity}"
+        if name in names:  # by another wavelet than the best one
+            name = f"{name}-{found.wavelet}"
+        names.add(name)
+        claims.append(_of_table(name, found, others.get(found.record_id, "")))
     own = bridge_rows(rows)
     return claims + (_of_bridge(own) if own else [])
 
 
-def _of_table(comparison: Comparison, other: str) -> Claim:
-    """`other` says that this is not the paper's record, which its PGA tells."""
-    label, form, unit = _PRINTED[comparison.quantity]
-    printed = format(comparison.paper, form)
+def _of_table(name: str, comparison: Comparison, other: str) -> Claim:
+    """`other` says that this is not the paper's record, which its PGA and PGV tell."""
+    label, unit = _PRINTED[comparison.quantity]
+    printed = comparison.printed
     finding = agrees_to_last_digit(printed, comparison.ours)
     remark = f"{100.0 * comparison.relative_difference:+.1f} %"
     if comparison.wavelet:
@@ -52,7 +63,7 @@ def _of_table(comparison: Comparison, other: str) -> Claim:
     if other:
         finding, remark = Finding.OPEN, f"{remark}; {other}"
     return Claim(
-        name=f"{comparison.record_id}-{comparison.quantity}",
+        name=name,
         where="Table 1",
         says=f"{label} of {comparison.record}",
         printed=f"{printed} {unit}",
@@ -65,7 +76,7 @@ def _of_table(comparison: Comparison, other: str) -> Claim:
 
 def _of_bridge(own: Sequence[TableRow]) -> list[Claim]:
     turned, drifts, lifted = bridge_extremes(own)
-    of = f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA"
+    of = f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV"
     ratio, lift = turned.peak_rotation_ratio, 100.0 * lifted.v_max_m
     return [
         Claim(
