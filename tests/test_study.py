@@ -86,6 +86,18 @@ def test_names_keep_letters_of_any_script(tmp_path: Path, stated: str, name: str
     assert [frame.name for frame in read_structures(path)] == [name]
 
 
+def test_sound_structures_are_looked_for_in_no_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A look for a line goes through all of the file: one for each structure would be quadratic."""
+    from rockframe.study import structures
+
+    monkeypatch.delattr(structures, "line_of")
+    tables = (f'[[structure]]\nname = "s{k}"\nheight_m = 2.0\nwidth_m = 0.2\n' for k in range(3))
+    (tmp_path / "three.toml").write_text("".join(tables))
+    assert [frame.name for frame in read_structures(tmp_path / "three.toml")] == ["s0", "s1", "s2"]
+
+
 def test_a_name_stated_twice_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r":9: name 'bent'. Must not be stated twice"):
         read_structures(written(tmp_path, GOOD + GOOD))

@@ -136,8 +136,8 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
     """
     frames: dict[str, RockingFrame] = {}
     for i, entry in enumerate(entries):
-        line = line_of(text, ("structure", i, "name"))
-        if entry.name in frames:
+        if entry.name in frames:  # looked for only here: each look goes through the whole text
+            line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         try:
             frames[entry.name] = entry.frame()
