@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import os
 import shutil
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,7 @@ from tests.runs.small import STUDY, make_study, run
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.ingest import sources_of
+from rockframe.provenance import sha256_of
 from rockframe.results import rows_of
 from rockframe.runs import make_plan
 from rockframe.study import read_study
@@ -114,6 +117,29 @@ def test_damaged_archive_is_the_affair_of_ingest(
     (tmp_path / "motions" / "event.zip").write_bytes(DAMAGED_ZIP + bytes(6))
     assert run(study, tmp_path / "run") == 1
     assert "rejected: event.zip" in capsys.readouterr().err
+
+
+def test_records_in_archives_are_inputs_beside_their_archives(tmp_path: Path) -> None:
+    """A record states the hash of its member, the list of inputs that of the archive."""
+    study = stating(make_study(tmp_path, 3), '["motions"]')
+    motions = tmp_path / "motions"
+    with zipfile.ZipFile(motions / "event.zip", "w") as archive:
+        archive.write(motions / "motion-0.csv", "motion-0.csv")
+    (motions / "motion-1.csv.gz").write_bytes(
+        gzip.compress((motions / "motion-1.csv").read_bytes())
+    )
+    (motions / "notes.zip").write_bytes(DAMAGED_ZIP)
+    held = {
+        f"motions/{name}": sha256_of(motions / name.partition(":")[2])
+        for name in ("event.zip:motion-0.csv", "motion-1.csv.gz:motion-1.csv")
+    }
+    for name in ("motion-0.csv", "motion-1.csv"):
+        (motions / name).unlink()
+    assert run(study, tmp_path / "run") == 1  # the archive that is none is rejected
+    planned = {row["file"]: row["sha256"] for row in rows_of(tmp_path / "run" / "inputs.csv")}
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    assert manifest["inputs"] == planned | held
+    assert main(["verify", str(tmp_path / "run")]) == 0
 
 
 @pytest.mark.parametrize("name", [b"El Centro\n(NS).csv", b"\xff.csv"])

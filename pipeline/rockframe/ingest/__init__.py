@@ -10,9 +10,12 @@ from rockframe.ingest.catalogue import write_catalogue as write_catalogue
 from rockframe.ingest.collect import collect as collect
 from rockframe.ingest.collect import collect_sources as collect_sources
 from rockframe.ingest.collect import sorted_out as sorted_out
+from rockframe.ingest.containers import contents as contents
+from rockframe.ingest.containers import is_archive as is_archive
 from rockframe.ingest.containers import printable as printable
 from rockframe.ingest.options import ReadOptions as ReadOptions
 from rockframe.ingest.quarantine import Limits as Limits
+from rockframe.ingest.reading import load as load
 from rockframe.ingest.reading import read_file as read_file
 from rockframe.ingest.registry import FORMATS as FORMATS
 from rockframe.ingest.registry import Format as Format

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Collection
 from pathlib import Path
 
 from rockframe.errors import InputError
+from rockframe.ingest import contents, is_archive, load, printable
 from rockframe.provenance import sha256_of, write_manifest
 from rockframe.runs.plan import Plan
 from rockframe.runs.plan_file import read_plan
@@ -30,7 +33,13 @@ def finish(folder: Path) -> int:
         If an input changed or vanished since the run was planned, or an output is missing.
     """
     plan = read_plan(folder)
-    for name, reason in changed_inputs(plan) or _read_otherwise(plan, folder):
+    inputs = {file.name: file.sha256 for file in plan.inputs}
+    changed, read = changed_inputs(plan), _read_by_ingest(folder)
+    if not changed:
+        inputs = _members(plan, set(read.values()) - set(inputs.values())) | inputs
+        known = set(inputs.values())
+        changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in known]
+    for name, reason in changed:
         raise InputError(
             name, f"{reason} since the run began. Must stay as it is until the end; run again."
         )
@@ -39,7 +48,7 @@ def finish(folder: Path) -> int:
     outputs = sorted([*plan.files, *files_of(kept, folder)])
     write_manifest(
         folder,
-        inputs={file.name: file.sha256 for file in plan.inputs},
+        inputs=inputs,
         parameters={"study": plan.parameters},
         outputs=[folder / name for name in outputs],
         steps={step.name: plan.keys[step.name] for step in plan.steps if not step.temporary},
@@ -69,13 +78,29 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
     return changed
 
 
-def _read_otherwise(plan: Plan, folder: Path) -> list[tuple[str, str]]:
-    """Inputs that ingest did not find as they were planned, whatever they are now."""
+def _read_by_ingest(folder: Path) -> dict[str, str]:
+    """Return name and SHA-256 of what the records were read from, whatever the files are now."""
     from rockframe.results import RECORDS, describe  # a second that other commands need not wait
 
     records = folder / "records.nc"
-    if not records.is_file():
-        return []
-    planned = {file.sha256 for file in plan.inputs}
-    read = describe(records, RECORDS).inputs
-    return [(name, "changed") for name, sha in read.items() if sha not in planned]
+    return dict(describe(records, RECORDS).inputs) if records.is_file() else {}
+
+
+def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
+    """Return name and SHA-256 of the members of archives that have one of these hashes.
+
+    A record states the hash of the member that held it, the plan that of the archive.
+    """
+    found: dict[str, str] = {}
+    for path, called in ((file.path, file.name) for file in plan.inputs if wanted):
+        with path.open("rb") as stream:
+            if not is_archive(stream.read(4)):
+                continue
+        try:
+            for member in contents(path, load(path)):
+                sha256 = hashlib.sha256(member.data).hexdigest()
+                if sha256 in wanted:
+                    found[called + member.name.removeprefix(printable(path.name))] = sha256
+        except InputError:
+            continue  # ingest has rejected this archive
+    return found
