@@ -261,23 +261,22 @@ def is_within(name: str) -> bool:
 
 
 @contextmanager
-def replaced_folder(folder: Path, mark: str) -> Iterator[Path]:
+def replaced_folder(folder: Path) -> Iterator[Path]:
     """Give a temporary folder beside `folder`, and put it in its place if the block succeeds.
 
     Parameters
     ----------
     folder : Path
-        Where it is to be; an older one there is removed if it holds `mark` or nothing.
-    mark : str
-        Name of a file by which such a folder is known.
+        Where it is to be. An older one there is removed with all that is in it: the caller makes
+        sure that this is nobody else's.
 
     Raises
     ------
     InputError
-        If the folder holds something else, or cannot be written.
+        If it is a file, or cannot be written.
     """
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
-        raise InputError(folder, f"holds other files, and no {mark}. Must be another folder.")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(folder, "is a file. Must be a folder.")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         partial = Path(

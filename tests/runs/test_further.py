@@ -8,7 +8,7 @@ from pathlib import Path
 
 import netCDF4
 import pytest
-from tests.runs.small import STUDY, make_study, run
+from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main, parser
 from rockframe.provenance import MANIFEST, sha256_of
@@ -48,9 +48,15 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def folder(made: Path, tmp_path: Path) -> Path:
-    """A copy of it, to change."""
-    return Path(shutil.copytree(made, tmp_path / "run"))
+def home(made: Path, tmp_path: Path) -> Path:
+    """A copy of the study and its run, to change."""
+    return Path(shutil.copytree(made.parent, tmp_path / "home"))
+
+
+@pytest.fixture
+def folder(home: Path) -> Path:
+    """The copy of the run."""
+    return home / "run"
 
 
 def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None:
@@ -91,6 +97,58 @@ def test_file_among_the_figures_is_not_replaced_with_them(
     assert main(words) == 2
     assert "mine.txt: is none of the figures that are replaced" in capsys.readouterr().err
     assert mine.read_text() == "what I saw"
+
+
+def test_file_is_not_replaced_by_a_folder_of_figures(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("what I saw")
+    assert main(["draw", str(made / "rocking_spectrum.nc"), "--output", str(mine)]) == 2
+    assert f"{mine}: is a file. Must be a folder." in capsys.readouterr().err
+    assert mine.read_text() == "what I saw"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        *("list gone", "none for a while"),
+        *(pytest.param(c, marks=pytest.mark.faults) for c in ("list damaged", "figure gone")),
+    ],
+)
+def test_figures_in_folders_are_made_again(home: Path, change: str) -> None:
+    """Screening and spectra have folders of their own in it, which go with their figures."""
+    folder, study = home / "run", home / "small.toml"
+    before, text = contents(folder), study.read_text()
+    index = folder / "figures" / "figures.csv"
+    (index.parent / ".snakemake_timestamp").touch()  # as a workflow leaves it
+    match change:
+        case "list gone":
+            index.unlink()
+        case "list damaged":
+            index.write_bytes(index.read_bytes()[:-9])
+        case "figure gone":
+            (folder / "figures" / "screen" / "fragility-slender-column.png").unlink()
+        case _:
+            study.write_text(text.replace("most = 1", "most = 0"))
+            assert run(study, folder) == 0
+            assert not index.parent.exists()
+            study.write_text(text)
+    assert run(study, folder) == 0
+    assert contents(folder) == before
+
+
+def test_file_of_the_users_among_figures_that_are_made_again_is_named(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = home / "run"
+    (folder / "figures" / "figures.csv").unlink()
+    mine = folder / "figures" / "screen" / "mine.txt"
+    mine.write_text("what I saw")
+    assert run(home / "small.toml", folder) == 2
+    assert f"{mine}: is none of the figures that are replaced" in capsys.readouterr().err
+    mine.unlink()
+    assert run(home / "small.toml", folder) == 0
 
 
 @pytest.mark.parametrize(

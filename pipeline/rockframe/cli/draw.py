@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     given = _by_kind(options.files)
     _refuse_strange(options.output)
     drawn: dict[str, str] = {}
-    with replaced_folder(options.output, _INDEX) as partial:
+    with replaced_folder(options.output) as partial:
         if "response" in given:
             drawn |= _draw_records(given, partial, options.most)
         drawn |= draw_curves(given, partial, options.most)
@@ -73,13 +73,13 @@ def _refuse_strange(folder: Path) -> None:
     from rockframe.results import rows_of
 
     index = folder / _INDEX
-    if not index.is_file():
-        return  # a folder with other files, and without an index, is refused in any case
     figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]
     ours = {index, *figures, *(figure.with_suffix(".caption.txt") for figure in figures)}
     for file in sorted(folder.rglob("*")):
-        if file.is_file() and file not in ours and not file.name.startswith("."):
-            raise InputError(file, "is none of the figures that are replaced. Must be elsewhere.")
+        mark = file.name.startswith(".") and index.is_file()  # of a workflow
+        if file not in ours and not mark and (file.is_symlink() or not file.is_dir()):
+            unlisted = f"is none of the figures that are replaced: {_INDEX} does not list it."
+            raise InputError(file, f"{unlisted} Must be elsewhere.")
 
 
 def _by_kind(files: Sequence[Path]) -> dict[str, Path]:

@@ -15,6 +15,8 @@ from rockframe.runs.step import Step
 
 _STAMPS: Final = f"{KEPT}/steps"
 _OF_ALL: Final = frozenset(["manifest", "verify"])
+#: What Snakemake puts into a folder that is an output.
+_MARK: Final = ".snakemake_timestamp"
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,7 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
 
 
 def remove_listed(plan: Plan, folder: Path, name: str) -> None:
-    """Remove of a folder what a step of a run put there, and it if nothing else is in it.
+    """Remove of a folder what a step of a run put there, and it and folders in it if empty then.
 
     Parameters
     ----------
@@ -199,12 +201,15 @@ def remove_listed(plan: Plan, folder: Path, name: str) -> None:
         for file in known.outputs if known is not None else ():
             if file.startswith(name) and is_within(file):
                 (folder / file).unlink(missing_ok=True)
+    (folder / name / _MARK).unlink(missing_ok=True)
     _remove_if_empty(folder / name)
 
 
 def _remove_if_empty(folder: Path) -> None:
-    if folder.is_dir() and not any(folder.iterdir()):
-        folder.rmdir()
+    """Remove a folder and the folders in it, each if nothing else is in it."""
+    for path in [*sorted(folder.rglob("*"), reverse=True), folder]:  # the innermost first
+        if path.is_dir() and not path.is_symlink() and not any(path.iterdir()):
+            path.rmdir()
 
 
 def _read(folder: Path, name: str) -> Stamp | None:
