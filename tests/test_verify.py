@@ -12,7 +12,7 @@ import pytest
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, processor, sha256_of
+from rockframe.provenance import MANIFEST, processor, sealed, sha256_of
 from rockframe.results import differences, read_run
 from rockframe.results.differences import TOLERANCE
 from rockframe.stages import verify_run
@@ -41,7 +41,7 @@ def restated(run: Path, name: str) -> None:
     """Let the manifest say what the file is now."""
     manifest = json.loads((run / MANIFEST).read_text())
     manifest["outputs"][name] = sha256_of(run / name)
-    (run / MANIFEST).write_text(json.dumps(manifest))
+    (run / MANIFEST).write_bytes(sealed(manifest))
 
 
 def test_a_whole_run_is_whole(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -125,7 +125,7 @@ def test_a_manifest_that_is_none_is_refused(run: Path, text: str, words: str) ->
 
 def test_other_source_code_is_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     manifest = json.loads((run / MANIFEST).read_text())
-    (run / MANIFEST).write_text(json.dumps(manifest | {"source_code_hash": "0" * 64}))
+    (run / MANIFEST).write_bytes(sealed(manifest | {"source_code_hash": "0" * 64}))
     assert main(["verify", str(run)]) == 0
     assert "another version of the source code" in capsys.readouterr().out
 
@@ -134,7 +134,7 @@ def test_other_libraries_are_said(run: Path, capsys: pytest.CaptureFixture[str])
     """Another numpy may give other last bits: who computes it again must know."""
     manifest = json.loads((run / MANIFEST).read_text())
     manifest["versions"]["numpy"] = "1.0"
-    (run / MANIFEST).write_text(json.dumps(manifest))
+    (run / MANIFEST).write_bytes(sealed(manifest))
     assert main(["verify", str(run)]) == 0
     assert "made with other libraries than those here: numpy 1.0" in capsys.readouterr().out
     assert main(["verify", str(run), "--json"]) == 0
@@ -196,7 +196,7 @@ def test_response_to_other_pulses_is_of_another_run(run: Path) -> None:
 def test_records_of_other_files_than_the_listed_ones_are_a_fault(run: Path) -> None:
     manifest = json.loads((run / MANIFEST).read_text())
     manifest["inputs"]["motion.csv"] = "0" * 64
-    (run / MANIFEST).write_text(json.dumps(manifest))
+    (run / MANIFEST).write_bytes(sealed(manifest))
     (fault,) = verify_run(run).faults
     assert "records.nc: was made from a 'motion.csv' that the manifest does not list" in fault
 

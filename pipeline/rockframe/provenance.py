@@ -22,6 +22,8 @@ from rockframe.errors import InputError
 _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
 #: A disk with less room than this has no more [bytes].
 _FULL: Final = 65536
+#: What is said of a file that something else than this package changed.
+DAMAGED: Final = "is damaged: not as it was written"
 #: The last file of a run.
 MANIFEST: Final = "manifest.json"
 #: Distributions whose versions can change a number in a result.
@@ -59,6 +61,37 @@ def sha256_of(path: Path) -> str:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
+
+
+def sealed(content: Mapping[str, Any]) -> bytes:
+    """Return JSON that begins with the hash of the rest, so that damage to the file can be found.
+
+    Parameters
+    ----------
+    content : mapping
+        JSON values; at least one.
+
+    Examples
+    --------
+    >>> is_sealed(sealed({"name": "whole"}))
+    True
+    """
+    return _sealed(json.dumps(content, indent=1, sort_keys=True)[1:].encode() + b"\n")
+
+
+def is_sealed(text: bytes) -> bool:
+    """Return whether the content of a file is as `sealed` gave it.
+
+    Examples
+    --------
+    >>> is_sealed(sealed({"name": "whole"}).replace(b"whole", b"while"))
+    False
+    """
+    return text == _sealed(text.partition(b'",')[2])
+
+
+def _sealed(rest: bytes) -> bytes:
+    return b'{\n "sha256_of_the_rest": "%b",%b' % (hashlib.sha256(rest).hexdigest().encode(), rest)
 
 
 @cache
@@ -335,6 +368,5 @@ def write_manifest(
     }
     if steps is not None:
         content["steps"] = dict(steps)
-    text = json.dumps(content, indent=2, sort_keys=True) + "\n"
     with whole_file(folder / MANIFEST) as partial:
-        partial.write_text(text, encoding="utf-8")
+        partial.write_bytes(sealed(content))

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import rockframe
 from rockframe.cli.main import main
+from rockframe.provenance import sealed as sealed_json
 from rockframe.provenance import sha256_of
 from rockframe.report import is_whole, sealed
 from rockframe.report.columns import shown
@@ -215,7 +216,7 @@ def test_a_table_of_another_version_is_refused(
     table.write_text(table.read_text().replace(",verdict,", ",fate,", 1))
     manifest = json.loads((run / "manifest.json").read_text())
     manifest["outputs"]["table.csv"] = sha256_of(table)
-    (run / "manifest.json").write_text(json.dumps(manifest))
+    (run / "manifest.json").write_bytes(sealed_json(manifest))
     assert "table.csv: without column 'verdict'. Must be" in refusal(capsys, str(run))
 
 
@@ -224,8 +225,8 @@ def test_a_page_of_another_run_is_a_fault(
 ) -> None:
     run = Path(shutil.copytree(hostile_run, tmp_path / "run"))
     assert main(["report", str(run)]) == main(["verify", str(run)]) == 0
-    manifest = run / "manifest.json"
-    manifest.write_text(manifest.read_text() + "\n")
+    manifest = json.loads((run / "manifest.json").read_text())
+    (run / "manifest.json").write_bytes(sealed_json(manifest | {"versions": {}}))
     assert main(["verify", str(run)]) == 1
     assert "report.html: shows another run" in capsys.readouterr().err
 

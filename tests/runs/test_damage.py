@@ -13,6 +13,7 @@ import pytest
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main
+from rockframe.provenance import sealed
 from rockframe.runs import Task, is_locked, locked, read_plan
 
 FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
@@ -35,7 +36,7 @@ def home(made: Path, tmp_path: Path) -> Path:
 def change(path: Path, meddle: Callable[[dict[str, Any]], object]) -> None:
     content = json.loads(path.read_text())
     meddle(content)
-    path.write_text(json.dumps(content))
+    path.write_bytes(sealed(content))
 
 
 @pytest.mark.parametrize("text", ["{", "[]", '{"study": "small"}', None])
@@ -53,6 +54,88 @@ def test_damaged_plan_is_named_and_made_again(
     assert f"{plan}: {what}; made again." in said.err
     assert "nothing to do" in said.out
     assert read_plan(home / "run").keys == before
+
+
+def flip(path: Path, part: bytes = b"") -> None:
+    """One bit in the middle of a file, or in a part of it: what it holds stays of its kind."""
+    content = bytearray(path.read_bytes())
+    content[content.index(part) + len(part) // 2 if part else len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [
+        ("manifest.json", b'"table.csv": "'),
+        (".rockframe/plan.json", b"9.6"),
+        (".rockframe/steps/ingest.json", b'"key": "'),
+        ("structures.toml", b""),
+        *(
+            pytest.param(name, part, marks=pytest.mark.faults)
+            for name, part in (
+                *(("manifest.json", part) for part in (b"small", b"sha256_of_", b'"steps"')),
+                *((".rockframe/plan.json", part) for part in (b"small", b"sha256_of_")),
+                (".rockframe/steps/verify.json", b'"key": "'),
+                *((name, b"") for name in ("inputs.csv", "pulses.nc", "report.html")),
+            )
+        ),
+    ],
+)
+def test_verify_names_what_is_damaged_and_nothing_else(
+    home: Path, name: str, part: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And a run that it finds fault with is none that `status` calls complete."""
+    folder = home / "run"
+    flip(folder / name, part)
+    assert main(["verify", str(folder)]) != 0
+    (said,) = capsys.readouterr().err.splitlines()
+    assert f"{folder / name}: " in said
+    assert main(["status", str(folder)]) in (0, 2)
+    told = capsys.readouterr()
+    assert f"{folder / name}: is damaged: not as it was written" in told.out + told.err
+    assert "\ncomplete" not in told.out
+    assert run(home / "small.toml", folder) == 0
+    assert f"{folder / name}: is damaged: not as it was written; made again." in (
+        capsys.readouterr().err
+    )
+    assert main(["verify", str(folder)]) == 0
+    assert main(["status", str(folder)]) == 0
+    assert "\ncomplete" in capsys.readouterr().out
+
+
+def test_manifest_that_is_damaged_after_a_workflow_is_named(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A workflow leaves no stamps: nothing else says what the hash of the manifest was."""
+    shutil.rmtree(home / "run" / ".rockframe" / "steps")
+    flip(home / "run" / "manifest.json", b'"table.csv": "')
+    assert main(["status", str(home / "run")]) == 0
+    said = capsys.readouterr().out
+    assert f"{home / 'run' / 'manifest.json'}: is damaged: not as it was written." in said
+    assert "table.csv" not in said
+
+
+def test_plan_that_is_missing_beside_its_stamps_is_a_fault(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = home / "run" / ".rockframe" / "plan.json"
+    plan.unlink()
+    assert main(["verify", str(home / "run")]) == 1
+    assert f"{plan}: missing" in capsys.readouterr().err
+
+
+def test_run_that_a_damaged_plan_keeps_out_says_so(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a manifest nothing says whose run it is; with --replace its steps stay done."""
+    (home / "run" / "manifest.json").unlink()
+    flip(home / "run" / ".rockframe" / "plan.json", b"9.6")
+    assert run(home / "small.toml", home / "run") == 2
+    assert "plan.json: is damaged: not as it was written. Must be another folder, or --repl" in (
+        capsys.readouterr().err
+    )
+    assert run(home / "small.toml", home / "run", "--replace") == 0
+    assert main(["verify", str(home / "run")]) == 0
 
 
 def test_damaged_plan_of_another_study_is_in_the_way(home: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main, parser
-from rockframe.provenance import MANIFEST, sha256_of
+from rockframe.provenance import MANIFEST, sealed, sha256_of
 from rockframe.results import read_rocking_spectrum, write_screen_table
 from rockframe.rocking import Verdict
 
@@ -221,7 +221,7 @@ def test_what_was_not_computed_so_is_found(
         file[variable][:] = values
     manifest = json.loads((folder / MANIFEST).read_text())
     manifest["outputs"][name] = sha256_of(folder / name)
-    (folder / MANIFEST).write_text(json.dumps(manifest))
+    (folder / MANIFEST).write_bytes(sealed(manifest))
     assert main(["report", str(folder)]) == 0
     assert main(["verify", str(folder)]) == 0
     assert main(["verify", str(folder), "--recompute"]) == 1
@@ -250,7 +250,7 @@ def test_lists_of_other_lengths_are_faults(
         lines = (folder / name).read_text().splitlines(keepends=True)
         (folder / name).write_text("".join(lines[:-1]))
         manifest["outputs"][name] = sha256_of(folder / name)
-    (folder / MANIFEST).write_text(json.dumps(manifest))
+    (folder / MANIFEST).write_bytes(sealed(manifest))
     assert main(["verify", str(folder)]) == 1
     said = capsys.readouterr().err
     assert "records.csv: 3 accepted, 4 in records.nc" in said

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
 
     plan = make_plan(read_study(options.study), options.output)
     with locked(options.output):
-        states = prepare(plan, options.output, replace=options.replace, watch=Watch(warn))
+        states, _ = prepare(plan, options.output, replace=options.replace, watch=Watch(warn))
     todo = [state.step.name for state in states if not state.is_done]
     if options.json:
         show_json({"study": plan.study, "steps": len(plan.steps), "to_do": todo})

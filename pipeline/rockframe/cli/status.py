@@ -17,14 +17,16 @@ def run(options: argparse.Namespace) -> int:
     """Hash what is there, and say where each step stands."""
     from rockframe.cli.console import show_json, show_table
     from rockframe.provenance import source_code_hash
-    from rockframe.runs import changed_inputs, is_locked, read_plan, status_of
+    from rockframe.runs import changed_inputs, damaged, is_locked, read_plan, status_of
 
     plan = read_plan(options.folder)
     states = status_of(options.folder)
     running = is_locked(options.folder)
     changed = dict(changed_inputs(plan))
     same_source = plan.source == source_code_hash()
-    complete = all(state.is_done for state in states)
+    told = [f"{path}: {what}" for path, what in damaged(options.folder, plan.files).items()]
+    faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
+    complete = all(state.is_done for state in states) and not faults
     if options.json:
         steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
         counts = dict(Counter(s.state for s in states))
@@ -34,6 +36,7 @@ def run(options: argparse.Namespace) -> int:
                 "complete": complete,
                 "running": running,
                 "counts": counts,
+                "faults": faults,
                 "inputs_changed": changed,
                 "same_source": same_source,
                 "steps": steps,
@@ -43,12 +46,11 @@ def run(options: argparse.Namespace) -> int:
     rows: dict[str, Counter[str]] = {}
     for state in states:
         rows.setdefault(state.step.rule, Counter())[state.state] += 1
-    told = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
+    shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
     print(f"{plan.study} in {options.folder}")
-    show_table("", ["stage", "steps"], told)
-    for state in states:
-        if state.fault:
-            print(f"{state.fault}.")
+    show_table("", ["stage", "steps"], shown)
+    for fault in faults:
+        print(f"{fault}.")
     if changed:
         path, how = next(iter(changed.items()))
         many = f"{len(changed)} of {len(plan.inputs)} inputs changed or vanished"

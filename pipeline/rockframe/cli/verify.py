@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from rockframe.cli.arguments import path
 
@@ -30,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.stages import verify_run
 
     found = verify_run(options.folder)
-    faults = [*found.faults, *strange_report(options.folder)]
+    faults = [*found.faults, *strange_report(options.folder), *_strange_plan(options.folder)]
     repeated = _repeated(options, faults)
     if options.json:
         show_json(
@@ -65,6 +66,23 @@ def run(options: argparse.Namespace) -> int:
     for fault in faults:
         print(f"rockframe: fault: {fault}", file=sys.stderr)
     return 1 if faults else 0
+
+
+def _strange_plan(folder: Path) -> list[str]:
+    """Return what is wrong with what the run of a study keeps for itself, if it is still there."""
+    from rockframe.errors import InputError
+    from rockframe.runs import KEPT, damaged, read_plan
+
+    faults = [f"{path}: {what}." for path, what in damaged(folder, {}).items()]
+    plan = folder / KEPT / "plan.json"
+    if plan.is_file():
+        try:
+            read_plan(folder)
+        except InputError as error:
+            faults.append(str(error))
+    elif plan.parent.is_dir():
+        faults.append(f"{plan}: missing. Must be there; `rockframe run` makes it again.")
+    return faults
 
 
 def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, is_within
+from rockframe.provenance import DAMAGED, MANIFEST, is_sealed, is_within
 
 #: What a manifest must have, and of which type.
 _PARTS: Final = {
@@ -36,7 +36,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is none, or it is no manifest.
+        If there is none, it is no manifest, or it is damaged.
 
     Examples
     --------
@@ -50,7 +50,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     if not path.is_file():
         raise InputError(path, "missing: the run did not end. Must be the folder of a whole run.")
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_bytes()
+        content = json.loads(text)
     except (OSError, ValueError) as error:
         raise InputError(path, f"cannot be read: {error}. Must be JSON.") from None
     stated: dict[str, Any] = content if isinstance(content, dict) else {}
@@ -60,4 +61,6 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         raise InputError(path, f"holds {what} {wrong!r}. Must be as a run wrote it.")
     if not all(map(is_within, stated["outputs"])):
         raise InputError(path, "names outputs outside its folder. Must be names within it.")
+    if not is_sealed(text):  # nothing can be compared with what it says
+        raise InputError(path, f"{DAMAGED}. Must be made again, by the command that made the run.")
     return dict(stated)

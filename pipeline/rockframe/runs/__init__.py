@@ -20,6 +20,7 @@ from rockframe.runs.run import prepare as prepare
 from rockframe.runs.run import run_plan as run_plan
 from rockframe.runs.run import status_of as status_of
 from rockframe.runs.state import StepState as StepState
+from rockframe.runs.state import damaged as damaged
 from rockframe.runs.state import stamp as stamp
 from rockframe.runs.step import Step as Step
 from rockframe.runs.step import waves as waves

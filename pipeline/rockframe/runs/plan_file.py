@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import is_within, whole_file
+from rockframe.provenance import DAMAGED, is_sealed, is_within, sealed, whole_file
 from rockframe.runs.plan import KEPT, Input, Plan
 from rockframe.runs.step import Step
 
 _PLAN: Final = "plan.json"
+_AGAIN: Final = "Must be as it was written; `rockframe run` makes it again."
 
 
 def write_plan(plan: Plan, folder: Path) -> None:
@@ -33,12 +34,12 @@ def write_plan(plan: Plan, folder: Path) -> None:
         "files": plan.files,
         "source_code_hash": plan.source,
     }
-    texts = {**plan.files, f"{KEPT}/{_PLAN}": json.dumps(content, indent=1, sort_keys=True) + "\n"}
-    for name, text in texts.items():
+    texts = {name: text.encode() for name, text in plan.files.items()}
+    for name, text in {**texts, f"{KEPT}/{_PLAN}": sealed(content)}.items():
         path = folder / name
-        if not path.is_file() or path.read_bytes() != text.encode():
+        if not path.is_file() or path.read_bytes() != text:
             with whole_file(path) as partial:
-                partial.write_bytes(text.encode())
+                partial.write_bytes(text)
 
 
 def read_plan(folder: Path) -> Plan:
@@ -47,13 +48,14 @@ def read_plan(folder: Path) -> Plan:
     Raises
     ------
     InputError
-        If there is none, or it cannot be read.
+        If there is none, it cannot be read, or it is damaged.
     """
     path = folder / KEPT / _PLAN
     if not path.is_file():
         raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_bytes()
+        content = json.loads(text)
         plan = Plan(
             content["study"],
             content["parameters"],
@@ -67,10 +69,11 @@ def read_plan(folder: Path) -> Plan:
         names = [n for step in plan.steps for n in (step.name, *step.outputs)]
         outside = [name for name in (*plan.outputs, *names) if not is_within(name)]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        must_be = "Must be as it was written; `rockframe run` makes it again."
-        raise InputError(path, f"cannot be read ({error}). {must_be}") from None
+        raise InputError(path, f"cannot be read ({error}). {_AGAIN}") from None
     if outside:
         raise InputError(path, f"names {outside[0]!r}. Must be within the folder.")
+    if not is_sealed(text):
+        raise InputError(path, f"{DAMAGED}. {_AGAIN}")
     return plan
 
 

@@ -10,13 +10,14 @@ from typing import Final
 
 from rockframe.engines import DaskScheduler, Engine, OneProcess, ProcessPool, map_batches
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, listed_outputs
+from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
 from rockframe.runs.graph import PAGE
 from rockframe.runs.lock import locked
 from rockframe.runs.plan import KEPT, Plan
 from rockframe.runs.plan_file import read_plan, write_plan
 from rockframe.runs.state import (
     StepState,
+    damaged,
     remove_former,
     remove_listed,
     remove_spent,
@@ -123,7 +124,7 @@ def run_plan(
     """
     watch, folder = watch or Watch(), folder.resolve()
     with locked(folder):
-        states = prepare(plan, folder, replace=replace, watch=watch)
+        states, faults = prepare(plan, folder, replace=replace, watch=watch)
         todo = [state.step for state in states if not state.is_done]
         try:
             rejecting = _perform(plan, todo, folder, perform, engine, watch)
@@ -131,11 +132,12 @@ def run_plan(
             sweep(plan, folder)  # of workers that were ended with this run
             raise
         remove_spent(plan, folder, states_of(plan, folder) if todo else states)
-    faults = tuple(state.fault for state in states if state.fault)
-    return Outcome(tuple(step.name for step in todo), faults, rejecting)
+    return Outcome(tuple(step.name for step in todo), tuple(faults), rejecting)
 
 
-def prepare(plan: Plan, folder: Path, *, replace: bool, watch: Watch) -> list[StepState]:
+def prepare(
+    plan: Plan, folder: Path, *, replace: bool, watch: Watch
+) -> tuple[list[StepState], list[str]]:
     """Make a folder ready for what is left to do of a plan; the lock must be held.
 
     Parameters
@@ -153,27 +155,47 @@ def prepare(plan: Plan, folder: Path, *, replace: bool, watch: Watch) -> list[St
     -------
     list of StepState
         Where each step stands; what was damaged is gone.
+    list of str
+        What was damaged.
 
     Raises
     ------
     InputError
         If the folder holds something else.
     """
-    _make_room(plan, folder, replace, watch)
+    former = _make_room(plan, folder, replace, watch)
     sweep(plan, folder)
+    spoilt = _spoilt(plan, former, folder)
     states = states_of(plan, folder)
+    told = [f"{path}: {what}" for path, what in spoilt.items()]
+    faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
+    for fault in faults:
+        watch.fault(f"{fault}; made again.")
+    for path in spoilt:
+        _remove_file(path)
     for state in states:
-        if state.fault:
-            watch.fault(f"{state.fault}; made again.")
-            for name in state.step.outputs:
-                if name.endswith("/"):
-                    remove_listed(plan, folder, name)
-                elif (folder / name).is_file() or (folder / name).is_symlink():
-                    (folder / name).unlink()
+        for name in state.step.outputs if state.fault else ():
+            if name.endswith("/"):
+                remove_listed(plan, folder, name)
+            else:
+                _remove_file(folder / name)
     if any(not state.is_done and state.step.name not in _AFTER for state in states):
         take_back_manifest(plan, folder)
     write_plan(plan, folder)
-    return states
+    return states, faults
+
+
+def _spoilt(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]:
+    """What is damaged of what no step wrote, but for what a kill left as this plan has it."""
+    before = former.files if former is not None else {}
+    spoilt = damaged(folder, {name: text for name, text in before.items() if name in plan.files})
+    now = damaged(folder, plan.files)
+    return {path: what for path, what in spoilt.items() if path in now}
+
+
+def _remove_file(path: Path) -> None:
+    if path.is_file() or path.is_symlink():
+        path.unlink()
 
 
 def _perform(
@@ -212,29 +234,34 @@ def _at_once(
         yield from ([task] for task in tasks if task.step.workers)
 
 
-def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> None:
-    """Refuse a folder that holds something else, and remove what the same study no longer makes."""
+def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | None:
+    """Refuse a folder that holds something else, and remove what the same study no longer makes.
+
+    Returns the former plan of the same study.
+    """
     former, damage = _former(folder)
     if former is not None and former.study == plan.study:
         sweep(former, folder)
         for gone in remove_former(plan, former, folder):
             if gone in former.outputs:
                 watch.fault(f"{folder / gone}: the study no longer makes it; removed.")
-        return
+        return former
     found = f"the run of the study {former.study!r}" if former else _strange(plan, folder)
     if not found:
-        return
+        return None
     if former is None and _ended_here(plan, folder):
         watch.fault(f"{damage or folder / KEPT / 'plan.json: missing'}; made again.")
-        return
+        return None
     if not replace:
-        raise InputError(folder, f"holds {found}. Must be another folder, or --replace be stated.")
+        holds = f"holds {found}{f', and {damage}' if damage else ''}"
+        raise InputError(folder, f"{holds}. Must be another folder, or --replace be stated.")
     if former is not None:
         sweep(former, folder)
         remove_former(plan, former, folder)
         shutil.rmtree(folder / KEPT / "steps", ignore_errors=True)
     for name in (*listed_outputs(folder / MANIFEST), Path(MANIFEST)):
         (folder / name).unlink(missing_ok=True)
+    return None
 
 
 def _former(folder: Path) -> tuple[Plan | None, str]:
@@ -245,7 +272,7 @@ def _former(folder: Path) -> tuple[Plan | None, str]:
     try:
         return read_plan(folder), ""
     except InputError:
-        return None, f"{path}: is damaged: not as it was written"
+        return None, f"{path}: {DAMAGED}"
 
 
 def _ended_here(plan: Plan, folder: Path) -> bool:

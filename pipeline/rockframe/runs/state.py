@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, is_within, sha256_of, whole_file
+from rockframe.provenance import (
+    DAMAGED,
+    MANIFEST,
+    is_sealed,
+    is_within,
+    sealed,
+    sha256_of,
+    whole_file,
+)
 from rockframe.runs.plan import KEPT, Plan
 from rockframe.runs.step import Step
 
@@ -105,8 +113,42 @@ def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState
         if not path.is_file():
             return StepState(step, "damaged" if not step.temporary else "to do", f"{path}: missing")
         if sha256_of(path) != stated:
-            return StepState(step, "damaged", f"{path}: is damaged: not as it was written")
+            return StepState(step, "damaged", f"{path}: {DAMAGED}")
     return StepState(step, "done")
+
+
+def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
+    """Return what is wrong with what no step wrote: files of the plan, stamps, and the manifest.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run.
+    files : mapping of str to str
+        Texts of the files of the plan that must be there, by name.
+
+    Returns
+    -------
+    dict of Path to str
+        ``missing``, or that it is damaged, for each file that is not as it was written.
+    """
+    found: dict[Path, str] = {}
+    for path, text in ((folder / name, text) for name, text in files.items()):
+        if not path.is_file():
+            found[path] = "missing"
+        elif _content(path) != text.encode():
+            found[path] = DAMAGED
+    for path in (*sorted((folder / _STAMPS).glob("[!.]*.json")), folder / MANIFEST):
+        if path.is_file() and not is_sealed(_content(path)):
+            found[path] = DAMAGED
+    return found
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
 
 
 def stamp(step: Step, key: str, folder: Path) -> None:
@@ -118,9 +160,7 @@ def stamp(step: Step, key: str, folder: Path) -> None:
         If an output is missing, or the stamp cannot be written.
     """
     outputs = {name: sha256_of(folder / name) for name in files_of(step.outputs, folder)}
-    content = json.dumps({"key": key, "outputs": outputs}, indent=1, sort_keys=True)
-    with whole_file(folder / _STAMPS / f"{step.name}.json") as partial:
-        partial.write_text(content + "\n", encoding="utf-8")
+    _write(folder, step.name, Stamp(key, outputs))
 
 
 def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
@@ -141,12 +181,11 @@ def _is_ours(path: Path) -> bool:
 
 def take_back_manifest(plan: Plan, folder: Path) -> None:
     """Let the folder be that of a run under way: the manifest goes, what it says of steps stays."""
+    listed = _of_manifest(plan, folder)
     for step in plan.steps:
-        known = _of_manifest(plan, folder).get(step.name)
+        known = listed.get(step.name)
         if known is not None and _read(folder, step.name) is None:
-            content = json.dumps({"key": known.key, "outputs": dict(known.outputs)})
-            with whole_file(folder / _STAMPS / f"{step.name}.json") as partial:
-                partial.write_text(content, encoding="utf-8")
+            _write(folder, step.name, known)
     (folder / MANIFEST).unlink(missing_ok=True)
 
 
@@ -212,10 +251,16 @@ def _remove_if_empty(folder: Path) -> None:
             path.rmdir()
 
 
+def _write(folder: Path, name: str, left: Stamp) -> None:
+    with whole_file(folder / _STAMPS / f"{name}.json") as partial:
+        partial.write_bytes(sealed({"key": left.key, "outputs": dict(left.outputs)}))
+
+
 def _read(folder: Path, name: str) -> Stamp | None:
     try:
-        content = json.loads((folder / _STAMPS / f"{name}.json").read_text(encoding="utf-8"))
-        return Stamp(content["key"], dict(content["outputs"]))
+        text = (folder / _STAMPS / f"{name}.json").read_bytes()
+        content = json.loads(text)
+        return Stamp(content["key"], dict(content["outputs"])) if is_sealed(text) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -224,7 +269,8 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
     """What the manifest of an ended run says of its steps, by whichever way it was made."""
     path = folder / MANIFEST
     try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_bytes()
+        content: Any = json.loads(text) if is_sealed(text) else {}
         keys, hashes = content["steps"], content["outputs"]
         return dict(_stamps(plan, keys, {**hashes, MANIFEST: sha256_of(path)}))
     except (OSError, ValueError, KeyError, TypeError, InputError):
