@@ -147,13 +147,13 @@ def test_another_processor_is_said(run: Path, capsys: pytest.CaptureFixture[str]
     assert "another kind of processor" not in capsys.readouterr().out
     manifest = json.loads((run / MANIFEST).read_text())
     assert manifest["processor"] == processor()
-    (run / MANIFEST).write_text(json.dumps(manifest | {"processor": "riscv64 RVV"}))
+    (run / MANIFEST).write_bytes(sealed(manifest | {"processor": "riscv64 RVV"}))
     assert main(["verify", str(run)]) == 0
     assert "made on another kind of processor (riscv64 RVV)" in capsys.readouterr().out
     assert main(["verify", str(run), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["other_processor"] == "riscv64 RVV"
     del manifest["processor"]  # a run of an earlier version
-    (run / MANIFEST).write_text(json.dumps(manifest))
+    (run / MANIFEST).write_bytes(sealed(manifest))
     assert verify_run(run).other_processor == ""
 
 

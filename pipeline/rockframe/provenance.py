@@ -10,7 +10,7 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -328,45 +328,3 @@ def replaced_folder(folder: Path) -> Iterator[Path]:
         raise InputError(folder, f"cannot be written: {error.strerror or error}.") from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-
-
-def write_manifest(
-    folder: Path,
-    *,
-    inputs: Mapping[str, str],
-    parameters: Mapping[str, Any],
-    outputs: Sequence[Path],
-    steps: Mapping[str, str] | None = None,
-) -> None:
-    """Write ``manifest.json``, the last file of a run: what it took, and what it gave.
-
-    Parameters
-    ----------
-    folder : Path
-        The run's folder.
-    inputs : mapping
-        Name and SHA-256 of each input.
-    parameters : mapping
-        Options of the run; JSON values.
-    outputs : sequence of Path
-        The files of the run, inside the folder.
-    steps : mapping of str to str, optional
-        Of the run of a study, what each step depended on.
-
-    Raises
-    ------
-    InputError
-        If an output is missing or the manifest cannot be written.
-    """
-    content: dict[str, Any] = {
-        "inputs": dict(inputs),
-        "outputs": {path.relative_to(folder).as_posix(): sha256_of(path) for path in outputs},
-        "parameters": dict(parameters),
-        "processor": processor(),
-        "source_code_hash": source_code_hash(),
-        "versions": versions(),
-    }
-    if steps is not None:
-        content["steps"] = dict(steps)
-    with whole_file(folder / MANIFEST) as partial:
-        partial.write_bytes(sealed(content))

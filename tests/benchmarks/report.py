@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from rockframe.provenance import sha256_of, write_manifest
+from rockframe.provenance import sha256_of
+from rockframe.results import write_manifest
 from rockframe.study import SHIPPED_STRUCTURES
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")

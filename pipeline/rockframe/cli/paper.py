@@ -131,7 +131,8 @@ def _write(
 
 def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> None:
     from rockframe.cli.arguments import band_pass, passport_limits
-    from rockframe.provenance import sha256_of, write_manifest
+    from rockframe.provenance import sha256_of
+    from rockframe.results import write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
     band = band_pass(options)

@@ -148,7 +148,8 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
 def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> int:
     """Write the manifest; return the number of files of the run."""
     from rockframe.cli.arguments import passport_limits, read_options
-    from rockframe.provenance import sha256_of, write_manifest
+    from rockframe.provenance import sha256_of
+    from rockframe.results import write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
     structures = options.structures or SHIPPED_STRUCTURES

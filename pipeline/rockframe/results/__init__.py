@@ -31,6 +31,7 @@ from rockframe.results.joints import joints_dataset as joints_dataset
 from rockframe.results.joints import portrait_dataset as portrait_dataset
 from rockframe.results.known import Fact as Fact
 from rockframe.results.manifest import read_manifest as read_manifest
+from rockframe.results.manifest import write_manifest as write_manifest
 from rockframe.results.merging import merge as merge
 from rockframe.results.merging import no_records as no_records
 from rockframe.results.motions import Ground as Ground

@@ -1,13 +1,25 @@
-"""The manifest of a run, read back: what it must have, of which type."""
+"""The manifest of a run: written as its last file, and read back."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import DAMAGED, MANIFEST, is_sealed, is_within
+from rockframe.provenance import (
+    DAMAGED,
+    MANIFEST,
+    is_sealed,
+    is_within,
+    processor,
+    sealed,
+    sha256_of,
+    source_code_hash,
+    versions,
+    whole_file,
+)
 
 #: What a manifest must have, and of which type.
 _PARTS: Final = {
@@ -17,6 +29,48 @@ _PARTS: Final = {
     "source_code_hash": str,
     "versions": dict,
 }
+
+
+def write_manifest(
+    folder: Path,
+    *,
+    inputs: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    outputs: Sequence[Path],
+    steps: Mapping[str, str] | None = None,
+) -> None:
+    """Write ``manifest.json``, the last file of a run: what it took, and what it gave.
+
+    Parameters
+    ----------
+    folder : Path
+        The run's folder.
+    inputs : mapping
+        Name and SHA-256 of each input.
+    parameters : mapping
+        Options of the run; JSON values.
+    outputs : sequence of Path
+        The files of the run, inside the folder.
+    steps : mapping of str to str, optional
+        Of the run of a study, what each step depended on.
+
+    Raises
+    ------
+    InputError
+        If an output is missing or the manifest cannot be written.
+    """
+    content: dict[str, Any] = {
+        "inputs": dict(inputs),
+        "outputs": {path.relative_to(folder).as_posix(): sha256_of(path) for path in outputs},
+        "parameters": dict(parameters),
+        "processor": processor(),
+        "source_code_hash": source_code_hash(),
+        "versions": versions(),
+    }
+    if steps is not None:
+        content["steps"] = dict(steps)
+    with whole_file(folder / MANIFEST) as partial:
+        partial.write_bytes(sealed(content))
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rockframe.errors import InputError
 from rockframe.ingest import contents, is_archive, load, printable
-from rockframe.provenance import sha256_of, write_manifest
+from rockframe.provenance import sha256_of
 from rockframe.runs.plan import Plan
 from rockframe.runs.plan_file import read_plan
 from rockframe.runs.state import files_of
@@ -32,6 +32,8 @@ def finish(folder: Path) -> int:
     InputError
         If an input changed or vanished since the run was planned, or an output is missing.
     """
+    from rockframe.results import write_manifest  # a second that other commands need not wait
+
     plan = read_plan(folder)
     inputs = {file.name: file.sha256 for file in plan.inputs}
     changed, read = changed_inputs(plan), _read_by_ingest(folder)
@@ -80,7 +82,7 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
     """Return name and SHA-256 of what the records were read from, whatever the files are now."""
-    from rockframe.results import RECORDS, describe  # a second that other commands need not wait
+    from rockframe.results import RECORDS, describe
 
     records = folder / "records.nc"
     return dict(describe(records, RECORDS).inputs) if records.is_file() else {}
