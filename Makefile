@@ -15,7 +15,7 @@ WORKFLOW := .venv-workflow
 SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflows/Snakefile
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults check format bench fuzz clean
+.PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults test-all check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -32,6 +32,7 @@ help:
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
 	@echo "make test-faults  kill, starve and damage runs, and see that they are gone on with (5 minutes)"
+	@echo "make test-all  every test there is, in one piece (half an hour on two cores)"
 	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
@@ -105,6 +106,8 @@ test-workflow: $(MADE) $(WORKFLOW)/.made
 
 test-faults: $(MADE)
 	@$(BIN)/python -m pytest -q -m faults tests/faults tests/runs
+
+test-all: check test test-examples test-browser test-dask test-faults test-workflow
 
 check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.ingest.shared import files_of
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, collect, read_file, sorted_out
@@ -48,20 +49,17 @@ def compare(path: Path, unit: float, quiet: int | None, options: ReadOptions) ->
     [("knet", None), ("esm", 0), ("geonet", 0), ("afad", 0), ("miniseed", QUIET)],
 )
 def test_archives(shared_records: Path, folder: str, quiet: int | None) -> None:
-    paths = [p for p in (shared_records / "formats" / folder).iterdir() if p.suffix != ".xml"]
-    assert paths
-    for path in paths:
+    for name in files_of(folder):
+        path = shared_records / "formats" / name
         compare(path, STANDARD_GRAVITY, quiet, ReadOptions())
 
 
 @pytest.mark.parametrize(
-    ("pattern", "units", "unit"),
-    [("2019*.sac", "g", 9.81), ("NGA*.SAC", "cm/s2", 0.01)],
+    ("ending", "units", "unit"), [(".sac", "g", 9.81), (".SAC", "cm/s2", 0.01)]
 )
-def test_sac(shared_records: Path, pattern: str, units: str, unit: float) -> None:
-    paths = list((shared_records / "formats" / "sac").glob(pattern))
-    assert paths
-    for path in paths:
+def test_sac(shared_records: Path, ending: str, units: str, unit: float) -> None:
+    for name in files_of("sac", ending):
+        path = shared_records / "formats" / name
         compare(path, unit, 0, ReadOptions(units=units))
         with pytest.raises(InputError, match="units unstated"):
             read_file(path)

@@ -71,7 +71,8 @@ def test_a_written_file_is_written_again_the_same(at2: Callable[..., bytes]) -> 
 def test_real_files(shared_records: Path, tmp_path: Path) -> None:
     from obspy import read
 
-    for path in sorted((shared_records / "formats" / "peer_at2").glob("RSN*.AT2")):
+    for name in ("RSN1_HELENA.A_A-HMC180.AT2", "RSN77_SFERN_PUL164.AT2"):
+        path = shared_records / "formats" / "peer_at2" / name
         read(str(path), format="PEERAT2").write(str(tmp_path / path.name), format="PEERAT2")
         [before], [after] = read_file(path), read_file(tmp_path / path.name)
         np.testing.assert_allclose(after.acceleration, before.acceleration, rtol=1e-7)

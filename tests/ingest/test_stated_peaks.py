@@ -129,7 +129,7 @@ def test_every_channel_of_ridgecrest_has_the_peak_that_its_header_states(
     shared_records: Path,
 ) -> None:
     records: list[Record] = []
-    for path in sorted((shared_records / "ridgecrest2019").iterdir()):
-        records += read_file(path)
+    for name in ("CICCC.RAW", "CICLC.v1", "CITOW2.RAW"):
+        records += read_file(shared_records / "ridgecrest2019" / name)
     assert len(records) == 9
     assert all(record.peak_ratio == pytest.approx(1.0, abs=2e-5) for record in records)
