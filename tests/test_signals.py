@@ -18,36 +18,36 @@ def burst(frequency: float) -> NDArray[np.float64]:
 
 
 def test_a_line_is_removed_entirely() -> None:
-    corrected, _ = correct(0.3 + 0.01 * TIME, 0.01, BandPass())
+    corrected, *_ = correct(0.3 + 0.01 * TIME, 0.01, BandPass())
     assert peak(corrected) < 1e-12
 
 
 def test_inside_the_band_nothing_changes() -> None:
     signal = burst(2.0)
-    corrected, _ = correct(signal, 0.01, BandPass())
+    corrected, *_ = correct(signal, 0.01, BandPass())
     assert peak(corrected - signal) < 1e-4
 
 
 @pytest.mark.parametrize("frequency", [0.2, 45.0])
 def test_outside_the_band_little_is_left(frequency: float) -> None:
-    corrected, _ = correct(burst(frequency), 0.01, BandPass(1.0, 20.0))
+    corrected, *_ = correct(burst(frequency), 0.01, BandPass(1.0, 20.0))
     assert peak(corrected) < 1e-3
 
 
 def test_phase_is_kept() -> None:
     signal = burst(1.0)
-    corrected, _ = correct(signal, 0.01, BandPass())
+    corrected, *_ = correct(signal, 0.01, BandPass())
     assert int(np.correlate(corrected, signal, "same").argmax()) == signal.size // 2
 
 
 def test_velocity_returns_to_rest() -> None:
-    corrected, _ = correct(burst(0.5) + 0.05, 0.01, BandPass())
+    corrected, *_ = correct(burst(0.5) + 0.05, 0.01, BandPass())
     velocity = integrate(corrected, 0.01)
     assert abs(velocity[-1]) < 1e-3 * peak(velocity)
 
 
 def test_processing_states_the_corners_used() -> None:
-    _, steps = correct(burst(1.0), 0.02, BandPass(0.2, 40.0))
+    *_, steps = correct(burst(1.0), 0.02, BandPass(0.2, 40.0))
     assert "0.2 to 20 Hz" in steps[-1]
 
 

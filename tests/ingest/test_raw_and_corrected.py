@@ -34,7 +34,7 @@ def pair(shared_records: Path, channel: int) -> tuple[Float, Record]:
     folder = shared_records / "formats" / "csmip"
     raw = read_file(folder / "CE89146.V1")[channel]
     theirs = read_file(folder / "CE89146.V2")[channel]
-    ours, _ = correct(raw.acceleration, raw.time_step, BandPass(0.3, 40.0))
+    ours, *_ = correct(raw.acceleration, raw.time_step, BandPass(0.3, 40.0))
     return ours, theirs
 
 

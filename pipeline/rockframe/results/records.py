@@ -35,8 +35,8 @@ _MEASURES: Final = {
     "strong_start": ("s", "time of 5 % of the Arias intensity, since the first sample"),
     "usable_period_shortest": ("s", "shortest usable period; 0 if none is usable"),
     "usable_period_longest": ("s", "longest usable period; 0 if none is usable"),
-    "end_velocity": ("m s-1", "velocity at the end of the record, from rest"),
-    "end_displacement": ("m", "displacement at the end of the record, from rest"),
+    "end_velocity": ("m s-1", "velocity at the end of the record"),
+    "end_displacement": ("m", "displacement at the end of the record"),
     "noise_level": ("m s-2", "root mean square of the acceleration before the event, as recorded"),
 }
 

@@ -37,7 +37,9 @@ class Measures:
     strong_start, strong_end, strong_end_75 : float
         Times at which the Arias intensity passes 5, 95 and 75 % [s].
     end_velocity, end_displacement : float
-        At the end of the record, from rest [m s-1], [m]: the drift of the baseline.
+        At the end of the record [m s-1], [m]: the drift of the baseline. From rest, or from what
+        the filter has spread before the first sample of a record that is corrected here; rotated
+        motions are integrated from rest.
     end_velocity_share, end_displacement_share : float
         Their absolute values over the peaks of velocity and displacement [1].
     clipped_samples : int
@@ -132,6 +134,7 @@ def passport(
     before: Record,
     after: Record,
     limits: PassportLimits,
+    start: tuple[float, float] = (0.0, 0.0),
 ) -> Passport:
     """Measure a record and hold it to the limits.
 
@@ -143,6 +146,8 @@ def passport(
         and drift are of what goes on to the next stage.
     limits : PassportLimits
         Limits of warning and rejection.
+    start : (float, float)
+        Velocity [m s-1] and displacement [m] at the first sample, as `correct` returns them.
 
     Raises
     ------
@@ -163,15 +168,16 @@ def passport(
     """
     # Squares of absurd numbers overflow; the check of the peak says what is wrong with them.
     with np.errstate(over="ignore", invalid="ignore"):
-        measures = _measure(before, after, limits.signal_to_noise_ratio)
+        measures = _measure(before, after, limits.signal_to_noise_ratio, start)
     return Passport(measures, _judge(measures, after, limits))
 
 
-def _measure(before: Record, after: Record, ratio: float) -> Measures:
+def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, float]) -> Measures:
     step = after.time_step
     start, end = significant_duration(after.acceleration, step)
-    velocity = integrate(after.acceleration, step)
-    displacement = integrate(velocity, step)
+    from_rest = integrate(after.acceleration, step)
+    velocity = moving[0] + from_rest
+    displacement = moving[1] + integrate(velocity, step)
     raw = before.acceleration
     # The offset of an uncorrected record is no motion.
     motion = raw - raw.mean() if before.uncorrected else raw
@@ -182,7 +188,7 @@ def _measure(before: Record, after: Record, ratio: float) -> Measures:
     strong = slice(int(start / step), int(end / step) + 2)
     return Measures(
         peak_acceleration=peak(after.acceleration),
-        peak_velocity=peak(velocity),
+        peak_velocity=peak(from_rest),
         arias_intensity=arias_intensity(after.acceleration, step),
         strong_start=start,
         strong_end=end,

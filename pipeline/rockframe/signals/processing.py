@@ -76,7 +76,9 @@ class BandPass:
         return self.low, high
 
 
-def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Float, tuple[str, ...]]:
+def correct(
+    acceleration: Float, time_step: float, band: BandPass
+) -> tuple[Float, tuple[float, float], tuple[str, ...]]:
     """Give an uncorrected accelerogram a baseline and a band-pass.
 
     A straight line is removed, the ends are tapered, zeros are added, and a Butterworth filter
@@ -95,6 +97,9 @@ def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Floa
     -------
     array, shape (samples,)
         Corrected acceleration [m s-2].
+    (float, float)
+        Velocity [m s-1] and displacement [m] at its first sample: the integrals over the zeros that
+        were added before it, into which the filter has spread some of the motion.
     tuple of str
         What was done, in order.
 
@@ -111,7 +116,7 @@ def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Floa
     --------
     >>> import numpy as np
     >>> offset = np.full(2000, 0.3)
-    >>> corrected, steps = correct(offset, 0.01, BandPass())
+    >>> corrected, start, steps = correct(offset, 0.01, BandPass())
     >>> bool(np.abs(corrected).max() < 1e-12), steps[0]
     (True, 'baseline: least-squares line removed')
     """
@@ -123,14 +128,16 @@ def correct(acceleration: Float, time_step: float, band: BandPass) -> tuple[Floa
         _ORDER, (low, high), btype="bandpass", fs=1.0 / time_step, output="sos"
     )
     padded = np.pad(tapered, pad)
-    filtered = scipy.signal.sosfiltfilt(sections, padded, padtype=None)[pad:-pad]
+    filtered = scipy.signal.sosfiltfilt(sections, padded, padtype=None)
+    before = integrate(filtered[: pad + 1], time_step)
+    start = float(before[-1]), float(integrate(before, time_step)[-1])
     steps = (
         "baseline: least-squares line removed",
         f"taper: cosine over {_TAPER:.0%} of the record at each end",
         f"band-pass: Butterworth of order {_ORDER}, {low:g} to {high:g} Hz, forwards and "
         f"backwards, with {pad * time_step:g} s of zeros at each end, cut off again",
     )
-    return np.ascontiguousarray(filtered), steps
+    return np.ascontiguousarray(filtered[pad:-pad]), start, steps
 
 
 def integrate(series: Float, time_step: float) -> Float:

@@ -196,6 +196,7 @@ def checked(
     before: Record,
     limits: PassportLimits,
     components: Sequence[Passport] = (),
+    start: tuple[float, float] = (0.0, 0.0),
 ) -> Entry:
     """Return the row of a record with its passport, and the reason if that rejects it.
 
@@ -208,8 +209,10 @@ def checked(
     components : sequence of Passport
         Of the recorded components that the record is made of, if it is a rotated one: clipping,
         gaps, late trigger and the like are the worst of theirs.
+    start : (float, float)
+        Velocity and displacement at the first sample [m s-1], [m].
     """
-    result = passport(before, record, limits)
+    result = passport(before, record, limits, start)
     if components:
         result = _as_recorded(result, components)
     reason = " ".join(str(check) for check in result.rejections)
@@ -256,8 +259,10 @@ def _entry(outcome: Rejection | Unread) -> Entry:
 def _inspected(record: Record, band: BandPass, limits: PassportLimits) -> tuple[Record, Entry]:
     """Return the record after processing, and its row of the table; with a reason: rejected."""
     try:
-        processed = _processed(record, band) if record.uncorrected else _moving(record)
-        return processed, checked(processed, record, limits)
+        if not record.uncorrected:
+            return record, checked(_moving(record), record, limits)
+        processed, start = _processed(record, band)
+        return processed, checked(processed, record, limits, start=start)
     except ParameterError as error:
         return record, Entry(record.source_file, record.record_id, reason=str(error))
 
@@ -271,8 +276,8 @@ def _moving(record: Record) -> Record:
     return record
 
 
-def _processed(record: Record, band: BandPass) -> Record:
-    corrected, steps = correct(_moving(record).acceleration, record.time_step, band)
+def _processed(record: Record, band: BandPass) -> tuple[Record, tuple[float, float]]:
+    corrected, start, steps = correct(_moving(record).acceleration, record.time_step, band)
     low, high = band.corners(record.time_step, record.duration)
     return replace(
         record,
@@ -281,4 +286,4 @@ def _processed(record: Record, band: BandPass) -> Record:
         filter_low=float(np.fmax(record.filter_low, low)),
         filter_high=float(np.fmin(record.filter_high, high)),
         processing=(*record.processing, *steps),
-    )
+    ), start
