@@ -4,6 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 MADE := $(VENV)/.made
+EXTRAS := $(VENV)/.extras
 OUTPUT ?= outputs/table1
 PAPER ?= outputs/paper
 DOCS ?= outputs/docs
@@ -52,6 +53,11 @@ $(MADE): requirements.lock pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
+$(EXTRAS): $(MADE) requirements-extras.lock
+	@echo "adding to $(VENV) from requirements-extras.lock (once; a minute)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-extras.lock
+	@touch $@
+
 table1: $(MADE)
 	@$(BIN)/rockframe table1 --output $(OUTPUT) \
 		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
@@ -69,7 +75,6 @@ study: $(MADE) $(WORKFLOW)/.made
 	@$(BIN)/rockframe verify $(STUDY_OUTPUT)
 
 explore: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[explorer]'
 	@$(BIN)/rockframe explore $(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
 
 paper: $(MADE)
@@ -87,18 +92,15 @@ test: $(MADE)
 test-examples: $(MADE)
 	@$(BIN)/python -m pytest -q tests/examples/examples.py
 
-docs: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
+docs: $(EXTRAS)
 	@rm -rf $(DOCS)
 	@$(BIN)/python -m sphinx -q -W --keep-going -b html -d outputs/.doctrees docs $(DOCS)
 	@$(BIN)/python docs/check.py $(DOCS)
 
-test-browser: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[browser,explorer]'
+test-browser: $(EXTRAS)
 	@$(BIN)/python -m pytest -q tests/report/test_browser.py tests/explorer
 
-test-dask: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[dask]'
+test-dask: $(EXTRAS)
 	@$(BIN)/python -m pytest -q tests/engines tests/runs/test_dask_run.py
 
 test-workflow: $(MADE) $(WORKFLOW)/.made
@@ -119,12 +121,10 @@ format: $(MADE)
 	@$(BIN)/ruff format --quiet .
 	@$(BIN)/ruff check --quiet --fix .
 
-bench: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[bench]'
+bench: $(EXTRAS)
 	@$(BIN)/python -m tests.benchmarks.bench --output outputs/bench.json
 
-fuzz: $(MADE)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[fuzz]'
+fuzz: $(EXTRAS)
 	@$(BIN)/python tests/fuzz/run.py --seconds $(SECONDS)
 
 clean:
