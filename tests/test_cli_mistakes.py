@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from tests.commands import STRUCTURE, ingested, run
 
 import rockframe
+from rockframe.cli.main import parser
 
 
 @pytest.mark.parametrize(
@@ -96,22 +98,49 @@ def typed(*words: str | Path) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(
-    ("output", "words"),
+    ("name", "words"),
     [
-        ("motion.nc", "The table beside motion.nc would take"),
-        ("motion.csv", "Must be another file"),
+        ("motion.csv", "The table beside motion.nc would take"),
+        ("motion.nc", "Must be another file"),
     ],
 )
 def test_ingest_never_replaces_its_input(
-    motion: Path, capsys: pytest.CaptureFixture[str], output: str, words: str
+    motion: Path, capsys: pytest.CaptureFixture[str], name: str, words: str
 ) -> None:
     """`motion.nc` would put its list of inputs into `motion.csv`."""
-    before = motion.read_bytes()
-    stated = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name(output))
-    assert run("ingest", motion, *stated) == 2
+    read = motion.rename(motion.with_name(name))
+    before = read.read_bytes()
+    stated = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name("motion.nc"))
+    assert run("ingest", read, *stated) == 2
     assert f"is an input of this command. {words}" in capsys.readouterr().err
-    assert motion.read_bytes() == before
-    assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
+    assert read.read_bytes() == before
+    assert [path.name for path in motion.parent.iterdir()] == [name]
+
+
+def test_what_is_written_must_fit_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A table is no workbook: refused before there is anything, for every option that writes."""
+    monkeypatch.chdir(tmp_path)
+    verbs = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
+    writing = [
+        (verb, action)
+        for verb, its in verbs.choices.items()
+        for action in its._actions  # noqa: SLF001
+        if action.dest == "output"
+    ]
+    assert len(writing) > 10
+    for verb, action in writing:
+        assert callable(action.type)
+        with pytest.raises(argparse.ArgumentTypeError, match=r"Must (end in|name a folder)"):
+            action.type("table.xlsx")
+        if action.default is not None:
+            assert action.type(str(action.default)) == action.default, verb
+    with pytest.raises(SystemExit, match="2"):
+        run("table", "records.nc", "pulses.nc", "response.nc", "--output", "table.xlsx")
+    said = "argument --output: 'table.xlsx'. Must end in .csv. See rockframe table --help."
+    assert capsys.readouterr().err == f"rockframe: error: {said}\n"
+    assert not list(tmp_path.iterdir())
 
 
 def test_ingest_never_replaces_a_strange_table(
@@ -137,7 +166,7 @@ def test_a_file_of_structures_is_never_replaced(
     motion: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     records = ingested(motion)
-    structures = motion.with_name("mine.toml")
+    structures = motion.with_name("mine.nc")
     structures.write_text(STRUCTURE)
     assert run("respond", records, "--structures", structures, "--output", structures) == 2
     assert "is an input of this command" in capsys.readouterr().err

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.arguments import path
+from rockframe.cli.outputs import folder_to_write
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="outputs of stages: of ingest, pulse and respond, all three, for a figure of each "
         "record; of screen for fragility and peaks; of spectrum for its curves",
     )
-    parser.add_argument("--output", type=path, required=True, help="folder to write")
+    parser.add_argument("--output", type=folder_to_write, required=True, help="folder to write")
     parser.add_argument(
         "--most",
         type=int,

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.arguments import path
+from rockframe.cli.outputs import folder_to_write
 from rockframe.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="longest wait for one answer (default: 120)",
     )
     parser.add_argument(
-        "--output", type=path, required=True, metavar="FOLDER", help="folder to write"
+        "--output", type=folder_to_write, required=True, metavar="FOLDER", help="folder to write"
     )
 
 

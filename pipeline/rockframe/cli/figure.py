@@ -8,6 +8,7 @@ from pathlib import Path
 from rockframe.cli.arguments import add_reading, add_structures, add_vertical, path
 from rockframe.cli.figure_spectra import add_grid
 from rockframe.cli.figure_table import FIGURES
+from rockframe.cli.outputs import file_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,7 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
     parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
     parser.add_argument(
-        "--output", type=path, required=True, help="file to write: .png, .pdf or .svg"
+        "--output",
+        type=file_to_write(".png", ".pdf", ".svg"),
+        required=True,
+        help="file to write: .png, .pdf or .svg",
     )
     add_records(parser)
     parser.add_argument(
@@ -71,10 +75,9 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw, write, print the caption."""
     from rockframe.cli.console import show_json
-    from rockframe.figures import require_format, save_captioned
+    from rockframe.figures import save_captioned
 
     output: Path = options.output
-    require_format(output)
     drawn, status = FIGURES[options.figure].draw(options)
     beside = save_captioned(drawn, output)
     if options.json:

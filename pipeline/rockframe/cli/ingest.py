@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import add_filters, add_reading, add_rotation, path
+from rockframe.cli.outputs import file_to_write
 
 if TYPE_CHECKING:
     from rockframe.results import Entry
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, and what they do not say of themselves."""
     parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
-    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
     add_reading(parser)
     add_filters(parser)
     add_rotation(parser)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rockframe.cli.arguments import path
+from rockframe.cli.outputs import file_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,7 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PART",
         help="outputs of one stage with --batch 1/N, 2/N, ..., in this order",
     )
-    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.arguments import add_periods, add_reading, path, refuse_folder_of_records
+from rockframe.cli.arguments import add_periods, add_reading, refuse_folder_of_records
 from rockframe.cli.figure import add_records
 from rockframe.cli.figure_spectra import add_grid
+from rockframe.cli.outputs import folder_to_write
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The paper's records, if there are any, and where the page goes."""
     parser.add_argument(
         "--output",
-        type=path,
+        type=folder_to_write,
         default=Path("outputs/paper"),
         help="folder to write (default: outputs/paper)",
     )

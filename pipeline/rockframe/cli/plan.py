@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from rockframe.cli.arguments import path
+from rockframe.cli.outputs import folder_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_study(parser: argparse.ArgumentParser) -> None:
     """What `plan` and `run` have in common."""
     parser.add_argument("study", type=path, help="study file (TOML); `rockframe init` writes one")
-    parser.add_argument("--output", type=path, required=True, help="folder of the run")
+    parser.add_argument("--output", type=folder_to_write, required=True, help="folder of the run")
     parser.add_argument(
         "--replace",
         action="store_true",

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from rockframe.cli.arguments import add_periods, path
 from rockframe.cli.computing import add_batch, add_engine
+from rockframe.cli.outputs import file_to_write
 from rockframe.cli.pulse_options import add_pulse_search, add_pulse_wavelet
 
 
@@ -16,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "records", type=path, help="output of `rockframe ingest`; with --paper record files too"
     )
-    parser.add_argument("--output", type=path, help="netCDF file to write")
+    parser.add_argument("--output", type=file_to_write(".nc"), help="netCDF file to write")
     parser.add_argument(
         "--paper",
         action="store_true",

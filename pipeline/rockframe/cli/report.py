@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.cli.arguments import path
+from rockframe.cli.outputs import file_to_write
 
 #: The page, in the folder of its run.
 _PAGE: Final = "report.html"
@@ -18,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "folder", type=path, help="folder of a run, of `rockframe table1` or `rockframe run`"
     )
     parser.add_argument(
-        "--output", type=path, help="page to write (default: report.html in the folder)"
+        "--output",
+        type=file_to_write(".html"),
+        help="page to write (default: report.html in the folder)",
     )
     parser.add_argument(
         "--histories",

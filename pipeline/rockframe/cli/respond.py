@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from rockframe.cli.arguments import add_margins, add_structures, add_vertical, path
 from rockframe.cli.computing import add_batch, add_engine, add_histories
+from rockframe.cli.outputs import file_to_write
 
 #: Quantities of the motion, what they are multiplied by, and their decimals.
 _OF_MOTION: Final = (
@@ -21,7 +22,9 @@ _OF_MOTION: Final = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Records and structures in, histories and verdicts out."""
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
-    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
     add_structures(parser)
     add_vertical(parser)
     add_margins(parser)

@@ -16,6 +16,7 @@ from rockframe.cli.arguments import (
     path,
 )
 from rockframe.cli.computing import add_histories, add_scheduler
+from rockframe.cli.outputs import file_to_write
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="output of `rockframe ingest`; or files and folders of records",
     )
-    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
     add_structures(parser)
     add_vertical(parser)

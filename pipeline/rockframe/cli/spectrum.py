@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import path
 from rockframe.cli.computing import add_engine
+from rockframe.cli.outputs import file_to_write
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="output of `rockframe ingest`: rocking spectra, peaks over 2 pi / p of the columns",
     )
-    parser.add_argument("--output", type=path, required=True, help="netCDF file to write")
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
     parser.add_argument(
         "--slenderness-deg",
         type=float,

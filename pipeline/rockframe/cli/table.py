@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.cli.arguments import path
+from rockframe.cli.outputs import file_to_write
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Three files of stages in, one table out."""
     add_stages(parser)
-    parser.add_argument("--output", type=path, required=True, help="CSV file to write")
+    parser.add_argument(
+        "--output", type=file_to_write(".csv"), required=True, help="CSV file to write"
+    )
 
 
 def add_stages(parser: argparse.ArgumentParser) -> None:

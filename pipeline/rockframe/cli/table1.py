@@ -14,6 +14,7 @@ from rockframe.cli.arguments import (
     add_vertical,
     path,
 )
+from rockframe.cli.outputs import folder_to_write
 from rockframe.cli.pulse_options import add_pulse_wavelet
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--output",
-        type=path,
+        type=folder_to_write,
         default=Path("outputs/table1"),
         help="folder to write (default: outputs/table1)",
     )
