@@ -50,7 +50,7 @@ def test_curve_is_logistic_in_the_logarithm(screening: xr.Dataset) -> None:
     (curve,) = (line for line in panel.get_lines() if line.get_linestyle() == "-")
     x, y = (np.asarray(values, dtype=np.float64) for values in curve.get_data())
     median = float(fit["fragility_median"]) / GRAVITY
-    power = (median / x) ** (1.0 / float(fit["fragility_dispersion"]))
+    power = (median / x) ** (1.0 / float(fit["fragility_logistic_scale"]))
     assert_allclose(y, 1.0 / (1.0 + power), rtol=1e-9)
 
 

@@ -30,7 +30,7 @@ def site(motions: int, seed: int, slope: float = 3.0) -> tuple[Float, NDArray[np
 
 @pytest.mark.parametrize("seed", range(5))
 def test_maximum_agrees_with_a_general_optimiser(seed: int) -> None:
-    """Nelder and Mead's simplex, on the median and the dispersion instead."""
+    """Nelder and Mead's simplex, on the median and the logistic scale instead."""
     intensity, fell = site(40, seed)
     x = np.log(intensity)[:, None] + np.log(SCALES)
 
@@ -41,8 +41,18 @@ def test_maximum_agrees_with_a_general_optimiser(seed: int) -> None:
     found = minimize(against, [0.0, 0.0], method="Nelder-Mead", tol=1e-12)
     fit = fit_fragility(intensity, SCALES, fell)
     assert_allclose(fit.median, math.exp(found.x[0]), rtol=1e-5)
-    assert_allclose(fit.dispersion, math.exp(found.x[1]), rtol=1e-5)
+    assert_allclose(fit.logistic_scale, math.exp(found.x[1]), rtol=1e-5)
     assert_allclose(fit.log_likelihood.sum(), -found.fun, rtol=1e-12)
+
+
+def test_beta_is_that_of_the_lognormal_curve() -> None:
+    """A lognormal fragility comes back: its beta is no logistic scale, but 1.81 times one."""
+    rng = np.random.default_rng(3)
+    intensity = rng.uniform(0.3, 6.0, 20_000)
+    fell = np.log(intensity) > math.log(2.0) + 0.4 * rng.normal(size=intensity.size)
+    fit = fit_fragility(intensity, [1.0], fell[:, None])
+    assert_allclose(fit.lognormal_beta, 0.4, rtol=0.05)
+    assert_allclose(fit.lognormal_beta / fit.logistic_scale, 1.8138, rtol=1e-4)
 
 
 def test_truth_lies_within_the_band_as_often_as_it_says() -> None:

@@ -122,7 +122,8 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
                 fit["symbol"],
                 number(fit["median"], 3),
                 fit["unit"],
-                number(fit["dispersion"], 3),
+                number(fit["lognormal_beta"], 3),
+                number(fit["logistic_scale"], 3),
                 number(fit["pseudo_r2"], 2),
                 number(fit["concordance"], 2),
                 fit["said"],
@@ -133,7 +134,10 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
         rows.append([])
     show_table(
         "Overturning fragility",
-        ["structure", "over", "median>", "", "dispersion>", "pseudo R²>", "concordance>", ""],
+        [
+            *("structure", "over", "median>", "", "lognormal β>", "logistic scale>"),
+            *("pseudo R²>", "concordance>", ""),
+        ],
         rows[:-1],
     )
     for told, structures in _told(summary).items():

@@ -82,7 +82,8 @@ def _caption(screening: xr.Dataset, structure: str, known: list[Measure]) -> str
             told.append(
                 f"{measure.symbol}: half overturn at "
                 f"{float(fit['fragility_median']) / measure.printed:.3g} {measure.unit}, "
-                f"dispersion {float(fit['fragility_dispersion']):.3g}, pseudo R² "
+                f"lognormal β {float(fit['fragility_lognormal_beta']):.3g} (logistic scale "
+                f"{float(fit['fragility_logistic_scale']):.3g}), pseudo R² "
                 f"{float(fit['fragility_pseudo_r2']):.2f}"
             )
         else:

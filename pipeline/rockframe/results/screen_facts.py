@@ -31,7 +31,8 @@ _UNITS: Final = {name: _OF_MOTION[name][0] for name in MEASURES}
 #: Numbers of a fragility curve, by variable: long name.
 _OF_FIT: Final = {
     "median": "intensity at which half overturn, in the unit of the measure",
-    "dispersion": "scale of the logistic distribution of the logarithm of the intensity",
+    "logistic_scale": "scale of the logistic distribution of the logarithm of the intensity",
+    "lognormal_beta": "standard deviation of that logarithm, pi / sqrt(3) times logistic_scale",
     "intercept": "logit at an intensity of one unit",
     "slope": "slope of the logit over the logarithm of the intensity",
     "pseudo_r2": "McFadden's 1 - ln L / ln L_0",

@@ -115,7 +115,10 @@ def _fit(one: xr.Dataset, measure: Measure) -> dict[str, Any]:
         "median": float(fit["fragility_median"]) / measure.printed,
         **{
             name: float(fit[f"fragility_{name}"])
-            for name in ("dispersion", "pseudo_r2", "concordance", "brier")
+            for name in (
+                *("logistic_scale", "lognormal_beta"),
+                *("pseudo_r2", "concordance", "brier"),
+            )
         },
         **{
             name: int(fit[f"fragility_{name}"])
