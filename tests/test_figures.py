@@ -103,7 +103,7 @@ def test_figure_11_has_a_column_for_each_record(tmp_path: Path) -> None:
     assert len(shown) == 4 * len(records)
     assert_allclose(curve(shown[0], 0)[1], records[0].acceleration / GRAVITY, rtol=1e-14)
     peak = f"{responses[1][0].peak_rotation_ratio:.3f}"
-    assert f"r0.5: θ/α {peak}" in drawn.caption
+    assert f"r0.5: stands, θ/α {peak}" in drawn.caption
 
 
 def test_figure_11_draws_a_falling_frame_no_further(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_figure_11_draws_a_falling_frame_no_further(tmp_path: Path) -> None:
     with open_response(path) as response:
         history = response.sel(record="shake", structure="column")
     drawn = draw_response_grid({"shake": record.acceleration}, [history], {"shake": ""})
-    assert "shake: overturns" in drawn.caption
+    assert "shake: overturned " in drawn.caption
     ratio = curve(axes_of(drawn)[1], 0)[1]
     assert np.abs(ratio).max() <= 1.3
 

@@ -155,7 +155,7 @@ def test_what_is_left_out_is_said(hostile_run: Path, capsys: pytest.CaptureFixtu
     said = json.loads(capsys.readouterr().out)
     assert (said["histories"], said["left_out"]) == (1, 2)
     (kept,) = json.loads(page.texts["facts"])["pairs"]
-    assert kept["verdict"] == "safe"  # those that stand come first
+    assert kept["kind"] == "safe"  # those that stand come first
     assert any("Of 3 histories this page holds 1" in word for word in page.words)
     assert sum(attributes.get("data-history") is not None for _, attributes in page.tags) == 1
 

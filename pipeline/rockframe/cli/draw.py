@@ -126,9 +126,9 @@ def draw(
     """Draw one figure for each of the records that are chosen."""
     from rockframe.cli.console import progress_bar
     from rockframe.figures import draw_response_history, save
-    from rockframe.results import best_pulses, open_records, open_response
+    from rockframe.results import best_pulses, open_records, open_response, stated_pulse
 
-    titles = {row.record_id: f"{row.event}, {row.record}".removeprefix(", ") for row in rows}
+    by_record = {row.record_id: vars(row) for row in rows}
     pulses = best_pulses(files[1])
     with (
         open_records(files[0]) as records,
@@ -140,7 +140,8 @@ def draw(
                 records.read(name).acceleration,
                 pulses.get(name),
                 [response.sel(record=name, structure=s) for s in response.kept(name)],
-                titles[name],
+                f"{by_record[name]['event']}, {by_record[name]['record']}".removeprefix(", "),
+                tested=stated_pulse(by_record[name]),
             )
             save(figure, folder / f"{name}.png")
             progress(i + 1, len(chosen))

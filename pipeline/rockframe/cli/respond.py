@@ -105,24 +105,19 @@ def pulse_cell(row: Mapping[str, Any]) -> str:
 def response_cells(row: Mapping[str, Any]) -> list[str]:
     """Return theta/alpha, u, v, critical scale and verdict as people read them.
 
-    Of a fall the first three tell nothing.
+    The first three are blank for structures that overturn.
     """
     from rockframe.cli.console import number
+    from rockframe.results import stated_verdict
 
-    words = str(row["verdict"]).replace("_", " ")
-    fallen = row["verdict"] == "overturned" or math.isfinite(row["overturning_time_s"])
-    end = f" {row['overturning_time_s']:.1f} s" if math.isfinite(row["overturning_time_s"]) else ""
-    if row["verdict"] == "undecided":
-        words += f", overturned{end}" if fallen else ", stands"
-    else:
-        words += end
+    stated = stated_verdict(row)
     return [
         *(
-            "–" if fallen else number(factor * row[name], decimals)
+            "–" if stated.overturns else number(factor * row[name], decimals)
             for name, factor, decimals in _OF_MOTION
         ),
         critical_scale(row),
-        words,
+        stated.words,
     ]
 
 

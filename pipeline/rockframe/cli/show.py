@@ -210,11 +210,13 @@ def _of_motion(facts: Mapping[str, Any]) -> str:
 
 
 def _of_pulse(facts: Mapping[str, Any]) -> str:
+    from rockframe.matching import PulseVerdict, pulse_words
     from rockframe.units import GRAVITY
 
     if "a_p_best" not in facts:
         return ""
+    tested = PulseVerdict[str(facts["pulse_verdict_best"]).upper().replace(" ", "_")]
     return (
         f"a_p {facts['a_p_best'] / GRAVITY:.3f} g, T_p {facts['T_p_best']:.3f} s, "
-        f"{facts['best_wavelet']}"
+        f"{facts['best_wavelet']}; {pulse_words(tested, facts['p_value_best'])}"
     )

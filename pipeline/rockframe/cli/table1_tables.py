@@ -7,12 +7,13 @@ from typing import Final
 
 from rockframe.cli.console import number, show_table, table_width
 from rockframe.cli.respond import response_cells
+from rockframe.matching import LEVEL
 from rockframe.paper import BORROWED, Comparison
-from rockframe.results import TableRow
+from rockframe.results import TableRow, pulse_mark
 
 _SHORT: Final = {
-    "symmetric_ricker": "sym.",
-    "antisymmetric_ricker": "antisym.",
+    "symmetric_ricker": "sym",
+    "antisymmetric_ricker": "antisym",
     "ricker_any_phase": "any phase",
     "mavroeidis_papageorgiou": "not: M.-P.",
     "": "–",
@@ -66,6 +67,12 @@ def _show_notes(rows: Sequence[TableRow]) -> None:
     notes = []
     if any(row.at_period_bound for row in rows):
         notes.append("* the end of the range of periods searched, not a maximum")
+    mark = max((pulse_mark(vars(row)) for row in rows), default="")
+    if mark:
+        notes.append(
+            f"{mark} best match, not told from noise: noise like the record matches as well in\n"
+            f"  more than {100.0 * LEVEL:g} % of the draws (pulse_p_value in table.csv)"
+        )
     if any(BORROWED in row.facts_source for row in rows):
         notes.append(f"Names, M_w and R that the files do not state: {BORROWED}.")
     for note in notes:
@@ -99,7 +106,7 @@ def _record(row: TableRow) -> list[str]:
         number(row.pgv_m_s, 2),
         number(row.a_p_g, 2),
         number(row.T_p_s, 2) + ("*" if row.at_period_bound else ""),
-        _SHORT[row.wavelet],
+        _SHORT[row.wavelet] + pulse_mark(vars(row)),
     ]
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.explorer.settings import Settings
 from rockframe.record import Record
-from rockframe.rocking import GroundAcceleration, Response, Verdict, respond
+from rockframe.rocking import GroundAcceleration, Response, StatedVerdict, Verdict, respond
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -64,6 +64,7 @@ class Answer:
     def facts(self) -> dict[str, Any]:
         """Return what became of the frame, as JSON values: SI units, None for what never was."""
         response, frame = self.response, self.response.frame
+        stated = StatedVerdict(response.verdict, response.overturning_time)
         numbers = {
             name: getattr(response, name)
             for name in (
@@ -81,6 +82,8 @@ class Answer:
         known = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
         return {
             "verdict": response.verdict.name.lower(),
+            "kind": stated.kind,
+            "words": stated.words,
             **known,
             "pga": float(np.abs(self.ground.acceleration()).max()),
             "step": self.ground.time_step,

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from rockframe.errors import InputError
 from rockframe.figures.style import styled
 from rockframe.provenance import whole_file
+from rockframe.rocking import StatedVerdict, Verdict
 from rockframe.units import GRAVITY
 
 #: Without dates and versions the same figure has the same bytes. Title and caption are added.
@@ -102,6 +103,22 @@ def of_structure(dataset: xr.Dataset) -> str:
         f"p̂ = {float(dataset['effective_frequency_parameter']):.3f} rad/s, "
         f"√r = {float(dataset['restitution']):.3f}."
     )
+
+
+def stated_in(history: xr.Dataset) -> StatedVerdict:
+    """Return the verdict of a dataset of one record and structure."""
+    margin = "critical_scale" in history
+    return StatedVerdict(
+        Verdict(int(history["verdict"])),
+        overturning_time=float(history["overturning_time"]),
+        critical_scale=float(history["critical_scale"]) if margin else None,
+    )
+
+
+def tested_in(dataset: xr.Dataset) -> str:
+    """Return what the test against noise says of a pulse, with a comma after it, or nothing."""
+    tested = str(dataset["tested"].item())
+    return f"{tested}, " if tested else ""
 
 
 def of_record(dataset: xr.Dataset) -> str:

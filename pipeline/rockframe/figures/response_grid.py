@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rockframe.figures.captioned import Captioned, of_structure
+from rockframe.figures.captioned import Captioned, of_structure, stated_in
 from rockframe.figures.style import DRAWN_TO, PAGE_WIDTH, over_gravity, styled, times_gravity
 from rockframe.units import GRAVITY
 
@@ -91,8 +91,9 @@ def _draw_column(
 
 
 def _fate(history: xr.Dataset) -> str:
-    if np.isfinite(history["overturning_time"]):
-        return f"overturns, {float(history['overturning_time']):.1f} s"
+    stated = stated_in(history)
+    if stated.overturns:
+        return stated.words
     return f"max {float(history['peak_rotation_ratio']):.3f}"
 
 
@@ -108,10 +109,11 @@ def _caption(histories: Sequence[xr.Dataset], vertical: bool) -> str:
     ground = "Horizontal and vertical" if vertical else "Horizontal"
     parts = []
     for history in histories:
-        fate = "overturns"
-        if not np.isfinite(history["overturning_time"]):
-            fate = (
-                f"θ/α {float(history['peak_rotation_ratio']):.3f}, "
+        stated = stated_in(history)
+        fate = stated.words
+        if not stated.overturns:
+            fate += (
+                f", θ/α {float(history['peak_rotation_ratio']):.3f}, "
                 f"u {100.0 * float(history['peak_u']):.1f} cm, "
                 f"v {100.0 * float(history['peak_v']):.2f} cm"
             )

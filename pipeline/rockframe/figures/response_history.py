@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from rockframe.figures.captioned import stated_in
 from rockframe.figures.style import DRAWN_TO, over_gravity, styled, times_gravity
 from rockframe.matching import PulseMatch
 from rockframe.units import GRAVITY
@@ -26,6 +27,8 @@ def draw_response_history(
     match: PulseMatch | None,
     histories: Sequence[xr.Dataset],
     title: str,
+    *,
+    tested: str = "",
 ) -> Figure:
     """Draw accelerogram with matched pulse, theta/alpha, v and u of one record.
 
@@ -39,6 +42,8 @@ def draw_response_history(
         What ``open_response(...).sel`` gives, one for each structure.
     title : str
         First line of the figure.
+    tested : str
+        What the test against noise says of the pulse, as `pulse_words` returns it.
 
     Returns
     -------
@@ -46,10 +51,11 @@ def draw_response_history(
         Four panels over one time axis.
     """
     with styled():
-        figure = Figure(figsize=(7.2, 7.0), layout="constrained")
+        size = (7.2, 6.2 + 0.16 * (1 + len(histories)))  # the legend has a line for each structure
+        figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
         time = histories[0]["time"].values
-        _draw_ground(panels[0], time, acceleration, match)
+        _draw_ground(panels[0], time, acceleration, match, tested)
         for history in histories:
             _draw_structure(panels[1:], history)
         panels[0].set_title(title)
@@ -67,7 +73,7 @@ def draw_response_history(
         if any(np.isfinite(history["overturning_time"]) for history in histories):
             falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
-        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        figure.legend(handles=handles, loc="outside lower center")
     return figure
 
 
@@ -76,11 +82,12 @@ def _draw_ground(
     time: NDArray[np.float64],
     acceleration: NDArray[np.float64],
     match: PulseMatch | None,
+    tested: str,
 ) -> None:
     panel.plot(time, acceleration / GRAVITY, color="0.55", linewidth=0.7, label="ground")
     largest = float(np.abs(acceleration).max())
     if match is not None:
-        _draw_pulse(panel, match)
+        _draw_pulse(panel, match, tested)
         largest = max(largest, match.pulse.a_p)
     panel.set_ylabel("ground  [g]")
     panel.legend(loc="upper right", ncols=2)
@@ -89,13 +96,16 @@ def _draw_ground(
     metric.set_ylabel("[m s$^{-2}$]")
 
 
-def _draw_pulse(panel: Axes, match: PulseMatch) -> None:
+def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
     pulse = match.pulse
     reach = pulse.mother.reach * pulse.T_p
     near = np.linspace(pulse.time - reach, pulse.time + reach, 400)
     name = pulse.wavelet.replace("_", " ").replace("ricker", "Ricker")
     label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s, "
-    label += "end of range" if match.at_period_bound else f"match {match.match_index:.2f}"
+    if match.at_period_bound:
+        label += "end of range"
+    else:
+        label += f"match {match.match_index:.2f}" + (f"\n{tested}" if tested else "")
     panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
 
 
@@ -104,20 +114,17 @@ def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
     ratio = history["theta"].values / float(history["slenderness"])
     drawn = np.isfinite(ratio) & (np.abs(np.nan_to_num(ratio, nan=np.inf)) <= DRAWN_TO)
     end = int(np.argmin(drawn)) if not drawn.all() else drawn.size
-    fallen = bool(np.isfinite(history["overturning_time"]))
-    peak = float(history["peak_rotation_ratio"])
-    fate = (
-        f"overturns at {float(history['overturning_time']):.1f} s"
-        if fallen
-        else f"peak θ/α {peak:.2f}"
-    )
+    stated = stated_in(history)
+    parts = [f"{history['structure'].item()}: {stated.words}"]
+    if not stated.overturns:
+        parts.append(f"peak θ/α {float(history['peak_rotation_ratio']):.2f}")
     if "critical_scale" in history:
-        fate += f", {_margin(history)}"
-    label = f"{history['structure'].item()}: {fate}"
+        parts.append(_margin(history))
+    label = "; ".join(parts)
     series = (ratio, 100.0 * history["v"].values, 100.0 * history["u"].values)
     for panel, values in zip(panels, series, strict=True):
         (line,) = panel.plot(time[:end], values[:end], label=label)
-        if fallen and end > 0:
+        if stated.overturns and end > 0:
             panel.plot(time[end - 1], values[end - 1], marker="x", color=line.get_color())
 
 

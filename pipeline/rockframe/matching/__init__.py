@@ -12,6 +12,7 @@ from rockframe.matching.likeness import LikenessOptions as LikenessOptions
 from rockframe.matching.likeness import PulseVerdict as PulseVerdict
 from rockframe.matching.likeness import Scrambling as Scrambling
 from rockframe.matching.likeness import likeness as likeness
+from rockframe.matching.likeness import pulse_words as pulse_words
 from rockframe.matching.match import PulseMatch as PulseMatch
 from rockframe.matching.match import best_match as best_match
 from rockframe.matching.match import best_ricker as best_ricker

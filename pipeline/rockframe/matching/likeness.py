@@ -128,6 +128,29 @@ class Likeness:
     high: float
 
 
+def pulse_words(verdict: PulseVerdict, p_value: float) -> str:
+    """Return what the test against noise says of a pulse, in words.
+
+    Parameters
+    ----------
+    verdict : PulseVerdict
+        Result of the test.
+    p_value : float
+        Share of surrogates that match as well [1].
+
+    Examples
+    --------
+    >>> pulse_words(PulseVerdict.NOISE, 0.32)
+    'best match, not told from noise (p = 0.32)'
+    """
+    return {
+        PulseVerdict.UNTESTED: "best match, not tested against noise",
+        PulseVerdict.PULSE: f"pulse, told from noise (p = {p_value:.2f})",
+        PulseVerdict.NOISE: f"best match, not told from noise (p = {p_value:.2f})",
+        PulseVerdict.AT_BOUND: "best match, at the end of the range of periods",
+    }[verdict]
+
+
 def likeness(
     acceleration: Float,
     time_step: float,

@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from rockframe.results import pulse_mark, stated_verdict
+
 #: Of a structure that fell these are those of its fall, which tell nothing.
 _OF_THE_FALL: Final = ("peak_rotation_ratio", "u_max_m", "v_max_m")
 _DASH: Final = "–"
 #: Wavelets, as the tables of the terminal have them.
-_SHORT: Final = {"symmetric_ricker": "sym.", "antisymmetric_ricker": "antisym."}
+_SHORT: Final = {"symmetric_ricker": "sym", "antisymmetric_ricker": "antisym"}
 
 
 @dataclass(frozen=True)
@@ -51,13 +53,14 @@ class Column:
         '13.5'
         """
         text = row[self.key]
+        if self.key == "verdict":
+            return stated_verdict(row).words
         if self.decimals is None:
-            return (
-                _SHORT.get(text, text.replace("_", " ") if self.key == "verdict" else text) or _DASH
-            )
+            mark = pulse_mark(row) if self.key == "wavelet" else ""
+            return _SHORT.get(text, text) + mark or _DASH
         if self.key == "critical_scale" and not text and row.get("largest_scale"):
             return f"> {float(row['largest_scale']):.3g}"
-        if not text or (self.key in _OF_THE_FALL and fallen(row)):
+        if not text or (self.key in _OF_THE_FALL and stated_verdict(row).overturns):
             return _DASH
         return f"{self.factor * float(text):.{self.decimals}f}"
 
@@ -69,22 +72,11 @@ class Column:
         return text if text and math.isfinite(float(text)) else "-Infinity"
 
 
-def fallen(row: Mapping[str, str]) -> bool:
-    """Return whether a structure overturned, however decided its verdict is.
-
-    Examples
-    --------
-    >>> fallen({"verdict": "undecided", "overturning_time_s": "31.2"})
-    True
-    """
-    return row["verdict"] == "overturned" or bool(row.get("overturning_time_s"))
-
-
 #: All that can be shown, the answer first.
 COLUMNS: Final = (
     Column("record", "Record", wraps=True),
     Column("structure", "Structure"),
-    Column("verdict", "Verdict"),
+    Column("verdict", "Verdict", wraps=True),
     Column("critical_scale", "Critical scale", "", 2),
     Column("peak_rotation_ratio", "θ/α", "", 3),
     Column("u_max_m", "u", "cm", 1, 100.0, minor=True),

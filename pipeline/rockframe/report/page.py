@@ -12,14 +12,13 @@ from markupsafe import Markup
 from rockframe.provenance import source_code_hash, versions
 from rockframe.report.columns import shown
 from rockframe.report.payload import checks, payload
-from rockframe.results import Ground, History, Run
+from rockframe.results import Ground, History, Run, pulse_mark, stated_verdict
+from rockframe.rocking import VerdictKind
 from rockframe.web import UPLOT, environment, policy, script, style
 
 _HOME: Final = Path(__file__).parent
 #: The page's own script, in the order in which its parts need each other.
 _PARTS: Final = ("data", "table", "detail", "main")
-#: Verdicts in the order of the page.
-_VERDICTS: Final = ("safe", "overturned", "no_uplift", "undecided")
 #: So many records and files are listed with their checks.
 _MOST_ENTRIES: Final = 2000
 #: Above this number of records the verdicts at a glance are no longer one.
@@ -62,8 +61,8 @@ def render(run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]) -> str
 
 def _overview(run: Run) -> dict[str, Any]:
     count: Counter[str] = Counter()
-    for (_, verdict), number in run.counts.items():
-        count[verdict] += number
+    for (_, kind), number in run.counts.items():
+        count[kind] += number
     total = sum(count.values())
     records = list(dict.fromkeys((row["record_id"], row["record"]) for row in run.rows))
     structures = list(dict.fromkeys(structure for structure, _ in run.counts))
@@ -72,7 +71,10 @@ def _overview(run: Run) -> dict[str, Any]:
         "rows": run.rows,
         "columns": shown(run.rows),
         "count": count,
-        "verdicts": [verdict for verdict in _VERDICTS if count[verdict]],
+        "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNED],
+        "kinds": [kind for kind in VerdictKind if count[kind]],
+        "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
+        "stated": [stated_verdict(row) for row in run.rows],
         "counts": run.counts,
         "total": total,
         "records_in_all": total // max(len(structures), 1),

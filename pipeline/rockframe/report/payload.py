@@ -7,14 +7,15 @@ import io
 import math
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rockframe.cells import write_table
-from rockframe.report.columns import fallen
-from rockframe.results import Fact, Ground, History, Run, rank
+from rockframe.results import Fact, Ground, History, Run, rank, stated_pulse, stated_verdict
+from rockframe.rocking import StatedVerdict
 from rockframe.signals import CHECKS
 from rockframe.units import GRAVITY
 
@@ -24,7 +25,7 @@ _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
 _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
 )
-#: Of a structure that fell these are those of its fall, which tell nothing.
+#: Of a structure that overturns these describe its fall.
 _OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
 
 
@@ -124,6 +125,8 @@ def payload(
             for name in ("theta", "u", "v"):
                 samples[f"{name}{len(pairs)}"] = encode(getattr(history, name))
             row = run.rows[row_of[pair]]
+            stated = stated_verdict(row)
+            grounds[i]["pulse"] = stated_pulse(row)
             pairs.append(
                 {
                     "row": row_of[pair],
@@ -131,12 +134,11 @@ def payload(
                     "record": row["record"],
                     "event": row["event"],
                     "structure": history.structure,
-                    "verdict": row["verdict"],
+                    "kind": stated.kind,
+                    "words": stated.words,
+                    "overturns": stated.overturns,
                     "peak": _finite(row["peak_rotation_ratio"]),
-                    "overturning": _finite(row["overturning_time_s"]),
-                    "facts": _texts(
-                        [f for f in run.pairs[pair] if not (f.name in _OF_THE_FALL and fallen(row))]
-                    ),
+                    "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }
             )
     structures = {name: _structure(facts) for name, facts in run.structures.items()}
@@ -147,6 +149,15 @@ def payload(
         "structures": structures,
         "pairs": pairs,
     }, samples
+
+
+def _of_pair(facts: Iterable[Fact], stated: StatedVerdict) -> list[Fact]:
+    """The facts that mean something, with the verdict in the words of the table."""
+    return [
+        replace(fact, value=stated.words) if fact.name == "verdict" else fact
+        for fact in facts
+        if not (fact.name in _OF_THE_FALL and stated.overturns)
+    ]
 
 
 def _csv(rows: Sequence[Mapping[str, str]]) -> str:

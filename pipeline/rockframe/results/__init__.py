@@ -83,7 +83,10 @@ from rockframe.results.spectra import spectrum_dataset as spectrum_dataset
 from rockframe.results.stability import stability_dataset as stability_dataset
 from rockframe.results.structures import structure_variables as structure_variables
 from rockframe.results.table import TableRow as TableRow
+from rockframe.results.table import pulse_mark as pulse_mark
 from rockframe.results.table import response_rows as response_rows
+from rockframe.results.table import stated_pulse as stated_pulse
+from rockframe.results.table import stated_verdict as stated_verdict
 from rockframe.results.table import table_rows as table_rows
 from rockframe.results.used_pulses import best_pulses as best_pulses
 from rockframe.results.used_pulses import pulses_with_hashes as pulses_with_hashes

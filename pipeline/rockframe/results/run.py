@@ -16,6 +16,7 @@ from rockframe.results.known import Facts, FactsOf
 from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import Pair
 from rockframe.results.rejections import rows_of
+from rockframe.results.table import stated_verdict
 
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.
 _NEEDED: Final = (
@@ -37,7 +38,7 @@ class Run:
     manifest_sha256 : str
         Hash of that file: it stands for the run.
     counts : mapping of (str, str) to int
-        How many rows ``table.csv`` has, by structure and verdict.
+        How many rows ``table.csv`` has, by structure and kind of verdict.
     rows : tuple of mapping of str to str
         Its rows, a record and a structure each; or those of them that are looked at first.
     entries : tuple of mapping of str to str
@@ -124,13 +125,17 @@ def rank(row: Mapping[str, str]) -> tuple[int, float]:
 
 
 def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str, str]]:
-    """Rows of the table; what is counted is their structure and verdict."""
+    """Rows of the table; what is counted is their structure and kind of verdict."""
     for number, row in enumerate(_rows(path)):
         missing = [name for name in _NEEDED if name not in row] if number == 0 else []
         if missing:
             must_be = "Must be as this version of `rockframe table1` writes it."
             raise InputError(path, f"without column {missing[0]!r}. {must_be}")
-        counts[row["structure"], row["verdict"]] += 1
+        try:
+            counts[row["structure"], stated_verdict(row).kind] += 1
+        except (KeyError, ValueError) as error:
+            must_be = "Must be as `rockframe table1` wrote it."
+            raise InputError(path, f"invalid verdict or margin {error}. {must_be}") from None
         yield row
 
 

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.matching import PulseVerdict, pulse_words
 from rockframe.results.files import RECORDS, RESPONSE, opened
 from rockframe.results.pulse_rows import pulse_rows
 from rockframe.results.to_pulse import FateUnderPulse
 from rockframe.rocking.perturbed import Sensitivity
 from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import StatedVerdict
 from rockframe.units import GRAVITY
 
 #: What a row takes from the best pulse.
@@ -35,7 +37,7 @@ _NO_PULSE: Final = {
     "wavelet": "",
     "pulse_verdict": "",
     "at_period_bound": False,
-    **dict.fromkeys(("a_p_g", "T_p_s", "match_index", "L_p_m"), math.nan),
+    **dict.fromkeys(("a_p_g", "T_p_s", "match_index", "L_p_m", "p_value"), math.nan),
 }
 
 
@@ -61,6 +63,7 @@ class TableRow:
     v_max_m: float
     impacts: int
     verdict: str
+    verdict_words: str = ""
     undecided_by: str = ""
     critical_scale: float = math.nan
     largest_scale: float = math.nan
@@ -71,6 +74,7 @@ class TableRow:
     source_file: str
     facts_source: str = ""
     pulse_verdict: str = ""
+    pulse_p_value: float = math.nan
     verdict_to_pulse: str = ""
     peak_rotation_ratio_to_pulse: float = math.nan
     surrogate_error: float = math.nan
@@ -115,6 +119,7 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
             source_file=str(source_file),
             facts_source=str(facts_source),
             **{key: pulse[key] for key in _OF_PULSE},
+            pulse_p_value=pulse["p_value"],
             **answer,
         )
 
@@ -133,7 +138,7 @@ def response_rows(response_path: Path) -> Iterator[dict[str, Any]]:
         structures = [str(name) for name in dataset["structure"].values]
     for i, record in enumerate(records):
         for k, structure in enumerate(structures):
-            yield {
+            row = {
                 "record_id": record,
                 "structure": structure,
                 "peak_rotation_ratio": float(columns["peak_rotation_ratio"][i, k]),
@@ -146,6 +151,54 @@ def response_rows(response_path: Path) -> Iterator[dict[str, Any]]:
                 "overturning_time_s": float(columns["overturning_time"][i, k]),
                 **_to_pulse(columns, i, k),
             }
+            yield row | {"verdict_words": stated_verdict(row).words}
+
+
+def stated_verdict(row: Mapping[str, Any]) -> StatedVerdict:
+    """Return the verdict of a row, computed or read from ``table.csv``.
+
+    Examples
+    --------
+    >>> row = {"verdict": "undecided", "overturning_time_s": "31.2"}
+    >>> stated_verdict(row).words
+    'undecided, overturned 31.2 s'
+    """
+    critical = _number(row, "critical_scale")
+    return StatedVerdict(
+        Verdict[row["verdict"].upper()],
+        overturning_time=_number(row, "overturning_time_s"),
+        critical_scale=None if math.isnan(_number(row, "largest_scale")) else critical,
+    )
+
+
+def stated_pulse(row: Mapping[str, Any]) -> str:
+    """Return what the test against noise says of the pulse of a row; empty without a pulse.
+
+    Examples
+    --------
+    >>> stated_pulse({"pulse_verdict": "noise", "pulse_p_value": "0.32"})
+    'best match, not told from noise (p = 0.32)'
+    """
+    if not row.get("pulse_verdict"):
+        return ""
+    return pulse_words(PulseVerdict[row["pulse_verdict"].upper()], _number(row, "pulse_p_value"))
+
+
+def pulse_mark(row: Mapping[str, Any]) -> str:
+    """Return the mark of a pulse that the test against noise calls noise, or nothing.
+
+    Examples
+    --------
+    >>> pulse_mark({"pulse_verdict": "noise"}), pulse_mark({"pulse_verdict": "pulse"})
+    ('†', '')
+    """
+    return "†" if row.get("pulse_verdict") == PulseVerdict.NOISE.name.lower() else ""
+
+
+def _number(row: Mapping[str, Any], name: str) -> float:
+    """A cell of a CSV file is a text, empty if the number is not known."""
+    value = row.get(name, "")
+    return math.nan if value == "" else float(value)
 
 
 def _to_pulse(columns: Mapping[str, NDArray[Any]], i: int, k: int) -> dict[str, Any]:

@@ -41,5 +41,7 @@ from rockframe.rocking.screening import peaks_of as peaks_of
 from rockframe.rocking.screening import responses_of as responses_of
 from rockframe.rocking.spectra import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra import overturning_spectrum as overturning_spectrum
+from rockframe.rocking.stated_verdict import StatedVerdict as StatedVerdict
+from rockframe.rocking.stated_verdict import VerdictKind as VerdictKind
 from rockframe.rocking.surrogate import ToPulse as ToPulse
 from rockframe.rocking.surrogate import with_pulse as with_pulse

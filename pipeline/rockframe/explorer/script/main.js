@@ -17,21 +17,15 @@ function motionOf(bytes) {
   return motion;
 }
 
-function said(motion) {
-  if (motion.verdict === "overturned") return `Overturns at ${motion.overturning_time.toFixed(2)} s.`;
-  if (motion.verdict === "no_uplift") return "Does not uplift.";
-  return `Rocks to ${motion.peak.toFixed(3)} of its slenderness and stands.`;
-}
-
 function number(value, factor, digits, unit) {
   return value === null ? "–" : `${signed(value * factor, digits)} ${unit}`.trim();
 }
 
 function words(motion) {
-  const line = said(motion);
-  at("verdict-line").textContent = line;
-  at("verdict-line").className = `verdict-line ${motion.verdict}`;
   const fell = motion.verdict === "overturned";
+  const line = verdictLine(motion.words, fell, motion.peak);
+  at("verdict-line").textContent = line;
+  at("verdict-line").className = `verdict-line ${motion.kind}`;
   list(at("pair-facts"), [
     ["largest θ/α", fell ? "–" : number(motion.peak, 1, 4, "")],
     ["largest u", fell ? "–" : number(motion.peak_u, 100, 2, "cm")],

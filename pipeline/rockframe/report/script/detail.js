@@ -1,12 +1,4 @@
 // One history of the run: the player with its motion, and what is said of it.
-function said({ pair }) {
-  if (pair.verdict === "overturned") return `overturns at ${pair.overturning.toFixed(1)} s`;
-  if (pair.verdict === "no_uplift") return "does not uplift";
-  const fell = pair.overturning !== null;
-  const fate = fell ? `overturns at ${pair.overturning.toFixed(1)} s` : `rocks to ${pair.peak.toFixed(3)} of its slenderness and stands`;
-  return pair.verdict === "undecided" ? `${fate}, but a small change turns that: undecided` : fate;
-}
-
 class Detail {
   constructor(onShow) {
     this.onShow = onShow;
@@ -30,9 +22,10 @@ class Detail {
     const { pair, ground, structure } = motion;
     at("detail-title").textContent = `${pair.structure} under ${pair.record}`;
     const event = pair.event ? `${pair.event}. ` : "";
-    const line = `${event}The structure ${said(motion)}.`;
+    const line = `${event}${verdictLine(pair.words, pair.overturns, pair.peak)}`;
     at("verdict-line").textContent = line;
-    at("verdict-line").className = `verdict-line ${pair.verdict}`;
+    at("verdict-line").className = `verdict-line ${pair.kind}`;
+    at("pulse-key").textContent = ground.pulse || "matched pulse";
     this.player.describe(`${pair.structure} under ${pair.record}`, line);
     list(at("pair-facts"), pair.facts);
     list(at("structure-facts"), structure.facts);

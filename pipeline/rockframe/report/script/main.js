@@ -57,7 +57,7 @@ addEventListener("hashchange", () => showAsked(document.activeElement?.matches("
 
 // The first picture: the frame that leans most and stands.
 if (asked() === null && facts.pairs.length > 0) {
-  const lean = (pair) => (pair.verdict === "safe" ? pair.peak : -1);
+  const lean = (pair) => (pair.overturns || pair.kind === "undecided" ? -1 : pair.peak);
   const best = facts.pairs.reduce((most, pair, i) => (lean(pair) > lean(facts.pairs[most]) ? i : most), 0);
   history.replaceState(null, "", `#history-${best}`);
   showAsked(false);

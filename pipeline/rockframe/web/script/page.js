@@ -21,6 +21,13 @@ function save(name, text) {
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
+// The verdict as a sentence; the words are the same in tables and figures.
+function verdictLine(words, overturns, peak) {
+  const start = words[0].toUpperCase() + words.slice(1);
+  return overturns || peak === 0 ? `${start}.`
+    : `${start}. The largest rotation is ${peak.toFixed(3)} of the slenderness.`;
+}
+
 // Place in ascending numbers of the one nearest to a value.
 function nearest(numbers, value) {
   let low = 0;

@@ -1,0 +1,83 @@
+"""Verdicts as people read them: the words, and the kind that gives their colour."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from rockframe.rocking.response import Verdict
+
+
+class VerdictKind(StrEnum):
+    """Kinds of verdicts that are told apart by colour; the style sheets have a class for each.
+
+    ``SAFE`` claims that the motion would have to grow to overturn the structure. ``STANDS`` claims
+    less: no critical scale was looked for. Of ``STANDS_LESS_OVERTURNS`` one was found below 1.
+    """
+
+    SAFE = "safe"
+    STANDS = "stands"
+    STANDS_LESS_OVERTURNS = "stands_less_overturns"
+    OVERTURNED = "overturned"
+    NO_UPLIFT = "no_uplift"
+    UNDECIDED = "undecided"
+
+    @property
+    def label(self) -> str:
+        """Name in a heading or a list of choices."""
+        if self is VerdictKind.STANDS_LESS_OVERTURNS:
+            return "stands, less overturns"
+        return self.value.replace("_", " ")
+
+
+@dataclass(frozen=True)
+class StatedVerdict:
+    """A verdict with what must be known to put it into words.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        Verdict as stored.
+    overturning_time : float
+        Time of overturning under the motion itself [s]; NaN if the structure stands.
+    critical_scale : float or None
+        Least multiple of the motion that overturns [1]; NaN if none was found, None if none was
+        looked for.
+
+    Examples
+    --------
+    >>> StatedVerdict(Verdict.SAFE, critical_scale=0.906).words
+    'stands; 0.91 of the motion would overturn it'
+    >>> StatedVerdict(Verdict.UNDECIDED, overturning_time=36.8, critical_scale=0.69).words
+    'undecided, overturned 36.8 s'
+    """
+
+    verdict: Verdict
+    overturning_time: float = math.nan
+    critical_scale: float | None = None
+
+    @property
+    def overturns(self) -> bool:
+        """True if the motion itself overturns the structure, also if that is undecided."""
+        return self.verdict is Verdict.OVERTURNED or math.isfinite(self.overturning_time)
+
+    @property
+    def kind(self) -> VerdictKind:
+        """The kind, which gives the colour."""
+        if self.verdict is not Verdict.SAFE:
+            return VerdictKind(self.verdict.name.lower())
+        if self.critical_scale is None:
+            return VerdictKind.STANDS
+        return VerdictKind.STANDS_LESS_OVERTURNS if self.critical_scale < 1.0 else VerdictKind.SAFE
+
+    @property
+    def words(self) -> str:
+        """The verdict in words, with its direction if it is undecided."""
+        if self.kind is VerdictKind.STANDS_LESS_OVERTURNS:
+            return f"stands; {self.critical_scale:.2f} of the motion would overturn it"
+        words = self.kind.label
+        if self.kind is VerdictKind.UNDECIDED:
+            words += ", overturned" if self.overturns else ", stands"
+        known = math.isfinite(self.overturning_time)
+        return words + (f" {self.overturning_time:.1f} s" if known else "")
