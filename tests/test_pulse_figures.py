@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from rockframe.figures import draw_match_curves, draw_record_and_pulse, draw_scalogram
-from rockframe.matching import MatchOptions, PulseMatch, match_pulses
+from rockframe.figures import (
+    draw_match_curves,
+    draw_record_and_pulse,
+    draw_response_history,
+    draw_scalogram,
+)
+from rockframe.matching import MatchOptions, PulseMatch, PulseVerdict, match_pulses, pulse_words
 from rockframe.record import Record
 from rockframe.results import match_curve_dataset, pulse_dataset, scalogram_dataset
 from rockframe.wavelets import Pulse
@@ -42,6 +48,36 @@ def test_figure_8_draws_the_record_and_its_pulse(
     formula = match.pulse.a_p / 1.380119 * (x**2 - 3.0) * x * np.exp(-0.5 * x**2) / 9.81
     np.testing.assert_allclose(np.asarray(heavy.get_ydata()), formula, atol=1e-6)
     assert f"T_p = {match.pulse.T_p:.3f} s" in drawn.caption
+
+
+def test_figures_of_a_pulse_say_if_it_is_not_told_from_noise(
+    record: Record, matches: dict[str, PulseMatch]
+) -> None:
+    match = matches["antisymmetric_ricker"]
+    words = pulse_words(PulseVerdict.NOISE, 0.32)
+    assert words == "best match, not told from noise (p = 0.32)"
+    drawn = draw_record_and_pulse([pulse_dataset(record, match, words)], {"shake": "Shake"})
+    legend = drawn.figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [words]
+    assert words in drawn.caption
+    assert words in draw_scalogram(scalogram_dataset(record, match, OPTIONS, words)).caption
+    history = xr.Dataset(
+        {
+            "theta": ("time", np.zeros(TIME.size)),
+            "u": ("time", np.zeros(TIME.size)),
+            "v": ("time", np.zeros(TIME.size)),
+            **dict.fromkeys(("peak_rotation_ratio", "verdict"), 0.0),
+            "slenderness": 0.2,
+            "overturning_time": np.nan,
+            "structure": "column",
+        },
+        coords={"time": TIME},
+    )
+    figure = draw_response_history(record.acceleration, match, [history], "Shake", tested=words)
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert words in legend.get_texts()[-1].get_text().splitlines()
 
 
 def test_scalogram_is_darkest_where_the_cross_is(

@@ -30,7 +30,10 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
         )
     matches = [_rickers(record, matching) for record, matching in records]
     chosen = _asked(matches) if options.record else _shown([r for r, _ in records], matches)
-    datasets = [pulse_dataset(records[i][0], matches[i][wavelet]) for i, wavelet in chosen]
+    datasets = [
+        pulse_dataset(records[i][0], matches[i][wavelet], _tested(*records[i], wavelet))
+        for i, wavelet in chosen
+    ]
     titles = {record.record_id: title_of(record).replace("\n", ", ") for record, _ in records}
     return draw_record_and_pulse(datasets, titles), status
 
@@ -43,7 +46,9 @@ def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
 
     (record, matching), status = _clearest(options)
     matches = _rickers(record, matching)
-    return draw(scalogram_dataset(record, matches[best_ricker(matches)], matching)), status
+    best = matches[best_ricker(matches)]
+    tested = _tested(record, matching, best.pulse.wavelet)
+    return draw(scalogram_dataset(record, best, matching, tested)), status
 
 
 def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
@@ -100,6 +105,16 @@ def _rickers(record: Record, matching: MatchOptions) -> dict[str, PulseMatch]:
 
     alone = replace(matching, wavelets=tuple(RICKERS))
     return match_pulses(record.acceleration, record.time_step, alone)
+
+
+def _tested(record: Record, matching: MatchOptions, wavelet: str) -> str:
+    """What the test against noise says of the best match of a wavelet, as `pulse` tests it."""
+    from rockframe.matching import LikenessOptions, likeness, match_pulses, pulse_words
+
+    matches = match_pulses(record.acceleration, record.time_step, matching)
+    args = (record.acceleration, record.time_step, matches, matching, LikenessOptions())
+    found = likeness(*args)[wavelet]
+    return pulse_words(found.verdict, found.p_value)
 
 
 def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:

@@ -9,13 +9,15 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import Captioned
+from rockframe.figures.captioned import Captioned, tested_in
 from rockframe.figures.style import PRINT_WIDTH, styled
 from rockframe.units import GRAVITY
 
 #: Time before and after the pulse that is drawn, over its length and at least [s].
 _AROUND: Final = 1.5
 _LEAST: Final = 5.0
+#: Room for the legend above the curves, as a share of their height.
+_FOR_LEGEND: Final = 0.2
 
 
 def draw_record_and_pulse(datasets: Sequence[xr.Dataset], titles: Mapping[str, str]) -> Captioned:
@@ -53,7 +55,16 @@ def _draw(panel: Axes, dataset: xr.Dataset) -> None:
     panel.plot(
         time[seen], dataset["acceleration"].values[seen] / GRAVITY, color="0.45", linewidth=0.6
     )
-    panel.plot(time[near], dataset["pulse"].values[near] / GRAVITY, color="black", linewidth=1.6)
+    panel.plot(
+        time[near],
+        dataset["pulse"].values[near] / GRAVITY,
+        color="black",
+        linewidth=1.6,
+        label=tested_in(dataset).removesuffix(", ") or "best match",
+    )
+    low, high = panel.get_ylim()
+    panel.set_ylim(low, high + _FOR_LEGEND * (high - low))
+    panel.legend(loc="upper right", fontsize=7)
     panel.set_xlim(max(float(time[0]), centre - half), min(float(time[-1]), centre + half))
     panel.set_ylabel("ground  [g]")
 
@@ -63,5 +74,6 @@ def _words(dataset: xr.Dataset) -> str:
     return (
         f"{dataset['record_id'].item()}: {name}, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
         f"T_p = {float(dataset['T_p']):.3f} s, match index {float(dataset['best_match']):.3f}, "
+        f"{tested_in(dataset)}"
         f"PGA {float(dataset['pga']) / GRAVITY:.2f} g."
     )

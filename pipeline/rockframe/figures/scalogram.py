@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import Captioned
+from rockframe.figures.captioned import Captioned, tested_in
 from rockframe.figures.style import PRINT_WIDTH, period_ticks, styled
 from rockframe.units import GRAVITY
 
@@ -57,7 +57,7 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
         f"Match index of the {name} wavelet, by PyWavelets, at each period and time: the "
         "energy-normalised coefficient over the root of the record's energy. Cross: the best "
         f"match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, T_p = {period:.3f} s at "
-        f"{centre:.2f} s, match index {float(dataset['best_match']):.3f}. "
+        f"{centre:.2f} s, {tested_in(dataset)}match index {float(dataset['best_match']):.3f}. "
         f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g)."
     )
     return Captioned(figure, "Wavelet transform", caption)

@@ -19,7 +19,7 @@ _PERIODS: Final = 160
 _TIMES: Final = 1500
 
 
-def pulse_dataset(record: Record, match: PulseMatch) -> xr.Dataset:
+def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dataset:
     """Return the accelerations of a record and its pulse on ``time``.
 
     Parameters
@@ -28,6 +28,8 @@ def pulse_dataset(record: Record, match: PulseMatch) -> xr.Dataset:
         The record.
     match : PulseMatch
         A pulse in it.
+    tested : str
+        What the test against noise says of it, as `pulse_words` returns it.
 
     Examples
     --------
@@ -44,13 +46,15 @@ def pulse_dataset(record: Record, match: PulseMatch) -> xr.Dataset:
         {
             "acceleration": samples,
             "pulse": variable("time", pulse, "m s-2", "acceleration of the pulse"),
-            **_numbers(record, match),
+            **_numbers(record, match, tested),
         },
         coords={"time": variable("time", record.time, "s", "time since the first sample")},
     )
 
 
-def scalogram_dataset(record: Record, match: PulseMatch, options: MatchOptions) -> xr.Dataset:
+def scalogram_dataset(
+    record: Record, match: PulseMatch, options: MatchOptions, tested: str = ""
+) -> xr.Dataset:
     """Return |C| over the root of the record's energy, on ``period`` and ``time``.
 
     Parameters
@@ -61,6 +65,8 @@ def scalogram_dataset(record: Record, match: PulseMatch, options: MatchOptions) 
         The best pulse of one of the two Ricker wavelets.
     options : MatchOptions
         Range of periods.
+    tested : str
+        What the test against noise says of the pulse, as `pulse_words` returns it.
 
     Raises
     ------
@@ -82,7 +88,7 @@ def scalogram_dataset(record: Record, match: PulseMatch, options: MatchOptions) 
                 "1",
                 "cosine between record and wavelet",
             ),
-            **_numbers(record, match),
+            **_numbers(record, match, tested),
         },
         coords={
             "period": variable("period", periods, "s", "T_p"),
@@ -136,7 +142,7 @@ def match_curve_dataset(
     )
 
 
-def _numbers(record: Record, match: PulseMatch) -> dict[str, xr.Variable]:
+def _numbers(record: Record, match: PulseMatch, tested: str) -> dict[str, xr.Variable]:
     pulse = match.pulse
     return {
         "record_id": variable((), record.record_id, "1", "record identifier"),
@@ -146,5 +152,6 @@ def _numbers(record: Record, match: PulseMatch) -> dict[str, xr.Variable]:
         "pulse_time": variable((), pulse.time, "s", "centre of the pulse"),
         "reach": variable((), pulse.mother.reach * pulse.T_p, "s", "half-length of the pulse"),
         "best_match": variable((), match.match_index, "1", "match index of the pulse"),
+        "tested": variable((), tested, "1", "result of the test against noise"),
         "pga": variable((), peak(record.acceleration), "m s-2", "peak ground acceleration"),
     }
