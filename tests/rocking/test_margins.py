@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +14,20 @@ from numpy.testing import assert_allclose
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import read_file
-from rockframe.rocking import GroundAcceleration, Margin, Sensitivity, Verdict, margins, respond
+from rockframe.record import Record
+from rockframe.results import read_records
+from rockframe.rocking import (
+    GroundAcceleration,
+    Margin,
+    Sensitivity,
+    Verdict,
+    margins,
+    respond,
+    respond_many,
+)
 from rockframe.rocking.perturbed import resampled
+from rockframe.stages import ingest_stage
+from rockframe.study import SHIPPED_STRUCTURES, read_structures
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 
@@ -43,11 +57,77 @@ def test_a_motion_twice_as_strong_has_half_the_critical_scale() -> None:
 
 
 def test_islands_are_those_of_the_verdict() -> None:
+    """Their edges are half-way between samples at most 2.56 % apart."""
     found = margin(BENT, PULSE)
     (start, end), *_ = found.islands
     assert found.safe_islands == len(found.islands)
     assert respond(BENT, stronger(0.5 * (start + end))).verdict is Verdict.SAFE
-    assert respond(BENT, stronger(end * (1.0 + 1e-5))).verdict is Verdict.OVERTURNED
+    assert respond(BENT, stronger(1.013 * end)).verdict is Verdict.OVERTURNED
+
+
+@pytest.mark.parametrize("number", range(0, 30, 3))
+def test_the_first_edge_under_pulses(expected: Callable[[str], Any], number: int) -> None:
+    """Where the response is regular the search ends at the edge that is known."""
+    known = expected("b_fig9")["rows"][number]
+    frame = RockingFrame(
+        height=4.0,
+        width=4.0 * math.tan(math.radians(known["alpha_deg"])),
+        mass_ratio=known["gamma"],
+    )
+    motion = Pulse(
+        wavelet=f"{known['pulse']}_ricker",
+        a_p=frame.uplift_acceleration,
+        T_p=math.tau / (known["omega_p_over_p"] * frame.frequency_parameter),
+    )
+    [[found]] = margins([motion], [frame], largest_scale=60.0)
+    first = known["first_overturning"]
+    assert_allclose(found.critical_scale, math.nan if first is None else first, rtol=1.01e-6)
+
+
+#: Records and structures that overturn in a sliver below the edge that a scan in steps of 0.5 %
+#: finds, as another solver found it by a scan in steps of 1e-4: its ends, and that edge.
+SLIVERS = (
+    ("Ridgecrest2019-CCC-090", "slender-column", 0.60499, 0.60552, 0.6886),
+    ("Ridgecrest2019-CLC-360", "slender-column", 0.88765, 0.88840, 0.9702),
+    ("Ridgecrest2019-CCC-360", "slender-frame", 0.48160, 0.48207, 0.5074),
+)
+
+
+@pytest.fixture(scope="module")
+def ridgecrest(
+    bundled_records: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Record]:
+    path = tmp_path_factory.mktemp("ridgecrest") / "records.nc"
+    ingest_stage([bundled_records / f"Ridgecrest2019-{s}.V1" for s in ("CCC", "CLC")], path)
+    return {record.record_id: record for record in read_records(path)}
+
+
+@pytest.mark.parametrize(("name", "structure", "lower", "upper", "edge"), SLIVERS)
+def test_slivers_are_found(
+    ridgecrest: dict[str, Record],
+    name: str,
+    structure: str,
+    lower: float,
+    upper: float,
+    edge: float,
+) -> None:
+    frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}[structure]
+    within = np.linspace(lower + 1e-5, upper - 1e-5, 9)
+    assert (respond_many([ridgecrest[name]], [frame], within).verdict == Verdict.OVERTURNED).all()
+    [[found]] = margins([ridgecrest[name]], [frame])
+    assert found.critical_scale < lower + 2e-5
+    first = found.first
+    assert first.lower <= first.upper < edge < first.prevails_from
+    assert 0.0 < first.share_before < 0.5
+    assert 0.0 < first.standing_share < 1.0
+    assert first.responses < 1500
+
+
+def test_an_overturning_that_is_regular_prevails_from_the_first() -> None:
+    """Under a pulse that a sample of the search shows to be one interval."""
+    first = margin(BENT, PULSE).first
+    assert first.prevails_from == first.lower
+    assert math.isnan(first.share_before)
 
 
 @pytest.mark.parametrize("a_p", [0.0, 0.01])
@@ -125,12 +205,6 @@ def test_the_same_whatever_is_beside() -> None:
 def test_refused_largest_scale(largest: float) -> None:
     with pytest.raises(ParameterError, match=r"Invalid largest scale .*\. Must be 1 or more"):
         margins([PULSE], [BENT], largest_scale=largest)
-
-
-@pytest.mark.parametrize("step", [0.0, 1.0, math.nan])
-def test_refused_step(step: float) -> None:
-    with pytest.raises(ParameterError, match=r"Invalid step .* Must be between 0 and 1"):
-        margins([PULSE], [BENT], step=step)
 
 
 def test_one_archives_copy_of_a_record_decides_nothing(peer_records: Path) -> None:

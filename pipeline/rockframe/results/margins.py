@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from rockframe.results.variables import flags, variable
-from rockframe.rocking.margins import EDGE_TOLERANCE, ISLAND_TOLERANCE, SCAN_STEP, Margin
+from rockframe.rocking.margins import Margin
 from rockframe.rocking.perturbed import (
     AMPLITUDE_PERTURBATION,
     RESTITUTION_PERTURBATION,
     Sensitivity,
 )
+from rockframe.rocking.sliver_search import EDGE_TOLERANCE
 
 #: So many safe islands are written with their widths; all are counted.
 ISLANDS: Final = 64
@@ -42,20 +43,22 @@ def margin_variables(margins: Sequence[Sequence[Margin]]) -> dict[str, xr.Variab
             np.array([[margin.critical_scale for margin in row] for row in margins]),
             "1",
             "least multiple of the motion that overturns",
-            comment=f"NaN: none up to largest_scale. Found by a scan in steps of {SCAN_STEP:.1%}, "
-            f"edges to a share of {EDGE_TOLERANCE:g}; thinner slivers may be missed",
+            comment="NaN: none found up to largest_scale. Lower edge, to a share of "
+            f"{EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least "
+            "1e-4 of the multiple wide, 99 % are found",
         ),
         "largest_scale": variable(
             "record",
             np.array([row[0].largest_scale for row in margins]),
             "1",
-            "multiple of the motion at which the scan ended",
+            "largest multiple of the motion that was searched",
         ),
         "safe_islands": variable(
             _PAIRS,
             np.array([[margin.safe_islands for margin in row] for row in margins], dtype=np.int32),
             "1",
             "number of safe islands above the critical scale",
+            comment="as far as samples 0.64 to 2.56 % apart show them",
         ),
         "safe_island_start": variable(
             (*_PAIRS, "island"),
@@ -69,8 +72,7 @@ def margin_variables(margins: Sequence[Sequence[Margin]]) -> dict[str, xr.Variab
             islands[..., 1] - islands[..., 0],
             "1",
             "how much larger the multiple is that overturns it again",
-            comment=f"{kept_islands}; to a share of {ISLAND_TOLERANCE:g} of the multiple; the last "
-            "may end with the scan",
+            comment=f"{kept_islands}; to 1.3 % of the multiple; the last may end at largest_scale",
         ),
         "undecided_by": flags(
             _PAIRS,

@@ -16,13 +16,14 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered
+from rockframe.rocking.excursions import DISTANCE
+from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered, Prepared
 from rockframe.rocking.response import as_ground, refuse_flight
 from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
-Motion = Record | Pulse | GroundAcceleration
+Motion = Record | Pulse | GroundAcceleration | Prepared
 
 #: Scenarios that are worth the start of a thread.
 _WORTH_A_THREAD: Final = 256
@@ -48,6 +49,11 @@ class Scenarios:
         First uplift and overturning [s]; NaN if there is none.
     impacts : array of int32, shape (scenarios,)
         Number of impacts during the motion, or until overturning.
+    excursions : array, shape (scenarios, kept, 3)
+        Excursions that begin nearest to overturning or beyond it, the highest first: when [s],
+        towards which side (+1 or -1), and how far above the separatrix of the linear theory
+        [alpha], minus infinity where there are no more of them. One that overturns is its
+        scenario's last.
     """
 
     verdict: NDArray[np.int8]
@@ -57,6 +63,7 @@ class Scenarios:
     uplift_time: Float
     overturning_time: Float
     impacts: NDArray[np.int32]
+    excursions: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +102,8 @@ def respond_scenarios(
     ground: ArrayLike,
     frame: ArrayLike,
     scale: ArrayLike,
+    *,
+    excursions: int = 0,
 ) -> Scenarios:
     """Compute verdict and peaks of any scenarios: of a frame, under a motion, at a scale.
 
@@ -108,6 +117,8 @@ def respond_scenarios(
         Scenario k is ``frames[frame[k]]`` under ``grounds[ground[k]]``.
     scale : array_like, shape (scenarios,)
         What horizontal and vertical acceleration are multiplied by [1].
+    excursions : int
+        Keep at most so many excursions of each scenario; this takes a sixth more time.
 
     Returns
     -------
@@ -135,13 +146,14 @@ def respond_scenarios(
     ).reshape(-1, 3)
     _refuse_flights(grounds, which, factors)
     order = np.argsort(which, kind="stable")
-    answers = Answers(factors.size)
+    answers = Answers(factors.size, excursions)
 
     def answer(part: Index) -> None:
         gathered = Gathered(answers)
         for asked in np.split(part, np.flatnonzero(np.diff(which[part])) + 1):
-            shaking = as_ground(grounds[which[asked[0]]])
-            gathered.ask(asked, shaking, factors[asked], constants[whose[asked]])
+            motion = grounds[which[asked[0]]]
+            ready = motion if isinstance(motion, Prepared) else Prepared(as_ground(motion))
+            gathered.ask(asked, ready, factors[asked], constants[whose[asked]])
         gathered.complete()
 
     on_threads(answer, _parts(order))
@@ -153,6 +165,7 @@ def respond_scenarios(
         uplift_time=answers.summaries[:, kernel.UPLIFT_TIME].copy(),
         overturning_time=answers.summaries[:, kernel.OVERTURNING_TIME].copy(),
         impacts=answers.summaries[:, kernel.IMPACTS].astype(np.int32),
+        excursions=_highest_first(answers.excursions),
     )
 
 
@@ -216,11 +229,17 @@ def respond_many(
 
 def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> None:
     """Refuse what falls faster than gravity at any of its scales; only these move vertically."""
-    for k, ground in enumerate(grounds):
+    for k, motion in enumerate(grounds):
+        ground = motion.ground if isinstance(motion, Prepared) else motion
         if isinstance(ground, GroundAcceleration) and ground.vertical is not None:
             scales = factors[which == k]
             for scale in (scales.min(), scales.max()) if scales.size else ():
                 refuse_flight(ground, float(scale))
+
+
+def _highest_first(excursions: Float) -> Float:
+    order = np.argsort(-excursions[:, :, DISTANCE], axis=1, kind="stable")
+    return np.take_along_axis(excursions, order[:, :, None], axis=1)
 
 
 def _parts(order: Index) -> list[Index]:

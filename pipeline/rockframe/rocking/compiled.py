@@ -16,7 +16,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _SOURCES = tuple(
     Path(__file__).with_name(name)
-    for name in ("compiled.py", "kernel.py", "vectors.py", "lanes.py")
+    for name in ("compiled.py", "kernel.py", "vectors.py", "excursions.py", "lanes.py")
 )
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rockframe.rocking import kernel, lanes
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.excursions import DISTANCE, EXCURSION_SIZE, fill_ahead
 from rockframe.rocking.response import vertical_in_g
 from rockframe.rocking.vectors import LONGEST_STRIDE
 from rockframe.units import GRAVITY
@@ -36,7 +37,57 @@ class _Batch:
     bounds: list[Float] = field(default_factory=list)
     asked: list[Float] = field(default_factory=list)
     scenarios: list[Index] = field(default_factory=list)
+    ahead: list[Float] = field(default_factory=list)
     length: int = 0
+    nodes: int = 0
+
+
+class Prepared:
+    """A ground motion in the form that the lanes take; its parts are made once, when needed.
+
+    Parameters
+    ----------
+    ground : GroundAcceleration
+        The motion.
+    """
+
+    def __init__(self, ground: GroundAcceleration) -> None:
+        self.ground = ground
+        self.across = ground.coefficients / GRAVITY
+        self.upwards = vertical_in_g(ground)
+        powers = ground.time_step ** np.arange(self.across.shape[1])
+        self._strongest = (np.abs(self.across) @ powers).max()
+        if self.upwards.size:
+            self._strongest = (np.abs(self.across) @ powers + np.abs(self.upwards) @ powers).max()
+        #: Whether it is of a degree above 1, and whether it moves vertically.
+        self.form = (self.across.shape[1] > 2, self.upwards.shape[0] > 0)
+        self._rows: dict[int, tuple[Float, Float]] = {}
+        self._ahead: dict[tuple[int, float], Float] = {}
+
+    def pieces(self, scale: Float, frequency_parameter: Float) -> NDArray[np.int64]:
+        """Into how many pieces each interval is divided, for each scenario: 1, 2, 4, ..."""
+        rate = frequency_parameter * (1.0 + self._strongest * np.abs(scale))
+        doublings = np.ceil(np.log2(rate * self.ground.time_step / LONGEST_STRIDE)).clip(0.0, 62.0)
+        return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)
+
+    def rows(self, pieces: int) -> tuple[Float, Float]:
+        """Coefficients in each of so many pieces of an interval, and their bounds."""
+        if pieces not in self._rows:
+            parts = [part for part in (self.across, self.upwards) if part.size]
+            step = self.ground.time_step
+            rows = np.concatenate([_rows(part, step, pieces) for part in parts], axis=1)
+            self._rows[pieces] = rows, _bounds(rows, curved=self.form[0])
+        return self._rows[pieces]
+
+    def ahead(self, pieces: int, frequency_parameter: float) -> Float:
+        """What the ground still does to a frame at each node."""
+        key = (pieces, frequency_parameter)
+        if key not in self._ahead:
+            rows, _ = self.rows(pieces)
+            self._ahead[key] = np.empty(rows.shape[0] + 1)
+            rate = frequency_parameter * (self.ground.time_step / pieces)
+            fill_ahead(rows, 6 if self.form[0] else 2, rate, self._ahead[key])
+        return self._ahead[key]
 
 
 class Answers:
@@ -46,11 +97,16 @@ class Answers:
     ----------
     scenarios : int
         Their number.
+    excursions : int
+        Keep so many excursions of each.
     """
 
-    def __init__(self, scenarios: int) -> None:
+    def __init__(self, scenarios: int, excursions: int = 0) -> None:
         self.verdicts = np.empty(scenarios, dtype=np.int8)
         self.summaries = np.empty((scenarios, kernel.SUMMARY_SIZE))
+        self.kept = excursions
+        self.excursions = np.zeros((scenarios, excursions, EXCURSION_SIZE))
+        self.excursions[:, :, DISTANCE] = -np.inf
 
 
 class Gathered:
@@ -66,43 +122,36 @@ class Gathered:
         self._answers = answers
         self._batches: dict[tuple[bool, bool], _Batch] = {}
 
-    def ask(
-        self, scenarios: Index, ground: GroundAcceleration, scale: Float, constants: Float
-    ) -> None:
+    def ask(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
         """Take in scenarios of one ground: their places, scales, and the frames' constants."""
-        across = ground.coefficients / GRAVITY
-        upwards = vertical_in_g(ground)
-        pieces = _pieces(across, upwards, ground.time_step, scale, constants[:, 1])
-        for count in np.unique(pieces):
+        pieces = motion.pieces(scale, constants[:, 1])
+        for count in np.unique(pieces).tolist():
             some = np.flatnonzero(pieces == count)
             if count > _MOST_PIECES:
-                self._one_by_one(scenarios[some], ground, scale[some], constants[some])
+                self._one_by_one(scenarios[some], motion, scale[some], constants[some])
                 continue
-            key = (across.shape[1] > 2, upwards.shape[0] > 0)
-            batch = self._batches.setdefault(key, _Batch())
-            rows = np.concatenate(
-                [
-                    _rows(part, ground.time_step, int(count))
-                    for part in (across, upwards)
-                    if part.size
-                ],
-                axis=1,
-            )
-            asked = np.empty((some.size, lanes.ASKED_SIZE))
+            batch = self._batches.setdefault(motion.form, _Batch())
+            rows, bounds = motion.rows(count)
+            asked = np.zeros((some.size, lanes.ASKED_SIZE))
             asked[:, lanes.FIRST] = batch.length
             asked[:, lanes.INTERVALS] = rows.shape[0]
-            asked[:, lanes.TIME_STEP] = ground.time_step / count
-            asked[:, lanes.START_TIME] = ground.start_time
+            asked[:, lanes.TIME_STEP] = motion.ground.time_step / count
+            asked[:, lanes.START_TIME] = motion.ground.start_time
             asked[:, lanes.SCALE] = scale[some]
             asked[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some]
+            for one in np.unique(constants[some, 1]).tolist() if self._answers.kept else ():
+                asked[asked[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
+                batch.ahead.append(motion.ahead(count, one))
+                batch.nodes += batch.ahead[-1].size
             batch.rows.append(rows)
-            batch.bounds.append(_bounds(rows, curved=key[0]))
+            batch.bounds.append(bounds)
             batch.asked.append(asked)
             batch.scenarios.append(scenarios[some])
             batch.length += rows.shape[0]
             many = sum(part.size for part in batch.scenarios)
-            if many >= AT_A_TIME or batch.length * rows.shape[1] >= _MOST_NUMBERS:
-                self._answer(key)
+            numbers = batch.length * rows.shape[1] + batch.nodes
+            if many >= AT_A_TIME or numbers >= _MOST_NUMBERS:
+                self._answer(motion.form)
 
     def complete(self) -> None:
         """Answer what is still waiting."""
@@ -116,6 +165,7 @@ class Gathered:
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
         after = np.zeros(batch.rows[0].shape[1])
         bounds = np.concatenate(batch.bounds)
+        excursions = self._answers.excursions[scenarios if self._answers.kept else []]
         whole = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
         lanes.integrate_lanes(
             np.concatenate([*(rows.ravel() for rows in batch.rows), after]),
@@ -126,21 +176,25 @@ class Gathered:
             np.concatenate(batch.asked),
             verdicts,
             summaries,
+            np.concatenate([*batch.ahead, np.empty(0)]),
+            excursions,
         )
         self._answers.verdicts[scenarios] = verdicts
         self._answers.summaries[scenarios] = summaries
+        if self._answers.kept:
+            self._answers.excursions[scenarios] = excursions
 
     def _one_by_one(
-        self, scenarios: Index, ground: GroundAcceleration, scale: Float, constants: Float
+        self, scenarios: Index, motion: Prepared, scale: Float, constants: Float
     ) -> None:
         verdicts = np.empty(scenarios.size, dtype=np.int8)
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
         slenderness, frequency_parameter, restitution = np.ascontiguousarray(constants.T)
         kernel.integrate_many(
-            ground.coefficients / GRAVITY,
-            vertical_in_g(ground),
-            ground.time_step,
-            ground.start_time,
+            motion.across,
+            motion.upwards,
+            motion.ground.time_step,
+            motion.ground.start_time,
             scale,
             slenderness,
             frequency_parameter,
@@ -150,19 +204,6 @@ class Gathered:
         )
         self._answers.verdicts[scenarios] = verdicts
         self._answers.summaries[scenarios] = summaries
-
-
-def _pieces(
-    across: Float, upwards: Float, time_step: float, scale: Float, frequency_parameter: Float
-) -> NDArray[np.int64]:
-    """Into how many pieces each interval is divided, for each scenario: 1, 2, 4, ..."""
-    powers = time_step ** np.arange(across.shape[1])
-    strongest = (np.abs(across) @ powers).max()
-    if upwards.size:
-        strongest = (np.abs(across) @ powers + np.abs(upwards) @ powers).max()
-    rate = frequency_parameter * (1.0 + strongest * np.abs(scale))
-    doublings = np.ceil(np.log2(rate * time_step / LONGEST_STRIDE)).clip(0.0, 62.0)
-    return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)
 
 
 def _rows(coefficients: Float, time_step: float, pieces: int) -> Float:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.rocking.compiled import compiled, inlined
+from rockframe.rocking.excursions import keep
 from rockframe.rocking.kernel import (
     ALOFT,
     FALLEN,
@@ -84,7 +85,8 @@ SCALE: Final = 4
 SLENDERNESS: Final = 5
 P_HAT: Final = 6
 RESTITUTION: Final = 7
-ASKED_SIZE: Final = 8
+AHEAD: Final = 8  # from a row of the ground to its node in what is ahead
+ASKED_SIZE: Final = 9
 
 #: Rest is skipped so many intervals at a time.
 COARSE: Final = 16
@@ -340,6 +342,20 @@ def _rebound(
 
 
 @inlined
+def _note(pool: Float, q: int, asked: Float, ahead: Float, excursions: Float) -> None:
+    """Keep the excursion that a lane begins, if it is one of the highest."""
+    who = _index(pool[q + _WHO])
+    h = asked[who, TIME_STEP]
+    elapsed = pool[q + ELAPSED]
+    node = _index(pool[q + AT] + asked[who, AHEAD])
+    still = ahead[node] + elapsed * (ahead[node + 1] - ahead[node])
+    rate = pool[q + OMEGA] / (asked[who, P_HAT] * h)
+    outwards = rate - asked[who, SCALE] * pool[q + _SIDE] * still
+    start = asked[who, START_TIME] + (pool[q + AT] - asked[who, FIRST] + elapsed) * h
+    keep(excursions, who, start, pool[q + _SIDE], outwards / asked[who, SLENDERNESS] - 1.0)
+
+
+@inlined
 def _fly_on(pool: Float, q: int, theta: float, omega: float) -> None:
     """Put a lane at the end of its interval, aloft."""
     pool[q + THETA] = theta
@@ -360,6 +376,8 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     asked: Float,
     verdicts: NDArray[np.int8],
     summaries: Float,
+    ahead: Float,
+    excursions: Float,
 ) -> None:
     """Integrate scenarios from rest.
 
@@ -382,8 +400,14 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
         Filled with what the kernel's named slots say; the time of the peak is not kept.
+    ahead : array, shape (nodes,)
+        What `fill_ahead` tells of the ground motions for each frequency parameter.
+    excursions : array, shape (scenarios, kept, EXCURSION_SIZE)
+        Holds distances of minus infinity; filled, in no order, with those excursions that begin
+        highest. Without scenarios if they are not asked for.
     """
     total = asked.shape[0]
+    notes = excursions.shape[0] > 0
     pool = np.zeros(_BLOCKS * _BLOCK)
     # a round takes as long for empty lanes as for others: a few scenarios have but a few blocks;
     # the loops below keep their constant bounds, without which they are not made of vectors
@@ -415,6 +439,8 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         live += 1
                     if pool[q + _SIDE] == 0.0:
                         _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts)
+                        if notes and pool[q + AT] < pool[q + END]:
+                            _note(pool, q, asked, ahead, excursions)
                     if pool[q + AT] < pool[q + END]:
                         pool[q + PENDING] = 1.0
                         pending[waiting] = q
@@ -479,7 +505,10 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         fresh[freshes] = q
                         freshes += 1
                         continue
-                if _rebound(pool, q, t, omega, ground, asked, curved, lifts):
+                attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts)
+                if notes and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
+                    _note(pool, q, asked, ahead, excursions)
+                if attention:
                     fresh[freshes] = q
                     freshes += 1
                 else:

@@ -25,6 +25,8 @@ _FINER: Final = 5
 #: of one ground are computed side by side: a few more of them cost less than another round.
 _DIVISIONS: Final = 4
 _ROUNDS: Final = 4
+#: A flip is divided into so many parts: more than two take more responses, but fewer rounds.
+_PARTS: Final = 4
 #: Frames that lean less than this share of their slenderness are not near their overturning.
 _NEAR: Final = 0.7
 
@@ -123,18 +125,9 @@ def flipped(points: Points) -> NDArray[np.bool_]:
     return one_line & np.not_equal(points.fallen[1:], points.fallen[:-1])
 
 
-def below_first(points: Points) -> NDArray[np.bool_]:
-    """Return which points are not above the first one of their line that overturns."""
-    fallen = np.flatnonzero(points.fallen)
-    first = fallen[np.unique(points.line[fallen], return_index=True)[1]]
-    limit = np.full(int(points.line.max(initial=-1)) + 1, points.line.size)
-    limit[points.line[first]] = first
-    return np.asarray(np.arange(points.line.size) <= limit[points.line])
-
-
-def around_flips(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> Points:
-    """Try more points around the flips that are wanted: where one edge is, others are near."""
-    flips = np.flatnonzero(flipped(points) & wanted[1:])
+def around_flips(lines: Lines, points: Points) -> Points:
+    """Try more points around the flips: where one edge is, others are near."""
+    flips = np.flatnonzero(flipped(points))
     near = flips[:, None] + np.arange(-_AROUND, _AROUND + 1)
     near = np.clip(near, 0, points.line.size - 2)
     own = points.line[near + 1] == points.line[flips][:, None]  # not those of the next line
@@ -146,8 +139,8 @@ def around_flips(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> Poi
     return lines.at(np.repeat(points.line[left], shares.size), amplitude.ravel())
 
 
-def slivers(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> list[Flips]:
-    """Find flips on both sides of what is thinner than the step between points that are wanted.
+def slivers(lines: Lines, points: Points) -> list[Flips]:
+    """Find flips on both sides of what is thinner than the step between points.
 
     Each candidate is three points of one kind, the middle one the nearest to the other kind. It
     shrinks around its nearest point until one is of the other kind, or it is thin.
@@ -155,7 +148,7 @@ def slivers(lines: Lines, points: Points, wanted: NDArray[np.bool_]) -> list[Fli
     line, nearness = points.line, points.nearness
     alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
     highest = (nearness[1:-1] >= nearness[:-2]) & (nearness[1:-1] > nearness[2:])
-    left = np.flatnonzero(alike & highest & wanted[1:-1] & (nearness[1:-1] > -np.inf))
+    left = np.flatnonzero(alike & highest & (nearness[1:-1] > -np.inf))
     three = [points.take(left + k) for k in range(3)]
     found: list[Flips] = []
     for _ in range(_ROUNDS if left.size else 0):
@@ -192,35 +185,18 @@ def join(parts: Sequence[Flips]) -> Flips:
     )
 
 
-def firsts(edges: Flips) -> NDArray[np.bool_]:
-    """Return which edges are the first of their line."""
-    order = np.lexsort((edges.fallen, edges.line))
-    first = np.zeros(order.size, dtype=bool)
-    first[order[np.searchsorted(edges.line[order], np.unique(edges.line))]] = True
-    return first
-
-
-def narrow(
-    lines: Lines,
-    flips: Flips,
-    tolerance: float,
-    chosen: NDArray[np.bool_] | bool = True,
-    parts: int = 2,
-) -> Flips:
-    """Divide those chosen into parts until they are known to a share of themselves.
-
-    More parts than two take more responses but fewer rounds: right where there are few flips.
-    """
+def narrow(lines: Lines, flips: Flips, tolerance: float) -> Flips:
+    """Divide flips into parts until they are known to a share of themselves."""
     fallen, standing = flips.fallen.copy(), flips.standing.copy()
     impacts = flips.impacts.copy()
-    shares = np.arange(parts + 1) / parts
+    shares = np.arange(_PARTS + 1) / _PARTS
     while True:
-        wide = np.flatnonzero(chosen & (np.abs(fallen - standing) > tolerance * fallen))
+        wide = np.flatnonzero(np.abs(fallen - standing) > tolerance * fallen)
         if wide.size == 0:
             return Flips(flips.line, fallen, standing, impacts)
         start, end = standing[wide, None], fallen[wide, None]
         within = (1.0 - shares) * start + shares * end
-        tried = lines.at(np.repeat(flips.line[wide], parts - 1), within[:, 1:-1].ravel())
+        tried = lines.at(np.repeat(flips.line[wide], _PARTS - 1), within[:, 1:-1].ravel())
         falls = np.column_stack([tried.fallen.reshape(wide.size, -1), np.ones(wide.size, bool)])
         counts = np.column_stack([tried.impacts.reshape(wide.size, -1), impacts[wide]])
         first, here = np.argmax(falls, axis=1), np.arange(wide.size)

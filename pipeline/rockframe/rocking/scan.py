@@ -21,8 +21,6 @@ from rockframe.rocking.refining import (
     Lines,
     Points,
     around_flips,
-    below_first,
-    firsts,
     flipped,
     join,
     narrow,
@@ -113,7 +111,6 @@ def scan(
     amplitudes: Float,
     *,
     tolerance: float,
-    tolerance_above: float | None = None,
     unit: Float | None = None,
 ) -> Scan:
     """Find all intervals of amplitude in which frames overturn.
@@ -128,9 +125,6 @@ def scan(
         What each ground is multiplied by [1], ascending.
     tolerance : float
         Edges are bisected until they are known to so much, relative to themselves.
-    tolerance_above : float, optional
-        For the edges above each line's first one, if that is the one that matters; what is thinner
-        than the step is then not looked for above it.
     unit : array, shape (lines,), optional
         Multiple of the ground that is an amplitude of 1 [1]; by default the ground itself.
 
@@ -144,18 +138,10 @@ def scan(
     lines = Lines(grounds, frames, np.asarray(ground), np.asarray(frame), units)
     grid = np.broadcast_to(amplitudes, (every.size, np.shape(amplitudes)[-1]))
     coarse = lines.at(np.repeat(every, grid.shape[1]), grid.ravel())
-    everywhere = tolerance_above is None
-    wanted = np.ones(coarse.line.size, dtype=bool) if everywhere else below_first(coarse)
-    points = coarse.and_(around_flips(lines, coarse, wanted))
-    wanted = np.ones(points.line.size, dtype=bool) if everywhere else below_first(points)
+    points = coarse.and_(around_flips(lines, coarse))
     left = np.flatnonzero(flipped(points))
-    flips = [Flips.between(points.take(left), points.take(left + 1))]
-    flips += slivers(lines, points, wanted)
-    if tolerance_above is None:
-        edges = narrow(lines, join(flips), tolerance, parts=4)
-    else:
-        edges = narrow(lines, join(flips), tolerance_above)
-        edges = narrow(lines, edges, tolerance, firsts(edges), parts=4)
+    flips = [Flips.between(points.take(left), points.take(left + 1)), *slivers(lines, points)]
+    edges = narrow(lines, join(flips), tolerance)
     first = np.searchsorted(points.line, every)
     starting = points.take(first[points.fallen[first]])
     return Scan(

@@ -1,0 +1,98 @@
+"""Excursions: their distance from the separatrix of the linear theory, and which are kept."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.rocking import GroundAcceleration, Scenarios, Verdict, respond, respond_scenarios
+from rockframe.rocking.excursions import LEAST_DISTANCE
+from rockframe.rocking.response import as_ground
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+from .motions import BENT, SLENDER, noise
+
+Float = NDArray[np.float64]
+
+
+def responses(
+    ground: GroundAcceleration, frame: RockingFrame, scales: list[float], kept: int
+) -> Scenarios:
+    which = np.zeros(len(scales), dtype=int)
+    return respond_scenarios([ground], [frame], which, which, scales, excursions=kept)
+
+
+def test_a_push_that_begins_at_once() -> None:
+    """Housner: a rectangular pulse of A alpha g and length T overturns if A (1 - exp(-p T)) > 1."""
+    frame = RockingFrame(height=4.0, width=4e-3)
+    p, duration, strength = frame.frequency_parameter, 1.0, 1.7
+    push = strength * frame.slenderness * GRAVITY
+    ground = GroundAcceleration(np.array([[push]] * 100 + [[0.0]] * 20), 0.01)
+    distance = strength * (1.0 - math.exp(-p * duration)) - 1.0
+    start, side, found = responses(ground, frame, [1.0], 4).excursions[0, 0]
+    assert (start, side) == (0.0, -1.0)
+    assert_allclose(found, distance, rtol=1e-12)
+
+
+def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> None:
+    """At a slenderness of a thousandth the linear theory is exact to as much."""
+    frame = RockingFrame(height=4.0, width=4e-3)
+    period = math.tau / (3.0 * frame.frequency_parameter)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=frame.uplift_acceleration, T_p=period)
+    found = responses(as_ground(pulse), frame, np.linspace(1.5, 5.0, 400).tolist(), 16)
+    starts = np.where(np.isfinite(found.excursions[:, :, 2]), found.excursions[:, :, 0], -np.inf)
+    last = found.excursions[np.arange(400), starts.argmax(axis=1), 2]
+    clear = np.abs(last) > 1e-3
+    assert clear.sum() > 390
+    fallen = found.verdict[clear] == Verdict.OVERTURNED
+    assert 100 < fallen.sum() < 300
+    assert_array_equal(fallen, last[clear] > 0.0)
+
+
+def test_the_highest_are_kept() -> None:
+    """Against impacts of the scalar kernel, and the integral over fine steps.
+
+    The lanes take the integral as straight between the nodes.
+    """
+    ground = GroundAcceleration.from_samples(noise(5, 500, 0.6), 0.02)
+    response = respond(SLENDER, ground)
+    p = SLENDER.effective_frequency_parameter
+    time = np.linspace(0.0, ground.time[-1], 200_001)
+    pull = np.interp(time, ground.time, ground.acceleration()) / GRAVITY * np.exp(-p * time)
+    parts = p * 0.5 * (pull[1:] + pull[:-1]) * np.diff(time)
+    ahead = np.append(np.cumsum(parts[::-1])[::-1], 0.0)
+    impacts, before = response.impact_times, response.impact_velocities
+    still = np.interp(impacts, time, ahead) * np.exp(p * impacts)
+    after = SLENDER.restitution * np.abs(before)
+    distance = (after / p - np.sign(before) * still) / SLENDER.slenderness - 1.0
+    kept = responses(ground, SLENDER, [1.0], 5).excursions[0]
+    high = np.flatnonzero(distance > max(kept[-1, 2], LEAST_DISTANCE) + 0.01)
+    assert high.size >= 2
+    for one in high:
+        nearest = np.abs(kept[:, 0] - impacts[one]).argmin()
+        assert_allclose(kept[nearest, 0], impacts[one], rtol=0, atol=1e-6)
+        assert_allclose(kept[nearest, 2], distance[one], rtol=0, atol=0.005)
+
+
+def test_to_keep_them_changes_no_bits() -> None:
+    ground = GroundAcceleration.from_samples(noise(7, 600, 0.9), 0.01)
+    scales = np.linspace(0.2, 2.0, 64).tolist()
+    one, other = (responses(ground, BENT, scales, kept) for kept in (0, 12))
+    assert one.excursions.shape == (64, 0, 3)
+    assert_array_equal(one.verdict, other.verdict)
+    for name in ("peak_rotation", "peak_velocity", "uplift_time", "overturning_time", "impacts"):
+        assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_the_same_whatever_is_beside() -> None:
+    ground = GroundAcceleration.from_samples(noise(7, 600, 0.9), 0.01)
+    scales = np.linspace(0.2, 2.0, 64).tolist()
+    every = responses(ground, SLENDER, scales, 12).excursions
+    some = responses(ground, SLENDER, scales[::-3], 12).excursions
+    assert np.isfinite(every[:, 0, 2]).sum() > 20
+    assert_array_equal(some, every[::-3])
