@@ -70,7 +70,7 @@ $(WORKFLOW)/.made: workflows/requirements.lock
 
 study: STUDY_OUTPUT = $(if $(filter file,$(origin OUTPUT)),outputs/study-$(basename $(notdir $(STUDY))),$(OUTPUT))
 study: $(MADE) $(WORKFLOW)/.made
-	@$(BIN)/rockframe plan $(STUDY) --output $(STUDY_OUTPUT)
+	@$(BIN)/rockframe run $(STUDY) --output $(STUDY_OUTPUT) --plan
 	@$(SNAKEMAKE) --directory $(STUDY_OUTPUT) --workflow-profile $(PROFILE)
 	@$(BIN)/rockframe verify $(STUDY_OUTPUT)
 

@@ -177,7 +177,7 @@ def _index(title: str, text: str, pages: Sequence[str]) -> str:
 _FURTHER = (
     "respond {home}/records.nc --pulses {home}/pulses.nc --output {home}/response.nc",
     "screen {home}/records.nc --pulses {home}/pulses.nc --structure slender-frame --scales 1 "
-    "--hazard {home}/hazard.csv --design height --design-range 2 4 --design-steps 2 "
+    "--hazard {home}/hazard.csv --design-dimension height --design-range 2 4 --design-steps 2 "
     "--histories all --output {home}/screen.nc",
     "spectrum --wavelet symmetric_ricker --slenderness-deg 14 --mass-ratio 0 --frequency-ratio 3 "
     "--max-amplitude 4 --output {home}/spectrum.nc",

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rockframe.options import ScreenOptions
 from rockframe.wavelets import Pulse
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -127,11 +128,14 @@ def screen(tmp_path: Path) -> Callable[..., xr.Dataset]:
 
     def run(records: Any, **options: Any) -> xr.Dataset:
         output = tmp_path / "screen.nc"
+        names = ("filters", "pulses_path", "engine")
+        stage = {name: options.pop(name) for name in names if name in options}
         screen_stage(
             stored(records, tmp_path),
             output,
+            ScreenOptions(**{"margins": False, "scales": [0.5, 1.0, 2.0], **options}),
             structures_path=structures(tmp_path),
-            **{"margins": False, "scales": [0.5, 1.0, 2.0], **options},
+            **stage,
         )
         return read_screening(output)
 

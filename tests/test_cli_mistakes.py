@@ -68,7 +68,7 @@ def test_a_second_structure_does_not_silently_take_the_place_of_the_first(
     words = ("--structure", "bridge-bent", "--structure", "apollo-frame")
     with pytest.raises(SystemExit, match="2"):
         run("table1", *words)
-    assert "argument --structure: given twice. Must name one;" in capsys.readouterr().err
+    assert "argument --structure: stated twice. Must be stated once" in capsys.readouterr().err
 
 
 def test_strict_writes_nothing_and_status_2(
@@ -178,7 +178,7 @@ def test_table1_keeps_out_of_the_folder_of_the_records(
 ) -> None:
     words = ("--units", "g", "--time-step", "0.01", "--output", motion.parent)
     assert run("table1", "--records", motion, *words) == 2
-    assert "holds the records. Must be another folder." in capsys.readouterr().err
+    assert "contains the records. Must be another folder." in capsys.readouterr().err
     assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
 
 

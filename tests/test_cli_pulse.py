@@ -11,7 +11,7 @@ import xarray as xr
 
 from rockframe.cli.main import main
 from rockframe.engines import OneProcess, ProcessPool
-from rockframe.matching import FindOptions, LikenessOptions, MatchOptions
+from rockframe.options import PulseOptions
 from rockframe.record import Record
 from rockframe.results import open_records, write_records
 from rockframe.signals import passport
@@ -76,10 +76,7 @@ def test_another_wavelet_can_be_the_one_that_is_used(
 
 def test_the_file_is_the_same_for_any_number_of_workers(tmp_path: Path) -> None:
     records = records_of(tmp_path, [motion(seed) for seed in range(10)])
-    options = FindOptions(
-        matching=MatchOptions(wavelets=("symmetric_ricker",)),
-        drawing=LikenessOptions(surrogates=19),
-    )
+    options = PulseOptions(wavelet=("symmetric_ricker",), surrogates=19)
     files = []
     for name, engine in (("one", OneProcess()), ("two", ProcessPool(2, patience=0.0))):
         output = tmp_path / f"{name}.nc"

@@ -9,7 +9,7 @@ import pytest
 from tests.screening import site, stored
 
 from rockframe.cli.main import main
-from rockframe.cli.screen import values
+from rockframe.cli.options import numbers
 from rockframe.results import read_screening
 
 
@@ -54,25 +54,36 @@ def test_few_recordings_are_said_to_be_few(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--scales", "1", "0.5"], "Invalid scales, 0.5 after 1. Must increase"),
+        (["--scales", "1", "0.5"], "--scales 0.5 after 1. Must increase"),
         (["--magnitude", "8", "9"], "no record is left to screen"),
         (["--azimuths", "45"], "is the only horizontal"),
-        (["--azimuths", "10", "10"], "Invalid azimuths, 10 degrees twice"),
-        (["--azimuths", "10", "370"], "Invalid azimuths, 10 degrees twice"),
-        (["--scales", "1e4"], "Invalid scale 10000. Must be positive and at most 1000"),
-        (["--scales", "1:2:1500", "3:4:1500"], "3000 scales. Must be at most 2000"),
-        (["--seed", "-1"], "Invalid seed -1. Must be zero or positive"),
+        (["--azimuths", "10", "10"], "--azimuths-degree 10 after 10. Must increase"),
+        (["--azimuths", "10", "370"], "--azimuths-degree with 10 twice, or 360 apart"),
+        (["--seed", "-1"], "--seed -1. Must be zero or positive"),
+        (["--scales", "1e4"], "--scales with 10000. Must be at most 1000"),
+        (["--scales", "1:2:1500", "3:4:1500"], "--scales of 3000 numbers. Must be at most 2000"),
         (["--vertical"], "no vertical record"),
         (["--scheduler", "tcp://127.0.0.1:1"], "ask"),
         (["--hazard", "no.csv"], "no.csv: cannot be read"),
-        (["--design", "height"], "--design and --design-range belong together"),
-        (["--design", "height", "--design-range", "3", "2"], "Invalid range 3.0 to 2.0"),
-        (["--design", "width", "--design-range", "1", "50"], "Invalid slenderness"),
+        (["--design-dimension", "height"], "--design-range is missing. Must be stated"),
         (
-            ["--design", "height", "--design-range", "2", "3", "--design-steps", "1000000000000"],
-            "Invalid number of steps 1000000000000. Must be 2 to 10000",
+            ["--design-dimension", "height", "--design-range", "3", "2"],
+            "range [3, 2]. Must be positive, and increase",
         ),
-        (["--workers", "-1"], "number of workers -1"),
+        (["--design-dimension", "width", "--design-range", "1", "50"], "Invalid slenderness"),
+        (
+            [
+                "--design-dimension",
+                "height",
+                "--design-range",
+                "2",
+                "3",
+                "--design-steps",
+                "1000000000000",
+            ],
+            "--design-steps 1000000000000. Must be at most 10000",
+        ),
+        (["--workers", "-1"], "--workers -1. Must be at least 1"),
         (["--structure", "none"], "Invalid structure 'none'"),
         (["--pulses", "no.nc"], "no.nc: no such file"),
     ],
@@ -100,11 +111,11 @@ def test_values_that_are_none(
     with pytest.raises(SystemExit) as caught:
         main(["screen", str(tmp_path), "--output", "s.nc", "--scales", word])
     assert caught.value.code == 2
-    assert f"Invalid value {word!r}. Must be a number or FROM:TO:COUNT" in capsys.readouterr().err
+    assert f"Invalid value {word!r}. Must be a number, or FROM:TO:COUNT" in capsys.readouterr().err
 
 
 def test_values_meet_both_ends_and_one() -> None:
     """Or a scale of 1 would be looked for in the file and not be found."""
-    assert values("0.1:3:30")[9] == 1.0
-    assert all(values(f"0.2:2:{count}")[-1] == 2.0 for count in range(2, 50))
-    assert values("2.5") == [2.5]
+    assert numbers("0.1:3:30")[9] == 1.0
+    assert all(numbers(f"0.2:2:{count}")[-1] == 2.0 for count in range(2, 50))
+    assert numbers("2.5") == [2.5]

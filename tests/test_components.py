@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 import rockframe
 from rockframe.components import (
     HorizontalPair,
-    Rotation,
     Sweep,
     fault_components,
     pair_horizontals,
@@ -24,6 +23,7 @@ from rockframe.components import (
     vertical_beside,
 )
 from rockframe.errors import ParameterError
+from rockframe.options import IngestOptions
 from rockframe.record import Orientation, Record
 from rockframe.signals import integrate, peak
 
@@ -214,10 +214,18 @@ def test_a_rotated_pair_finds_its_vertical() -> None:
     assert upward is pair.vertical
 
 
-@pytest.mark.parametrize("stated", [{}, {"azimuth": 1.0, "strike": 2.0}, {"azimuth": math.inf}])
-def test_a_rotation_is_to_one_finite_azimuth_or_strike(stated: dict[str, float]) -> None:
-    with pytest.raises(ParameterError, match="Must be one of the two, in degrees"):
-        Rotation(**stated)
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"azimuth_degree": 1.0, "strike_degree": 2.0}, "both stated. Must be one of them"),
+        ({"azimuth_degree": math.inf}, "azimuth_degree inf. Must be a finite number"),
+    ],
+)
+def test_a_rotation_is_to_one_finite_azimuth_or_strike(
+    stated: dict[str, float], words: str
+) -> None:
+    with pytest.raises(ParameterError, match=words):
+        IngestOptions(**stated)
 
 
 @pytest.mark.parametrize(

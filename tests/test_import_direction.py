@@ -11,12 +11,15 @@ PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 NUMERICAL = ("kernel", "vectors", "excursions", "lanes")
 FLOORS = (
     {"errors"},
-    {"bounds", "cells", "units", "provenance", "web", "rocking.compiled"},
+    {"cells", "units", "provenance", "web", "rocking.compiled"},
     {"frame", "wavelets", "engines"} | {f"rocking.{name}" for name in NUMERICAL},
+    {"options"},
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking", "risk"},
     {"results"},
-    {"stages", "figures", "report", "explorer", "paper", "runs"},
+    {"figures", "report", "paper"},
+    {"stages"},
+    {"explorer", "runs"},
     {"cli"},
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -9,9 +9,8 @@ import pytest
 import xarray as xr
 
 from rockframe.cli.main import main
-from rockframe.components import Rotation
 from rockframe.errors import InputError
-from rockframe.ingest import ReadOptions
+from rockframe.options import IngestOptions, RespondOptions
 from rockframe.results import open_response, read_records
 from rockframe.signals import Passport
 from rockframe.stages import ingest_stage, respond_stage
@@ -34,7 +33,9 @@ def three(folder: Path, cut: int = 0, azimuths: tuple[str, str] = ("090", "360")
 def test_toward_a_recorded_azimuth_the_motion_is_the_recorded_one(tmp_path: Path) -> None:
     folder = three(tmp_path / "in")
     ingest_stage([folder], tmp_path / "as.nc", workers=0)
-    ingest_stage([folder], tmp_path / "to.nc", workers=0, rotation=Rotation(azimuth=90.0))
+    ingest_stage(
+        [folder], tmp_path / "to.nc", workers=0, options=IngestOptions(azimuth_degree=90.0)
+    )
     recorded = {record.component: record for record in read_records(tmp_path / "as.nc")}
     toward, upward = read_records(tmp_path / "to.nc")
     np.testing.assert_array_equal(toward.acceleration, recorded["090"].acceleration)
@@ -47,20 +48,22 @@ def test_toward_a_recorded_azimuth_the_motion_is_the_recorded_one(tmp_path: Path
 def test_a_vertical_is_cut_with_its_pair_and_found_by_respond(tmp_path: Path) -> None:
     folder = three(tmp_path / "in", cut=30)
     output = tmp_path / "records.nc"
-    result = ingest_stage([folder], output, workers=0, rotation=Rotation(strike=0.0))
+    result = ingest_stage([folder], output, workers=0, options=IngestOptions(strike_degree=0.0))
     records = read_records(output)
     assert [record.acceleration.size for record in records] == [3970] * 3
     assert [record.azimuth for record in records[:2]] == [90.0, 0.0]
     assert [row.status for row in result.entries] == ["accepted"] * 3 + ["rotated"] * 2
-    assert respond_stage(output, tmp_path / "response.nc", vertical=True) == ()
+    assert (
+        respond_stage(output, tmp_path / "response.nc", options=RespondOptions(vertical=True)) == ()
+    )
     with open_response(tmp_path / "response.nc") as response:
         assert len(response.records) == 2
 
 
 def test_rotd_of_both_horizontals_stands_beside_each(tmp_path: Path) -> None:
     folder = three(tmp_path / "in")
-    for name, rotation in (("as.nc", None), ("to.nc", Rotation(azimuth=30.0))):
-        ingest_stage([folder], tmp_path / name, workers=0, rotation=rotation)
+    for name, rotation in (("as.nc", None), ("to.nc", 30.0)):
+        ingest_stage([folder], tmp_path / name, IngestOptions(azimuth_degree=rotation), workers=0)
     with xr.open_dataset(tmp_path / "as.nc") as recorded, xr.open_dataset(tmp_path / "to.nc") as to:
         across = recorded.isel(record=[0, 1])
         assert (across["pga_rotd100"] >= across["pga"].max()).all()
@@ -73,14 +76,19 @@ def test_rotd_of_both_horizontals_stands_beside_each(tmp_path: Path) -> None:
 def test_what_is_of_no_pair_is_rejected_with_the_reason(tmp_path: Path) -> None:
     folder = three(tmp_path / "in")
     (folder / "alone.csv").write_text("time_s,acc_g\n0.0,0.1\n0.1,-0.2\n0.2,0.3\n")
-    rotation = Rotation(azimuth=30.0)
-    result = ingest_stage([folder], tmp_path / "records.nc", workers=0, rotation=rotation)
+    options = IngestOptions(azimuth_degree=30.0)
+    result = ingest_stage([folder], tmp_path / "records.nc", options, workers=0)
     assert [record.record_id for record in result.accepted] == ["CCC090-rotated-30", "CCCUP"]
     (rejection,) = result.rejections
     assert rejection.file == "alone.csv"
     assert rejection.reason.startswith("record 'alone': direction unstated.")
     with pytest.raises(InputError, match=r"alone\.csv: record 'alone': direction unstated"):
-        ingest_stage([folder], tmp_path / "other.nc", workers=0, rotation=rotation, strict=True)
+        ingest_stage(
+            [folder],
+            tmp_path / "other.nc",
+            options.replaced(strict=True),
+            workers=0,
+        )
     assert not (tmp_path / "other.csv").exists()
 
 
@@ -91,8 +99,7 @@ def test_no_pair_at_all_leaves_the_table(tmp_path: Path) -> None:
             [folder / "CCC090.AT2", folder / "CCC135.AT2"],
             tmp_path / "records.nc",
             workers=0,
-            rotation=Rotation(azimuth=30.0),
-            options=ReadOptions(),
+            options=IngestOptions(azimuth_degree=30.0),
         )
     assert (tmp_path / "records.csv").exists()
     assert not (tmp_path / "records.nc").exists()
@@ -115,9 +122,8 @@ def test_damage_of_the_components_is_that_of_the_motion(tmp_path: Path) -> None:
         [record] = ingest_stage(
             [tmp_path / "CCC090.AT2", tmp_path / "CCC360.AT2"],
             output,
-            all_uncorrected=True,
+            options=IngestOptions(uncorrected=True, azimuth_degree=azimuth),
             workers=0,
-            rotation=Rotation(azimuth=azimuth),
         ).accepted
         return record.passport
 
@@ -136,7 +142,9 @@ def test_long_names_stay_apart(tmp_path: Path) -> None:
             path.with_name(f"{'A' * 54}-{end}-{path.name}").write_text(text)
             path.unlink()
     output = tmp_path / "records.nc"
-    ingest_stage([tmp_path / "p", tmp_path / "q"], output, workers=0, rotation=Rotation(30.0))
+    ingest_stage(
+        [tmp_path / "p", tmp_path / "q"], output, IngestOptions(azimuth_degree=30.0), workers=0
+    )
     names = [record.record_id for record in read_records(output)]
     assert len(names) == len({*names}) == 4
     assert max(map(len, names)) == 64
@@ -147,7 +155,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     words = ["ingest", str(folder), "--output", str(output)]
     assert main([*words, "--strike", "320"]) == 0
     assert "CCC090-rotated-50" in capsys.readouterr().out
-    assert main([*words, "--azimuth", "nan"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(SystemExit, match="2"):
-        main([*words, "--azimuth", "1", "--strike", "2"])
+        main([*words, "--azimuth", "nan"])
+    assert capsys.readouterr().err.count("\n") == 1
+    assert main([*words, "--azimuth", "1", "--strike", "2"]) == 2
+    assert "Must be one of them" in capsys.readouterr().err

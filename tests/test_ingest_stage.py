@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rockframe.ingest import ReadOptions
+from rockframe.options import IngestOptions
 from rockframe.provenance import sha256_of
 from rockframe.stages import ingest_stage
 
@@ -33,7 +33,7 @@ def attributes(path: Path) -> tuple[dict[str, str], dict[str, object]]:
 
 def test_station_xml_and_water_level_are_inputs(deep: Path, tmp_path: Path) -> None:
     output = tmp_path / "records.nc"
-    options = ReadOptions(water_level=60.0)
+    options = IngestOptions(water_level_db=60.0)
     result = ingest_stage([deep], output, options=options, workers=0)
     inputs, parameters = attributes(output)
     files = {f"CLC/{path.name}": sha256_of(path) for path in (deep / "CLC").iterdir()}
@@ -49,7 +49,7 @@ def test_a_given_station_xml_is_an_input(deep: Path, tmp_path: Path) -> None:
     ingest_stage(
         [deep / "CLC" / "CI.CLC..HNE.mseed"],
         tmp_path / "records.nc",
-        options=ReadOptions(station_xml=elsewhere),
+        options=IngestOptions(station_xml=elsewhere),
         workers=0,
     )
     inputs, parameters = attributes(tmp_path / "records.nc")
@@ -64,7 +64,9 @@ def test_the_offset_of_what_is_said_to_be_uncorrected_is_no_late_trigger(tmp_pat
     source = tmp_path / "offset.csv"
     source.write_text("time_s,acc_g\n" + "".join(lines))
     output = tmp_path / "records.nc"
-    [record] = ingest_stage([source], output, all_uncorrected=True, workers=0).accepted
+    [record] = ingest_stage(
+        [source], output, options=IngestOptions(uncorrected=True), workers=0
+    ).accepted
     assert record.corrected_here
     assert not record.passport.late_trigger
 

@@ -14,7 +14,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import ReadOptions, read_file
+from rockframe.ingest import read_file
+from rockframe.options import IngestOptions
 from rockframe.paper import paper_records
 from rockframe.record import Record, SiteType
 from rockframe.results import read_records
@@ -349,7 +350,7 @@ def two_files(tmp_path: Path) -> Path:
 
 def test_the_stage_rejects_and_writes_what_it_measured(two_files: Path, tmp_path: Path) -> None:
     output = tmp_path / "records.nc"
-    options = ReadOptions(units="g", time_step=STEP)
+    options = IngestOptions(units="g", time_step_s=STEP)
     result = ingest_stage([two_files], output, options=options)
     assert [record.record_id for record in result.accepted] == ["whole"]
     assert result.rejections[0].reason.startswith("record 'clipped': clipped_samples ")
@@ -373,7 +374,7 @@ def test_the_stage_rejects_and_writes_what_it_measured(two_files: Path, tmp_path
 
 
 def test_the_same_inputs_give_the_same_bytes(two_files: Path, tmp_path: Path) -> None:
-    options = ReadOptions(units="g", time_step=STEP)
+    options = IngestOptions(units="g", time_step_s=STEP)
     for name in ("a", "b"):
         ingest_stage([two_files], tmp_path / f"{name}.nc", options=options)
     for suffix in (".nc", ".csv"):

@@ -12,14 +12,15 @@ from rockframe.figures import (
     draw_response_history,
     draw_scalogram,
 )
-from rockframe.matching import MatchOptions, PulseMatch, PulseVerdict, match_pulses, pulse_words
+from rockframe.matching import PulseMatch, PulseVerdict, match_pulses, pulse_words
+from rockframe.options import PulseOptions
 from rockframe.record import Record
 from rockframe.results import match_curve_dataset, pulse_dataset, scalogram_dataset
 from rockframe.wavelets import Pulse
 
 TIME = 0.01 * np.arange(1200, dtype=np.float64)
 PLANTED = Pulse(wavelet="antisymmetric_ricker", a_p=3.0, T_p=0.9, time=5.0)
-OPTIONS = MatchOptions()
+OPTIONS = PulseOptions()
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import pytest
 from rockframe.cli.main import main
 from rockframe.engines import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
+from rockframe.options import RespondOptions
 from rockframe.record import Record
 from rockframe.results import open_response, write_records
 from rockframe.rocking import Histories
@@ -36,7 +37,12 @@ def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> Non
     paths: list[Path] = []
     for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
         paths.append(tmp_path / f"response-{len(paths)}.nc")
-        assert respond_stage(records_file, paths[-1], engine=engine, margins=False) == ()
+        assert (
+            respond_stage(
+                records_file, paths[-1], engine=engine, options=RespondOptions(margins=False)
+            )
+            == ()
+        )
     assert len({path.read_bytes() for path in paths}) == 1
 
 
@@ -44,8 +50,12 @@ def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> Non
 def test_verdicts_are_the_same_whatever_is_kept(
     records_file: Path, tmp_path: Path, histories: Histories
 ) -> None:
-    respond_stage(records_file, tmp_path / "all.nc", margins=False)
-    respond_stage(records_file, tmp_path / "some.nc", histories=histories, margins=False)
+    respond_stage(records_file, tmp_path / "all.nc", options=RespondOptions(margins=False))
+    respond_stage(
+        records_file,
+        tmp_path / "some.nc",
+        options=RespondOptions(histories=histories, margins=False),
+    )
     with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
         for name in ("verdict", "peak_rotation_ratio", "peak_u", "impacts", "overturning_time"):
             np.testing.assert_array_equal(full.dataset[name], some.dataset[name])
@@ -54,8 +64,12 @@ def test_verdicts_are_the_same_whatever_is_kept(
 def test_selected_histories_are_those_that_overturn_or_come_near(
     records_file: Path, tmp_path: Path
 ) -> None:
-    respond_stage(records_file, tmp_path / "all.nc", margins=False)
-    respond_stage(records_file, tmp_path / "some.nc", histories=Histories.SELECTED, margins=False)
+    respond_stage(records_file, tmp_path / "all.nc", options=RespondOptions(margins=False))
+    respond_stage(
+        records_file,
+        tmp_path / "some.nc",
+        options=RespondOptions(histories="selected", margins=False),
+    )
     with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
         near = full.dataset["peak_rotation_ratio"].values >= 0.5
         kept = some.dataset["history"].values == 1
@@ -70,7 +84,7 @@ def test_selected_histories_are_those_that_overturn_or_come_near(
 
 def test_history_that_was_not_kept_is_refused(records_file: Path, tmp_path: Path) -> None:
     path = tmp_path / "response.nc"
-    respond_stage(records_file, path, histories=Histories.NONE, margins=False)
+    respond_stage(records_file, path, options=RespondOptions(histories="none", margins=False))
     with (
         open_response(path) as response,
         pytest.raises(ParameterError, match=r"no history of 'bridge-bent' under 'sine-1' was kept"),

@@ -14,6 +14,7 @@ from numpy.testing import assert_array_equal
 from rockframe.cli.main import main
 from rockframe.engines import ProcessPool
 from rockframe.frame import RockingFrame
+from rockframe.options import RespondOptions
 from rockframe.record import Record
 from rockframe.results import open_response, response_rows, write_records
 from rockframe.rocking import Margin, Verdict, margins
@@ -48,7 +49,7 @@ def records_file(records: list[Record], tmp_path_factory: pytest.TempPathFactory
 @pytest.fixture(scope="module")
 def response_file(records_file: Path) -> Path:
     path = records_file.with_name("response.nc")
-    assert respond_stage(records_file, path, structure="bridge-bent") == ()
+    assert respond_stage(records_file, path, options=RespondOptions(structure="bridge-bent")) == ()
     return path
 
 
@@ -98,7 +99,13 @@ def test_batches_are_merged(records_file: Path, response_file: Path, tmp_path: P
     parts = [tmp_path / f"part-{k}.nc" for k in (1, 2)]
     for k, part in enumerate(parts, start=1):
         engine = ProcessPool(2, patience=0.0)
-        respond_stage(records_file, part, structure="bridge-bent", batch=Batch(k, 2), engine=engine)
+        respond_stage(
+            records_file,
+            part,
+            options=RespondOptions(structure="bridge-bent"),
+            batch=Batch(k, 2),
+            engine=engine,
+        )
     merge_stage(parts, tmp_path / "whole.nc")
     with open_response(tmp_path / "whole.nc") as merged, open_response(response_file) as whole:
         assert merged.dataset.load().equals(whole.dataset.load())

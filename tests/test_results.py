@@ -16,7 +16,8 @@ from hypothesis.extra import numpy as hnp
 
 import rockframe
 from rockframe.errors import InputError, ParameterError
-from rockframe.matching import FindOptions, LikenessOptions, find_pulses
+from rockframe.matching import find_pulses
+from rockframe.options import PulseOptions
 from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record, SiteType
 from rockframe.results import (
@@ -225,7 +226,7 @@ def test_unknown_names_are_refused_with_those_there_are(response_path: Path) -> 
 
 
 def test_best_pulses_come_back(tmp_path: Path) -> None:
-    options = FindOptions(wavelet="mavroeidis_papageorgiou", drawing=LikenessOptions(surrogates=19))
+    options = PulseOptions(pulse_wavelet="mavroeidis_papageorgiou", surrogates=19)
     found = [find_pulses(record.acceleration, 0.01, options) for record in RECORDS_MADE]
     path = tmp_path / "pulses.nc"
     answers = zip(RECORDS_MADE, found, strict=True)
@@ -238,7 +239,7 @@ def test_best_pulses_come_back(tmp_path: Path) -> None:
 
 
 def test_residual_and_pulse_motion_are_beside_the_pulses(tmp_path: Path) -> None:
-    options = FindOptions(drawing=LikenessOptions(surrogates=0))
+    options = PulseOptions(surrogates=0)
     record = RECORDS_MADE[0]
     found = find_pulses(record.acceleration, 0.01, options)
     path = tmp_path / "pulses.nc"

@@ -17,8 +17,9 @@ from tests.screening import names, sine, site, stored, structures, three
 from rockframe.cli.main import main
 from rockframe.engines import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
+from rockframe.options import ScreenOptions
 from rockframe.results import read_screen_history, read_screening
-from rockframe.rocking import Design, Histories, as_ground, margins, respond, respond_many
+from rockframe.rocking import Design, as_ground, margins, respond, respond_many
 from rockframe.stages import screen_stage
 from rockframe.study import read_structures
 
@@ -62,9 +63,9 @@ def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> No
         screen_stage(
             records,
             output,
-            scales=scales,
-            margins=False,
-            histories=Histories.SELECTED if len(scales) == 1 else Histories.NONE,
+            options=ScreenOptions(
+                scales=scales, margins=False, histories="selected" if len(scales) == 1 else "none"
+            ),
             engine=engine,
         )
         files.add((output.read_bytes(), output.with_suffix(".csv").read_bytes()))
@@ -136,10 +137,16 @@ def test_batches_of_other_inputs_are_not_taken(
     with monkeypatch.context() as patch:
         patch.setattr("rockframe.stages.screen.write_screen_table", stop)
         with pytest.raises(KeyboardInterrupt):
-            screen_stage(stored(site(2), tmp_path), output, scales=[1.0], margins=False)
+            screen_stage(
+                stored(site(2), tmp_path),
+                output,
+                options=ScreenOptions(scales=(1.0,), margins=False),
+            )
     assert len(list(tmp_path.glob(".screen-*.batches"))) == 1
     strong = [sine(f"s{n:02d}", 6.0) for n in range(2)]
-    screen_stage(stored(strong, tmp_path), output, scales=[1.0], margins=False)
+    screen_stage(
+        stored(strong, tmp_path), output, options=ScreenOptions(scales=(1.0,), margins=False)
+    )
     assert (read_screening(output)["verdict"].sel(structure="slender-column") == 2).all()
     assert not list(tmp_path.glob(".screen-*.batches"))
 
@@ -148,7 +155,7 @@ def test_fragility_rate_and_design_are_in_the_file(screen: Screen, tmp_path: Pat
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     design = Design(dimension="height", lowest=2.0, highest=30.0, limit=0.5, share=0.5, steps=8)
-    found = screen(site(12), scales=np.linspace(0.5, 2.0, 6), hazard_path=hazard, design=design)
+    found = screen(site(12), scales=np.linspace(0.5, 2.0, 6), hazard=hazard, design=design)
     fit = found.sel(structure="slender", measure="pga")
     assert int(fit["fragility_outcome"]) in (0, 3)
     assert int(fit["fragility_motions"]) == 12
@@ -178,10 +185,10 @@ def test_ranks_put_the_strongest_first(screen: Screen) -> None:
 @pytest.mark.parametrize("histories", ["selected", "all"])
 def test_histories_of_scenarios_are_kept(screen: Screen, tmp_path: Path, histories: str) -> None:
     records = site(4)
-    found = screen(records, histories=Histories(histories))
+    found = screen(records, histories=str(histories))
     plain = screen(records)
     assert_array_equal(found["peak_rotation_ratio"], plain["peak_rotation_ratio"])
-    screen(records, histories=Histories(histories))
+    screen(records, histories=str(histories))
     frame = read_structures(tmp_path / "structures.toml")[1]
     near = found["peak_rotation_ratio"].values >= 0.5
     assert found.sizes["history"] == (near.sum() if histories == "selected" else near.size)
@@ -194,7 +201,7 @@ def test_histories_of_scenarios_are_kept(screen: Screen, tmp_path: Path, histori
 
 
 def test_history_that_was_not_kept_is_refused(screen: Screen, tmp_path: Path) -> None:
-    screen(site(2), histories=Histories.SELECTED)
+    screen(site(2), histories="selected")
     for record, structure, scale, message in (
         ("s00", "stout", 0.5, r"no history of 'stout' under 's00' at scale 0.5 was kept"),
         ("s09", "stout", 0.5, r"Invalid record 's09'. Must be one of: s00, s01"),
@@ -210,7 +217,7 @@ def test_hazard_of_a_measure_that_is_not_known(screen: Screen, tmp_path: Path) -
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("a_p_g,annual_rate\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     with pytest.raises(ParameterError, match="Must be given with --pulses"):
-        screen(site(2), hazard_path=hazard)
+        screen(site(2), hazard=hazard)
 
 
 def test_strange_table_is_not_replaced(screen: Screen, tmp_path: Path) -> None:
@@ -234,8 +241,7 @@ def test_rate_over_pulses_of_turned_pairs_is_refused(tmp_path: Path) -> None:
             records,
             tmp_path / "screen.nc",
             pulses_path=tmp_path / "pulses.nc",
-            hazard_path=hazard,
-            azimuths=[10.0],
+            options=ScreenOptions(hazard=hazard, azimuths_degree=(10.0,)),
         )
 
 
@@ -244,9 +250,9 @@ def test_azimuths_of_one_name_do_not_share_batches(
 ) -> None:
     """A run that ended before its file was whole left batches of another azimuth."""
     records = stored(three("a"), tmp_path)
-    options: dict[str, Any] = {"margins": False, "scales": [0.4, 0.6, 0.8], "engine": OneProcess()}
-    near, exact = [10.00004], [10.0]
-    screen_stage(records, tmp_path / "whole.nc", azimuths=exact, **options)
+    exact = ScreenOptions(margins=False, scales=(0.4, 0.6, 0.8), azimuths_degree=(10.0,))
+    near = exact.replaced(azimuths_degree=(10.00004,))
+    screen_stage(records, tmp_path / "whole.nc", exact, engine=OneProcess())
 
     def stop(*_: Any, **__: Any) -> Any:
         raise KeyboardInterrupt
@@ -255,9 +261,9 @@ def test_azimuths_of_one_name_do_not_share_batches(
     with monkeypatch.context() as patched:
         patched.setattr("rockframe.stages.screen.statistics", stop)
         with pytest.raises(KeyboardInterrupt):
-            screen_stage(records, output, azimuths=near, **options)
+            screen_stage(records, output, near, engine=OneProcess())
     assert list(tmp_path.glob(".screen-*.batches"))
-    screen_stage(records, output, azimuths=exact, **options)
+    screen_stage(records, output, exact, engine=OneProcess())
     found, whole = (read_screening(tmp_path / name) for name in ("screen.nc", "whole.nc"))
     assert_array_equal(found["peak_rotation_ratio"].values, whole["peak_rotation_ratio"].values)
     assert not list(tmp_path.glob(".screen-*.batches"))

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 from tests.screening import sine, stored, structures
 
 from rockframe.figures import Captioned, draw_fragility, draw_peak_distribution, save_captioned
+from rockframe.options import ScreenOptions
 from rockframe.results import read_screening
 from rockframe.stages import screen_stage
 from rockframe.units import GRAVITY
@@ -31,8 +32,7 @@ def screening(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
         stored(records, folder),
         folder / "screen.nc",
         structures_path=structures(folder),
-        scales=np.geomspace(0.5, 3.0, 8),
-        margins=False,
+        options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 8), margins=False),
     )
     return read_screening(folder / "screen.nc")
 

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +15,11 @@ from tests.screening import sine, site, stored, three
 
 from rockframe.components import pair_horizontals, rotate
 from rockframe.errors import InputError, ParameterError
+from rockframe.options import Filters, ScreenOptions
 from rockframe.results import read_records, read_screening
 from rockframe.rocking import respond
-from rockframe.stages import Selection, pulse_stage, screen_stage
-from rockframe.study import Filters, read_structures
+from rockframe.stages import pulse_stage, screen_stage
+from rockframe.study import read_structures
 from rockframe.wavelets import Pulse
 
 Screen = Callable[..., xr.Dataset]
@@ -30,9 +30,8 @@ def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
     done = screen_stage(
         stored(records, tmp_path),
         tmp_path / "screen.nc",
-        selection=Selection(Filters(magnitude=(5.25, 9.0), vs30_m_s=(0.0, 330.0))),
-        scales=[1.0],
-        margins=False,
+        filters=Filters(magnitude=(5.25, 9.0), vs30_m_s=(0.0, 330.0)),
+        options=ScreenOptions(scales=(1.0,), margins=False),
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == ["s03", "s04", "s05", "s06"]
@@ -46,37 +45,37 @@ def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
 
 def test_empty_selection_is_named(screen: Screen) -> None:
     with pytest.raises(ParameterError, match=r"no record is left to screen; 's00': pga_g 0.05"):
-        screen(site(3), selection=Selection(Filters(pga_g=(5.0, 6.0))))
+        screen(site(3), filters=Filters(pga_g=(5.0, 6.0)))
 
 
 def test_range_that_is_none() -> None:
-    with pytest.raises(ParameterError, match=r"Invalid pulse_length_m 2 to 1. Must be the lower"):
-        Selection(pulse_length_m=(2.0, 1.0))
+    with pytest.raises(ParameterError, match=r"pulse_length_m \[2, 1\]. Must be the lower"):
+        ScreenOptions(pulse_length_m=(2.0, 1.0))
 
 
 @pytest.mark.parametrize("like", [True, False])
 def test_a_filter_of_pulses_needs_pulses_of_the_motions(
     screen: Screen, tmp_path: Path, like: bool
 ) -> None:
-    with pytest.raises(ParameterError, match=r"Invalid filter pulse_like where no pulse is known"):
-        screen(site(1), selection=Selection(pulse_like=like))
-    with pytest.raises(ParameterError, match=r"pulse_like of pairs that are turned: .* --azimuths"):
+    with pytest.raises(ParameterError, match=r"pulse_like is stated without pulses"):
+        screen(site(1), pulse_like=like)
+    with pytest.raises(ParameterError, match=r"pulse_like beside azimuths_degree"):
         screen(
             site(1),
-            selection=Selection(pulse_like=like),
+            pulse_like=like,
             pulses_path=tmp_path / "pulses.nc",
-            azimuths=[10.0],
+            azimuths_degree=[10.0],
         )
 
 
 @pytest.mark.parametrize(
     ("scales", "message"),
     [
-        ([1.0, 0.5], "Invalid scales, 0.5 after 1. Must increase"),
-        ([1.0, 1.0], "Invalid scales, 1 after 1. Must increase"),
-        ([0.0, 1.0], "Invalid scale 0. Must be positive"),
-        ([1.0, math.inf], "Invalid scale inf"),
-        ([], "no scale to screen at"),
+        ([1.0, 0.5], "scales 0.5 after 1. Must increase"),
+        ([1.0, 1.0], "scales 1 after 1. Must increase"),
+        ([0.0, 1.0], "scales with 0. Must be above 0"),
+        ([1.0, math.inf], "scales with an infinite number"),
+        ([], "scales .*Must be a list of one or more"),
     ],
 )
 def test_scales_must_increase(screen: Screen, scales: list[float], message: str) -> None:
@@ -86,7 +85,7 @@ def test_scales_must_increase(screen: Screen, scales: list[float], message: str)
 
 def test_azimuths_turn_the_pairs(screen: Screen, tmp_path: Path) -> None:
     records = [*three("a"), *three("b")]
-    found = screen(records, azimuths=[0.0, 30.0, 90.0])
+    found = screen(records, azimuths_degree=[0.0, 30.0, 90.0])
     assert found.sizes["record"] == 6
     assert found["cluster"].values.tolist() == [0, 0, 0, 1, 1, 1]
     assert found["azimuth"].values.tolist() == [0.0, 30.0, 90.0] * 2
@@ -107,16 +106,24 @@ def test_azimuths_turn_the_pairs(screen: Screen, tmp_path: Path) -> None:
 def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
     records = stored([*three("a"), sine("alone", 3.0)], tmp_path)
     output = tmp_path / "screen.nc"
-    done = screen_stage(records, output, azimuths=[45.0], scales=[1.0], margins=False)
+    done = screen_stage(
+        records,
+        output,
+        options=ScreenOptions(azimuths_degree=(45.0,), scales=(1.0,), margins=False),
+    )
     assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
     assert json.loads(read_screening(output).attrs["left_out"])["alone"]
     with pytest.raises(ParameterError, match=r"left to screen; 'alone': alone is the only hor"):
-        screen_stage(stored([sine("alone", 3.0)], tmp_path), output, azimuths=[45.0])
+        screen_stage(
+            stored([sine("alone", 3.0)], tmp_path),
+            output,
+            options=ScreenOptions(azimuths_degree=(45.0,)),
+        )
 
 
 def test_vertical_is_felt_and_turned_with_its_pair(screen: Screen) -> None:
     still, felt = (screen(three("a"), vertical=vertical) for vertical in (False, True))
-    turned = screen(three("a"), vertical=True, azimuths=[90.0, 0.0])
+    turned = screen(three("a"), vertical=True, azimuths_degree=[90.0, 0.0])
     name = "peak_rotation_ratio"
     assert (still[name].values != felt[name].values).any()
     assert_array_equal(turned[name].values, felt[name].values)
@@ -126,13 +133,17 @@ def test_vertical_of_another_length_is_named(tmp_path: Path) -> None:
     east, north, up = three("a")
     short = sine("a-z", 0.5, station="a", orientation=up.orientation, time_step=0.005)
     with pytest.raises(ParameterError, match=r"no vertical record of the same .*time step"):
-        screen_stage(stored([east, north, short], tmp_path), tmp_path / "s.nc", vertical=True)
+        screen_stage(
+            stored([east, north, short], tmp_path),
+            tmp_path / "s.nc",
+            options=ScreenOptions(vertical=True),
+        )
 
 
 def test_vertical_that_would_fall_at_the_largest_scale_is_left_out(tmp_path: Path) -> None:
     records = stored([*three("a"), *three("b", upward=6.0)], tmp_path)
-    options: dict[str, Any] = {"vertical": True, "scales": [1.0, 2.0], "margins": False}
-    done = screen_stage(records, tmp_path / "s.nc", **options)
+    options = ScreenOptions(vertical=True, scales=(1.0, 2.0), margins=False)
+    done = screen_stage(records, tmp_path / "s.nc", options)
     assert [r.file for r in done.rejections] == ["b-e", "b-n"]
     assert "lose contact" in done.rejections[0].reason
 
@@ -141,12 +152,12 @@ def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> 
     records, output = stored(site(4), tmp_path), tmp_path / "screen.nc"
     pulses = tmp_path / "pulses.nc"
     pulse_stage(records, pulses)
-    options: dict[str, Any] = {"pulses_path": pulses, "scales": [1.0], "margins": False}
-    screen_stage(records, output, selection=Selection(pulse_period_s=(0.5, 2.0)), **options)
+    options = ScreenOptions(scales=(1.0,), margins=False, pulse_period_s=(0.5, 2.0))
+    screen_stage(records, output, options, pulses_path=pulses)
     found = read_screening(output)
     assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
     with pytest.raises(InputError, match=r"pulses.nc: was made from other records"):
-        screen_stage(stored(site(5), tmp_path), output, **options)
+        screen_stage(stored(site(5), tmp_path), output, options, pulses_path=pulses)
 
 
 def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> None:
@@ -165,8 +176,7 @@ def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> 
             path,
             tmp_path / "screen.nc",
             pulses_path=pulses,
-            selection=Selection(pulse_like=like),
-            margins=False,
+            options=ScreenOptions(margins=False, pulse_like=like),
         )
         found = read_screening(tmp_path / "screen.nc")
         assert found["record_id"].values.tolist() == [name]

@@ -61,7 +61,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
         ("4.0", "-1.0", r"Invalid mass_ratio -1.0"),
         ("1.6", "10.0", r"Invalid slenderness 46.17 degrees .* Must be below 45.56 degrees"),
         ('"bent"', '"a bent"', r":3: name 'a bent'. Must be 1 to 64 letters"),
-        ('"bent"', "7", r":3: name 7. Must be text in quotes"),
+        ('"bent"', "7", r":3: name 7. Must be text"),
         ("[[structure]]", "[structure]", r":2: no \[\[structure\]\] table. Must hold one or more"),
         ("[[structure]]", "[[structures]]", r":2: unknown key 'structures'. Must be one of"),
         ("[[structure]]", "x = 3\n[[structure]]", r":2: unknown key 'x'. Must be one of"),

@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import REPOSITORY
 
 from rockframe.cli.main import main
-from rockframe.cli.screen import values
+from rockframe.cli.options import numbers
 from rockframe.errors import InputError
 from rockframe.study import (
     SCHEMA,
@@ -53,13 +53,17 @@ def test_shipped_studies_are_read(path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("vertical", "verticl", r":6: unknown key 'respond.verticl'. Must be one of: vertical, hi"),
+        ("vertical", "verticl", r":6: unknown key 'respond.verticl'. Must be one of: structure, v"),
         ("[respond]", "[response]", r":5: unknown key 'response'. Must be one of: name, .*\[resp"),
         ('name = "mine"', "", r"key 'name' missing. Must be stated"),
         ('name = "mine"', 'name = "a b"', r":1: name 'a b'. Must be 1 to 64 letters"),
         ('"g"', '"feet"', r":4: records.units 'feet'. Must be one of: g, gal, cm/s2, mm/s2, m/s2"),
         ("true", "1", r":6: respond.vertical 1. Must be true or false"),
-        ("[respond]", "[respond]\nhistories = 'some'", r"Must be none, selected or all, in quotes"),
+        (
+            "[respond]",
+            "[respond]\nhistories = 'some'",
+            r"histories 'some'. Must be none, selected or all",
+        ),
         ('["motions"]', '"motions"', r":3: records.paths 'motions'. Must be a list"),
         ('["motions"]', '["motions", "motions"]', r":3: records.paths 'motions'. Must not be stat"),
         ('["motions"]', '["none"]', r":3: records.paths 'none': no such file or folder"),
@@ -136,17 +140,17 @@ def test_shipped_studies_are_read(path: Path) -> None:
         (
             "[respond]",
             "[screen]\nazimuths_degree={ from = 0, to = 360, count = 5 }\n[respond]",
-            r":5: screen.azimuths_degree with 0 twice, or 360 apart. Must differ",
+            r":5: azimuths_degree with 0 twice, or 360 apart. Must differ",
         ),
         (
             "[respond]",
             "[screen]\nazimuths_degree=[10.0]\npulse_like=true\n[respond]",
-            r":5: screen.pulse_like beside screen.azimuths_degree. Must be one of them",
+            r":5: pulse_like beside azimuths_degree. Must be one of them",
         ),
         (
             "[respond]",
             "[screen.design]\ndimension='mass_ratio'\nrange=[-1.0, 4.0]\n[respond]",
-            r"screen.design.range \[-1, 4\]. Must be zero or positive, and increase",
+            r"design range \[-1, 4\]. Must be zero or positive, and increase",
         ),
         (
             "[respond]",
@@ -158,7 +162,7 @@ def test_shipped_studies_are_read(path: Path) -> None:
             "[respond]",
             "[spectrum]\nwavelet=['symmetric_ricker']\nslenderness_degree=[10.0]\n"
             "frequency_ratio=[2.0]\nphase_degree=90.0\n[respond]",
-            r":5: spectrum.phase_degree 90: Invalid phase 1.57.* Must be 0 or pi",
+            r":5: phase_degree 90: Invalid phase 1.57.* Must be 0 or pi",
         ),
         ('"g"', '"g"\nazimuth_degree=1.0\nstrike_degree=2.0', r"Must be one of them"),
         ("[respond]\nvertical = true", "respond = 3", r"unknown key 'records.respond'"),
@@ -178,14 +182,14 @@ def test_evenly_spaced_numbers_are_those_of_the_command(tmp_path: Path) -> None:
     stated = "[screen]\nscales = { from = 0.1, to = 3.0, count = 30 }\n[respond]"
     study = read_study(written(tmp_path, GOOD.replace("[respond]", stated)))
     assert study.tables.screen is not None
-    assert list(study.tables.screen.scales) == values("0.1:3:30")
+    assert list(study.tables.screen.scales) == numbers("0.1:3:30")
     assert 1.0 in study.tables.screen.scales
 
 
 def test_both_ends_are_met_to_the_last_bit() -> None:
     """0.1 * 3 / 3 is not 0.1: the ends are not computed."""
     for count in range(2, 50):
-        spaced = values(f"0.1:2.7:{count}")
+        spaced = numbers(f"0.1:2.7:{count}")
         assert (len(spaced), spaced[0], spaced[-1]) == (count, 0.1, 2.7)
 
 

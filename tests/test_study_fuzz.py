@@ -10,12 +10,13 @@ from typing import get_args
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rockframe.cli import pulse_options
 from rockframe.errors import InputError
-from rockframe.matching import Scrambling, Weighting
+from rockframe.matching import Weighting
+from rockframe.options import PulseOptions
+from rockframe.options.fields import Wavelet
+from rockframe.options.model import Options, options_within
 from rockframe.study import StudyTables, schema
-from rockframe.study.stage_tables import PulseTable, Wavelet
-from rockframe.study.toml import Strict, parse, tables_of
+from rockframe.study.toml import parse
 from rockframe.wavelets import WAVELETS
 
 #: Values as TOML writes them: of right and wrong types, huge, and no numbers at all.
@@ -41,10 +42,10 @@ TABLES = st.dictionaries(st.sampled_from(["from", "to", "count", "x"]), SCALARS,
 VALUES = st.one_of(SCALARS, LISTS, TABLES, LISTS.map(lambda inner: f"[{inner}]"))
 
 
-def keys_of(model: type[Strict], before: str = "") -> list[str]:
+def keys_of(model: type[Options], before: str = "") -> list[str]:
     keys = []
     for name, field in model.model_fields.items():
-        inner = tables_of(field.annotation)
+        inner = options_within(field.annotation)
         keys += [f"{before}{name}"] + (keys_of(inner, f"{before}{name}.") if inner else [])
     return keys
 
@@ -68,9 +69,9 @@ def refusal(text: str) -> str:
 
 
 def test_words_of_a_study_are_those_of_the_rooms() -> None:
-    assert get_args(Wavelet) == tuple(WAVELETS) == pulse_options.WAVELETS
-    for name, words in (("weighting", Weighting), ("scrambling", Scrambling)):
-        assert set(get_args(PulseTable.model_fields[name].annotation)) == {str(w) for w in words}
+    assert get_args(Wavelet) == tuple(WAVELETS)
+    known = get_args(PulseOptions.model_fields["weighting"].annotation)
+    assert set(known) == {str(weighting) for weighting in Weighting}
 
 
 def test_schema_is_strict_json() -> None:

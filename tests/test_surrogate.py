@@ -12,7 +12,7 @@ import xarray as xr
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.frame import RockingFrame
-from rockframe.matching import FindOptions, LikenessOptions, MatchOptions
+from rockframe.options import PulseOptions, RespondOptions
 from rockframe.record import Record
 from rockframe.results import response_rows
 from rockframe.rocking import Verdict, respond, with_pulse
@@ -21,9 +21,7 @@ from rockframe.wavelets import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 PLANTED = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5, time=6.0)
-QUICK = FindOptions(
-    matching=MatchOptions(wavelets=("symmetric_ricker",)), drawing=LikenessOptions(surrogates=0)
-)
+QUICK = PulseOptions(wavelet=("symmetric_ricker",), surrogates=0)
 
 
 def test_a_record_that_is_its_pulse_has_no_error() -> None:
@@ -72,7 +70,7 @@ def test_response_file_holds_the_second_opinion(stages: Path, tmp_path: Path) ->
     respond_stage(
         stages / "records.nc",
         output,
-        structure="bridge-bent",
+        options=RespondOptions(structure="bridge-bent"),
         pulses_path=stages / "pulses.nc",
     )
     with xr.open_dataset(output) as dataset:
@@ -83,7 +81,7 @@ def test_response_file_holds_the_second_opinion(stages: Path, tmp_path: Path) ->
 
 def test_without_pulses_there_is_none(stages: Path, tmp_path: Path) -> None:
     output = tmp_path / "response.nc"
-    respond_stage(stages / "records.nc", output, structure="bridge-bent")
+    respond_stage(stages / "records.nc", output, options=RespondOptions(structure="bridge-bent"))
     assert math.isnan(next(response_rows(output))["surrogate_error"])
 
 

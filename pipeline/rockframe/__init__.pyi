@@ -16,9 +16,6 @@ from .frame import RockingFrame as RockingFrame
 from .frame import inertia_ratio_of as inertia_ratio_of
 from .ingest import ReadOptions as ReadOptions
 from .ingest import read_file as read_file
-from .matching import FindOptions as FindOptions
-from .matching import LikenessOptions as LikenessOptions
-from .matching import MatchOptions as MatchOptions
 from .matching import PulseMatch as PulseMatch
 from .matching import PulseVerdict as PulseVerdict
 from .matching import RecordPulses as RecordPulses
@@ -27,6 +24,14 @@ from .matching import find_pulses as find_pulses
 from .matching import match_pulse as match_pulse
 from .matching import match_pulses as match_pulses
 from .matching import scalogram as scalogram
+from .options import DesignOptions as DesignOptions
+from .options import Filters as Filters
+from .options import IngestOptions as IngestOptions
+from .options import PulseOptions as PulseOptions
+from .options import RespondOptions as RespondOptions
+from .options import RockingSpectrumOptions as RockingSpectrumOptions
+from .options import ScreenOptions as ScreenOptions
+from .options import SpectrumOptions as SpectrumOptions
 from .record import Orientation as Orientation
 from .record import Record as Record
 from .results import open_records as open_records
@@ -75,7 +80,6 @@ from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
 from .signals import Passport as Passport
 from .signals import passport as passport
-from .stages import Selection as Selection
 from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
 from .stages import pulse_stage as pulse_stage

@@ -97,7 +97,7 @@ def main() -> None:
         write_plan(plan, bare)
         costs: dict[str, dict[str, float]] = {}
         for step in plan.steps:
-            costs[step.name] = cost(step.command, bare)
+            costs[step.name] = cost(["step", str(bare), step.name], bare)
             print(step.name, costs[step.name], flush=True)
         if options.run:
             study.write_text(STUDY.format(batch=options.batch))

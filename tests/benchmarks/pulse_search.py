@@ -20,8 +20,9 @@ import pywt
 import scipy.fft
 from numpy.typing import NDArray
 
-from rockframe.matching.options import MatchOptions, prepared
+from rockframe.matching.resolution import prepared
 from rockframe.matching.search import search
+from rockframe.options import PulseOptions
 from rockframe.record import Record
 from rockframe.results import write_records
 from rockframe.wavelets import RICKERS, WAVELETS, MotherWavelet
@@ -61,8 +62,8 @@ def motion(seed: int, samples: int = SAMPLES) -> Float:
 def family() -> dict[str, float]:
     """The whole family of one record, and what the same costs in other ways, on one core."""
     record = motion(0)
-    options = MatchOptions(wavelets=(FAMILY,))
-    rickers = MatchOptions(wavelets=tuple(RICKERS))
+    options = PulseOptions(wavelet=(FAMILY,))
+    rickers = PulseOptions(wavelet=tuple(RICKERS))
 
     def ours() -> object:
         signal = prepared(record, STEP, options, 5.0)

@@ -99,8 +99,8 @@ def main() -> None:
         else:
             whole_study = read_study(study)
         bare = home / "bare"
-        cost([["plan", whole_study.path, "--output", bare]], home)
-        commands = [step.command for step in make_plan(whole_study, bare).steps]
+        cost([["run", whole_study.path, "--output", bare, "--plan"]], home)
+        commands = [["step", bare, step.name] for step in make_plan(whole_study, bare).steps]
         bare_clock, bare_spent = cost(commands, bare)
         run = ["run", study, "--output", home / "run"]
         run_clock, run_spent = cost([run], home)

@@ -12,8 +12,8 @@ from tests.screening import site, stored
 
 from rockframe.engines import DaskScheduler, OneProcess, ProcessPool, map_batches
 from rockframe.errors import EngineError, InputError
+from rockframe.options import ScreenOptions
 from rockframe.provenance import sha256_of
-from rockframe.rocking import Histories
 from rockframe.stages import respond_stage, screen_stage
 
 distributed = pytest.importorskip("distributed", reason="needs the extra dask: make test-dask")
@@ -45,9 +45,9 @@ def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
         screen_stage(
             records,
             tmp_path / "screen.nc",
-            scales=np.linspace(0.5, 2.0, 800),
-            margins=False,
-            histories=Histories.NONE,
+            options=ScreenOptions(
+                scales=np.linspace(0.5, 2.0, 800), margins=False, histories="none"
+            ),
             engine=engine,
         )
         files.append([(tmp_path / f"{name}.nc").read_bytes() for name in ("response", "screen")])

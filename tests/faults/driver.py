@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 
-from rockframe.cli import computing
+from rockframe.cli import arguments
 from rockframe.cli.main import main
 from rockframe.engines import ProcessPool
 
+
+def at_once(options: argparse.Namespace) -> ProcessPool:  # noqa: ARG001 -- as the command calls it
+    return ProcessPool(2, patience=0.0)
+
+
 if __name__ == "__main__":
-    computing.engine = lambda _options: ProcessPool(2, patience=0.0)  # type: ignore[assignment]
+    arguments.chosen_engine = at_once
     sys.exit(main())

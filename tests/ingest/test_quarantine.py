@@ -13,6 +13,7 @@ import pytest
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import Limits, ReadOptions, attempt, collect, sorted_out
 from rockframe.ingest.quarantine import serve, worker_count
+from rockframe.options import IngestOptions
 from rockframe.stages import ingest_stage
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
@@ -102,7 +103,9 @@ def test_strict(folder: Path, tmp_path: Path) -> None:
     (folder / "b.csv").write_text("time_s,acc_g\n0.00,nan\n0.01,0.1\n")
     for workers in (0, 1):
         with pytest.raises(InputError, match=r"b\.csv:2: acceleration 'nan'"):
-            ingest_stage([folder], tmp_path / "out.nc", workers=workers, strict=True)
+            ingest_stage(
+                [folder], tmp_path / "out.nc", workers=workers, options=IngestOptions(strict=True)
+            )
     assert not (tmp_path / "out.nc").exists()
     assert not (tmp_path / "out.csv").exists()
 
@@ -110,7 +113,7 @@ def test_strict(folder: Path, tmp_path: Path) -> None:
 def test_strict_minds_records_that_cannot_be_processed(folder: Path, tmp_path: Path) -> None:
     (folder / "still.csv").write_text("time_s,acc_g\n0.00,0.0\n0.01,0.0\n")
     with pytest.raises(InputError, match=r"still\.csv: all 2 samples"):
-        ingest_stage([folder], tmp_path / "out.nc", workers=0, strict=True)
+        ingest_stage([folder], tmp_path / "out.nc", workers=0, options=IngestOptions(strict=True))
 
 
 def test_values_before_a_crash_are_kept() -> None:

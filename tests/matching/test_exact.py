@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rockframe.matching import MatchOptions, match_pulse, match_pulses
+from rockframe.matching import match_pulse, match_pulses
+from rockframe.options import PulseOptions
 from rockframe.wavelets import WAVELETS, Pulse
 
 EXPECTED = json.loads(
@@ -69,7 +70,7 @@ def test_brute_force_finds_nothing_better(wavelet: str, seed: int) -> None:
     """Sums over samples on a grid of periods, times, half cycles; the phase by least squares."""
     record = noise(seed, 700)
     time = 0.01 * np.arange(record.size)
-    match = match_pulse(record, 0.01, wavelet, shortest_period=0.4, longest_period=2.0)
+    match = match_pulse(record, 0.01, wavelet, periods_s=(0.4, 2.0))
     numbers = (1.0, 2.0, 3.0) if WAVELETS[wavelet].has_half_cycles else (None,)
     best = 0.0
     for half_cycles in numbers:
@@ -90,13 +91,12 @@ def test_amplitude_and_period_scale_with_the_record(
     wavelet: str, factor: float, stretch: float
 ) -> None:
     record = noise(7)
-    one = match_pulse(record, 0.01, wavelet, shortest_period=0.3, longest_period=3.0).pulse
+    one = match_pulse(record, 0.01, wavelet, periods_s=(0.3, 3.0)).pulse
     other = match_pulse(
         factor * record,
         0.01 * stretch,
         wavelet,
-        shortest_period=0.3 * stretch,
-        longest_period=3.0 * stretch,
+        periods_s=(0.3 * stretch, 3.0 * stretch),
     ).pulse
     assert other.a_p == pytest.approx(abs(factor) * one.a_p, rel=1e-6)
     assert other.T_p == pytest.approx(stretch * one.T_p, rel=1e-6)
@@ -110,7 +110,7 @@ def test_amplitude_and_period_scale_with_the_record(
 
 def test_more_freedom_explains_more() -> None:
     for seed in range(6):
-        found = match_pulses(noise(seed), 0.01, MatchOptions(shortest_period=0.3))
+        found = match_pulses(noise(seed), 0.01, PulseOptions(periods_s=(0.3, 5.0)))
         better = found["ricker_any_phase"].match_index + 1e-12
         assert better >= found["symmetric_ricker"].match_index
         assert better >= found["antisymmetric_ricker"].match_index

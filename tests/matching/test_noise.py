@@ -10,7 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from rockframe.matching import MatchOptions, match_pulses
+from rockframe.matching import match_pulses
+from rockframe.options import PulseOptions
 from rockframe.wavelets import Pulse
 
 STEP = 0.02
@@ -51,7 +52,7 @@ def errors(kind: tuple[str, float, float | None], ratio: float, count: int) -> n
         )
         pulse, noise = planted.acceleration(TIME), coloured(random)
         noise *= math.sqrt(float(pulse @ pulse) / float(noise @ noise) / ratio)
-        match = match_pulses(pulse + noise, STEP, MatchOptions(wavelets=(wavelet,)))[wavelet]
+        match = match_pulses(pulse + noise, STEP, PulseOptions(wavelet=(wavelet,)))[wavelet]
         found.append(
             [
                 math.log(match.pulse.T_p / planted.T_p),

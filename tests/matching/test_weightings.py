@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching import MatchOptions, Weighting, match_pulse, match_pulses
-from rockframe.matching.options import prepared
+from rockframe.matching import Weighting, match_pulse, match_pulses
 from rockframe.matching.refine import crest
+from rockframe.matching.resolution import prepared
 from rockframe.matching.signal import velocity_of
+from rockframe.options import PulseOptions
 from rockframe.wavelets import RICKERS, WAVELETS, Pulse
 
 TIME = 0.01 * np.arange(3001, dtype=np.float64)
@@ -71,7 +72,7 @@ def test_projection_is_the_best_of_all_phases(wavelet: str) -> None:
     """Against 3600 phases tried one by one on noise."""
     random = np.random.default_rng(3)
     record = random.normal(size=1500)
-    options = MatchOptions(wavelets=(wavelet,))
+    options = PulseOptions(wavelet=(wavelet,))
     signal = prepared(record, 0.01, options, 5.0)
     half_cycles = 2.2 if WAVELETS[wavelet].has_half_cycles else None
     point = crest(signal, wavelet, 0.8, 7.0, half_cycles)
@@ -99,13 +100,15 @@ def test_longer_pulses_win_in_the_velocity() -> None:
 
 
 def test_unknown_weighting_is_named() -> None:
-    with pytest.raises(ParameterError, match=r"Invalid weighting 'length'. Must be one of: energy"):
+    with pytest.raises(
+        ParameterError, match=r"weighting 'length'. Must be energy, area, none or vel"
+    ):
         match_pulse(TIME, 0.01, "symmetric_ricker", weighting="length")
 
 
 def test_wavelets_searched_together_and_alone_agree() -> None:
     record = np.random.default_rng(4).normal(size=2000)
-    together = match_pulses(record, 0.01, MatchOptions())
+    together = match_pulses(record, 0.01, PulseOptions())
     for wavelet in WAVELETS:
         alone = match_pulse(record, 0.01, wavelet)
         assert alone.match_index == pytest.approx(together[wavelet].match_index, rel=1e-5)

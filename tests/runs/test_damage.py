@@ -13,8 +13,10 @@ import pytest
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main
+from rockframe.errors import ParameterError
 from rockframe.provenance import sealed
-from rockframe.runs import Task, is_locked, locked, read_plan
+from rockframe.runs import Step, Work, is_locked, locked, perform, read_plan
+from rockframe.runs.performing import perform_apart
 
 FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
 
@@ -152,7 +154,7 @@ def test_damaged_plan_of_another_study_is_in_the_way(home: Path) -> None:
     "steps",
     [
         *([1, 2], {"a": 1}, [{"name": "ingest"}]),
-        [{"name": "x", "rule": "x", "command": [], "inputs": [], "outputs": [5]}],
+        [{"name": "x", "stage": "x", "inputs": [], "outputs": [5]}],
     ],
 )
 def test_plan_of_other_types_is_one_line(
@@ -216,34 +218,25 @@ def test_status_does_not_write(home: Path) -> None:
         assert is_locked(home / "run")
 
 
-def test_step_whose_words_are_not_understood_says_why(home: Path) -> None:
-    """As a plan of another version may have them: argparse would leave without a word."""
-    from rockframe.cli.run import perform
-    from rockframe.errors import InputError
-    from rockframe.runs import Step
-
-    step = Step("ingest", "ingest", ("ingest", "--bogus"), (), ())
-    with pytest.raises(InputError, match=r"step ingest failed: .*required: PATH, --output"):
-        perform(Task(step, "", home / "run"))
+def test_step_whose_options_are_of_another_version_says_why(home: Path) -> None:
+    step = Step("pulse", "pulse", ("records.nc",), ("pulses.nc",), {"bogus": 1})
+    with pytest.raises(ParameterError, match="unknown option 'bogus'"):
+        perform(Work(step, home / "run"))
+    assert (home / "run" / "logs" / "pulse.log").read_text() == "error: unknown option 'bogus'.\n"
 
 
 def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Python ends with 1 after a traceback; an older output would have been stamped as new."""
-    from rockframe.cli.run import perform_apart
-    from rockframe.errors import InputError
-    from rockframe.runs import Step
-
+    """An older output would have been stamped as new."""
     (home / "sitecustomize.py").write_text(
         "import rockframe.stages as s\n\ndef crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
         "s.merge_stage = crash\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(home))
-    words = ("merge", "response.nc", "--output", "table.csv")
-    step = Step("merge", "merge", words, ("response.nc",), ("table.csv",))
-    with pytest.raises(InputError, match=r"step merge failed: MemoryError: all gone"):
-        perform_apart(Task(step, "", home / "run"))
+    step = Step("merge", "merge", ("response.nc",), ("table.csv",))
+    with pytest.raises(RuntimeError, match=r"(?s)MemoryError: all gone"):
+        perform_apart(Work(step, home / "run"))
 
 
 def test_file_system_without_locks_is_no_other_run(

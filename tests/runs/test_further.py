@@ -233,7 +233,7 @@ def test_what_cannot_be_computed_again_is_a_fault(
 ) -> None:
     shutil.rmtree(folder / ".rockframe")
     assert main(["verify", str(folder), "--recompute"]) == 1
-    assert "holds no plan of a study" in capsys.readouterr().err
+    assert "contains no study plan" in capsys.readouterr().err
 
 
 def test_missing_page_is_a_fault(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -298,4 +298,4 @@ def test_run_that_was_moved_says_what_it_cannot_compute_again(
     assert main(["verify", str(tmp_path / "home" / "run"), "--recompute"]) == 1
     said = capsys.readouterr()
     assert "computed again: respond: 2 records" in said.out
-    assert f"screen cannot be computed again: {hazard}: cannot be read" in said.err
+    assert f"screen cannot be recomputed: {hazard}: cannot be read" in said.err

@@ -139,7 +139,7 @@ def test_record_that_changes_under_way_spoils_the_manifest(
     tmp_path: Path, change: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Between ingest and the manifest: the outputs would be of a file that is not there."""
-    from rockframe.cli import table
+    from rockframe.stages import table
 
     study, motion = make_study(tmp_path), tmp_path / "motions" / "motion-1.csv"
     original, write = motion.read_bytes(), table.write_table

@@ -120,7 +120,7 @@ def test_killed_at_random_moments_it_goes_on(made: Path) -> None:
 def test_without_a_plan_it_says_what_to_do(tmp_path: Path) -> None:
     ended = snakemake(tmp_path)
     assert ended.returncode != 0
-    assert "Must be made by `rockframe plan STUDY --output FOLDER`" in ended.stderr
+    assert "write it with `rockframe run STUDY --output FOLDER --plan`" in ended.stderr
 
 
 def test_report_of_snakemake_builds(made: Path, tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
-# One rule for each stage of the plan. Its command is what a person types in the folder of the run;
-# exit status 1 says that records were rejected, and listed, and is no failure but for `verify`.
-from shlex import join
+# One rule for each stage of the plan: `rockframe step FOLDER NAME`. Exit status 1 means that records
+# were rejected, and listed, and is no failure but for `verify`.
 
 
 def outputs_of(steps):
@@ -20,18 +19,14 @@ def step_of(rule_name, wildcards):
     return STEPS[rule_name][number - 1]
 
 
-def command_of(rule_name):
-    def command(wildcards):
-        step = step_of(rule_name, wildcards)
-        return join(["rockframe", *step["command"]])
-
-    return command
-
-
 def called(step):
-    """How a step's command is called: with its processes, and with what is no failure."""
-    words = "{params.command}" + " --workers {threads}" * step["workers"]
+    """How a step is called: with its processes, and with what is no failure."""
+    words = "rockframe step . {params.step}" + " --workers {threads}" * step["workers"]
     return f"{words} || [ $? -eq 1 ]" if step["may_reject"] else words
+
+
+def name_of(rule_name):
+    return lambda wildcards: step_of(rule_name, wildcards)["name"]
 
 
 def key_of(rule_name):
@@ -50,11 +45,11 @@ for rule_name, steps in STEPS.items():
         output:
             outputs_of(steps),
         log:
-            f"logs/{rule_name}{batch}.log",
+            f"logs/snakemake/{rule_name}{batch}.log",
         benchmark:
             f".rockframe/benchmarks/{rule_name}{batch}.tsv"
         params:
-            command=command_of(rule_name),
+            step=name_of(rule_name),
             key=key_of(rule_name),
             source=PLAN["source_code_hash"],
         threads: steps[0]["threads"]

@@ -1,220 +1,129 @@
-"""Options that several verbs share, spelled once."""
+"""Arguments that several verbs share."""
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Final
+
+from rockframe.cli.options import Once, add_options, chosen, path
+from rockframe.options import ExecutionOptions, IngestOptions, ReadingOptions
 
 if TYPE_CHECKING:
-    from rockframe.components import Rotation
-    from rockframe.ingest import ReadOptions
-    from rockframe.signals import BandPass
-    from rockframe.study import Filters, PassportLimits
+    from rockframe.engines import Engine
+    from rockframe.stages import Batch
 
 
-def path(text: str) -> Path:
-    """Return the path that a word of the command line states."""
-    if not text:
-        raise argparse.ArgumentTypeError("empty path. Must name a file or folder.")
-    return Path(text)
+#: Heading of the filters in help texts.
+FILTERS: Final = "filters (records outside the range are listed as filtered out)"
 
 
-def add_reading(parser: argparse.ArgumentParser, then: str = "") -> None:
-    """Options of reading record files; `then` says what else ``--workers`` holds for."""
-    _add_of_files(parser)
-    _add_of_records(parser)
-    parser.add_argument(
-        "--workers",
-        type=int,
-        metavar="N",
-        help="most processes that read files at once, each file apart from the rest; "
-        f"0 reads without that protection (default: one for each core){then}",
-    )
-    parser.add_argument(
-        "--strict", action="store_true", help="stop at the first rejected file; write nothing"
-    )
+def add_reading(parser: argparse.ArgumentParser, *, processes: bool = True) -> None:
+    """Add the options of reading record files."""
+    add_options(parser, IngestOptions, title="reading record files")
+    if processes:
+        add_options(parser, ReadingOptions, title="reading record files")
 
 
-def _add_of_files(parser: argparse.ArgumentParser) -> None:
-    """What files do not say of themselves."""
+def add_structures(parser: argparse.ArgumentParser, *, one: bool = True) -> None:
+    """Add the file of structures and, where no model has it, the choice of one."""
     parser.add_argument(
-        "--units",
-        metavar="UNITS",
-        help="acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2 "
-        "(a file that states others is rejected)",
-    )
-    parser.add_argument(
-        "--time-step",
-        type=float,
-        metavar="SECONDS",
-        help="time step of text files that do not state it "
-        "(a file that states another is rejected)",
-    )
-    parser.add_argument(
-        "--station-xml",
-        type=Path,
-        metavar="FILE",
-        help="StationXML of miniSEED files (default: the *.xml beside each file)",
-    )
-    parser.add_argument(
-        "--water-level",
-        type=float,
-        metavar="DECIBEL",
-        help="take the full response out of miniSEED files, with this water level "
-        "(default: divide by the sensitivity)",
-    )
-    parser.add_argument(
-        "--catalogue",
+        "--structures",
         type=path,
         metavar="FILE",
-        help="CSV of event, station, magnitude and distance of each file "
-        "(default: catalogue.csv of the folder)",
+        help="TOML file of [[structure]] tables with name, height_m, width_m, mass_ratio "
+        "(default: the shipped structures)",
     )
-
-
-def _add_of_records(parser: argparse.ArgumentParser) -> None:
-    """What is done to each record, and what it is held to."""
-    parser.add_argument(
-        "--band-pass",
-        type=float,
-        nargs=2,
-        metavar=("LOW", "HIGH"),
-        default=(0.1, 40.0),
-        help="corner frequencies in Hz for uncorrected records (default: 0.1 40)",
-    )
-    parser.add_argument(
-        "--uncorrected",
-        action="store_true",
-        help="take every record for uncorrected; text and AT2 are else taken as they are",
-    )
-    parser.add_argument(
-        "--limits",
-        type=path,
-        metavar="FILE",
-        help="TOML file with a [passport] table: limits of the checks of each record",
-    )
-
-
-#: Options of filters: field of Filters, and what it is.
-_FILTERS = {
-    "--magnitude": ("magnitude", "magnitude of the earthquake"),
-    "--distance-km": ("epicentral_distance_km", "epicentral distance [km]"),
-    "--vs30": ("vs30_m_s", "shear-wave velocity of the upper 30 m [m/s]"),
-    "--pga-g": ("pga_g", "peak ground acceleration [g]"),
-    "--pgv": ("pgv_m_s", "peak ground velocity [m/s]"),
-}
-
-
-def add_filters(parser: argparse.ArgumentParser) -> None:
-    """Options of which records go on."""
-    group = parser.add_argument_group("filters", "others stand in the list as filtered out")
-    for option, (field, what) in _FILTERS.items():
-        group.add_argument(
-            option, dest=field, type=float, nargs=2, metavar=("FROM", "TO"), help=f"only {what}"
+    if one:
+        parser.add_argument(
+            "--structure", metavar="NAME", action=Once, help="only the structure of this name"
         )
 
 
-def filters(options: argparse.Namespace) -> Filters:
-    """Return which records go on."""
-    from rockframe.errors import ParameterError
-    from rockframe.study import Filters
-
-    stated = {}
-    for option, (field, _) in _FILTERS.items():
-        bounds = getattr(options, field)
-        if bounds is None:
-            continue
-        if not bounds[0] <= bounds[1]:
-            raise ParameterError(
-                f"Invalid {option} {bounds[0]:g} {bounds[1]:g}. Must be the lower bound first."
-            )
-        stated[field] = tuple(bounds)
-    return Filters(**stated)
-
-
-def add_rotation(parser: argparse.ArgumentParser) -> None:
-    """Options of rotating the horizontals of a station."""
-    toward = parser.add_mutually_exclusive_group()
-    toward.add_argument(
-        "--azimuth",
-        type=float,
-        metavar="DEGREES",
-        help="put the motion toward this azimuth in the place of the two horizontals of each "
-        "station",
-    )
-    toward.add_argument(
-        "--strike",
-        type=float,
-        metavar="DEGREES",
-        help="put the motions normal and parallel to a fault of this strike in their place",
+def add_records(parser: argparse.ArgumentParser) -> None:
+    """Add the records to read."""
+    parser.add_argument(
+        "--records",
+        nargs="+",
+        type=path,
+        metavar="PATH",
+        help="record files or folders, or one records.nc "
+        "(default: the bundled 2019 Ridgecrest records)",
     )
 
 
-def rotation(options: argparse.Namespace) -> Rotation | None:
-    """Return where the horizontals are rotated to, if anywhere."""
-    from rockframe.components import Rotation
-
-    if options.azimuth is None and options.strike is None:
-        return None
-    return Rotation(options.azimuth, options.strike)
-
-
-def read_options(options: argparse.Namespace) -> ReadOptions:
-    """Return what the user stated about the files."""
-    from rockframe.ingest import ReadOptions
-
-    return ReadOptions(
-        units=options.units,
-        time_step=options.time_step,
-        station_xml=options.station_xml,
-        water_level=options.water_level,
+def add_batch(parser: argparse.ArgumentParser) -> None:
+    """Add the option of one batch of the records."""
+    parser.add_argument(
+        "--batch",
+        type=_batch,
+        default=(1, 1),
+        metavar="K/N",
+        help="only the K-th of N batches of the records",
     )
 
 
-def band_pass(options: argparse.Namespace) -> BandPass:
-    """Return the corners for uncorrected records."""
-    from rockframe.signals import BandPass
+def _batch(text: str) -> tuple[int, int]:
+    number, _, count = text.partition("/")
+    if not (number.isdecimal() and count.isdecimal()):
+        raise argparse.ArgumentTypeError(f"Invalid batch {text!r}. Must be like 2/10")
+    return int(number), int(count)
 
-    return BandPass(*options.band_pass)
+
+def chosen_batch(options: argparse.Namespace) -> Batch:
+    """Return the batch of the records that is stated."""
+    from rockframe.stages import Batch
+
+    return Batch(*options.batch)
 
 
-def passport_limits(options: argparse.Namespace) -> PassportLimits:
-    """Return the limits of the checks, the user's or the default ones."""
-    from rockframe.study import PassportLimits, read_limits
+def chosen_structures(options: argparse.Namespace) -> Path:
+    """Return the file of structures, stated or shipped."""
+    from rockframe.study import SHIPPED_STRUCTURES
 
-    return read_limits(options.limits) if options.limits else PassportLimits()
+    return options.structures or SHIPPED_STRUCTURES
+
+
+def chosen_engine(options: argparse.Namespace) -> Engine:
+    """Return where batches are computed."""
+    from rockframe.engines import choose_engine
+
+    execution = chosen(options, ExecutionOptions)
+    return choose_engine(execution.workers, execution.scheduler)
+
+
+def reading_workers(options: argparse.Namespace) -> int | None:
+    """Return the largest number of processes that read files, if it is stated."""
+    return chosen(options, ReadingOptions).workers
 
 
 @contextmanager
-def records_file(options: argparse.Namespace) -> Iterator[tuple[Path, int]]:
-    """Give the records.nc that was stated, or one made of the files; and the exit status."""
+def records_file(
+    given: Sequence[Path] | None, ingest: IngestOptions, workers: int | None
+) -> Iterator[tuple[Path, int]]:
+    """Give the records.nc that is stated, or one made from the files; and the exit status."""
     from rockframe.cli.console import show_rejections
     from rockframe.stages import ingest_stage
     from rockframe.study import bundled_records
 
-    given: list[Path] = options.records or [bundled_records()]
+    given = given or [bundled_records()]
     if len(given) == 1 and given[0].suffix == ".nc":
         yield given[0], 0
         return
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "records.nc"
-        ingested = ingest_stage(
-            given,
-            made,
-            options=read_options(options),
-            catalogue=options.catalogue,
-            band=band_pass(options),
-            all_uncorrected=options.uncorrected,
-            passport_limits=passport_limits(options),
-            workers=options.workers,
-            strict=options.strict,
-        )
+        ingested = ingest_stage(given, made, ingest, workers=workers)
         show_rejections(ingested.rejections)
         yield made, 1 if ingested.rejections else 0
+
+
+def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
+    """Return `records_file` of a verb that has ``--records`` and the options of reading."""
+    ingest = chosen(options, IngestOptions)
+    return records_file(options.records, ingest, reading_workers(options))
 
 
 def refuse_folder_of_records(options: argparse.Namespace) -> None:
@@ -224,67 +133,4 @@ def refuse_folder_of_records(options: argparse.Namespace) -> None:
     for source in options.records or []:
         home = source if source.is_dir() else source.parent
         if home.resolve() == options.output.resolve():
-            raise InputError(options.output, "holds the records. Must be another folder.")
-
-
-def add_structures(parser: argparse.ArgumentParser) -> None:
-    """Options of choosing structures."""
-    parser.add_argument(
-        "--structures",
-        type=path,
-        metavar="FILE",
-        help="TOML file of [[structure]] tables with name, height_m, width_m, mass_ratio "
-        "(default: the shipped ones)",
-    )
-    parser.add_argument(
-        "--structure", metavar="NAME", action=_Once, help="only the structure of this name"
-    )
-
-
-class _Once(argparse.Action):
-    """An option of one value, of which a second would silently take the place of the first."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,  # noqa: ARG002 -- as argparse calls it
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,  # noqa: ARG002
-    ) -> None:
-        """Keep the value, unless there is one."""
-        if getattr(namespace, self.dest) is not None:
-            raise argparse.ArgumentError(
-                self, "given twice. Must name one; several go into a file for --structures"
-            )
-        setattr(namespace, self.dest, values)
-
-
-def add_margins(parser: argparse.ArgumentParser) -> None:
-    """The option of leaving out margins."""
-    parser.add_argument(
-        "--no-margins",
-        dest="margins",
-        action="store_false",
-        help="leave out critical scales and undecided verdicts, which take most of the time",
-    )
-
-
-def add_vertical(parser: argparse.ArgumentParser) -> None:
-    """The option of vertical ground motion."""
-    parser.add_argument(
-        "--vertical",
-        action="store_true",
-        help="let the ground move vertically too, as the vertical record of each motion says",
-    )
-
-
-def add_periods(parser: argparse.ArgumentParser) -> None:
-    """Options of the search for pulses."""
-    parser.add_argument(
-        "--periods",
-        type=float,
-        nargs=2,
-        metavar=("SHORTEST", "LONGEST"),
-        default=(0.2, 5.0),
-        help="range of pulse periods searched, in s (default: 0.2 5)",
-    )
+            raise InputError(options.output, "contains the records. Must be another folder.")

@@ -5,8 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Final
 
-from rockframe.cli.arguments import add_reading, add_structures
-from rockframe.cli.figure import add_records
+from rockframe.cli.arguments import (
+    add_reading,
+    add_records,
+    add_structures,
+    chosen_structures,
+    stated_records,
+)
 
 if TYPE_CHECKING:
     import socket
@@ -42,7 +47,6 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json
     from rockframe.errors import ParameterError
     from rockframe.stages import choose_structures
-    from rockframe.study import SHIPPED_STRUCTURES
 
     try:
         from rockframe.explorer.server import LOOPBACK, application, serve
@@ -53,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
             f"{error.name} is not installed. Must be, for the explorer: "
             "pip install 'rockframe[explorer]'."
         ) from None
-    frames = choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)
+    frames = choose_structures(chosen_structures(options), options.structure)
     with _listening(LOOPBACK, options.port) as listening:
         shakings = _shakings(options)
         port = listening.getsockname()[1]
@@ -76,7 +80,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _shakings(options: argparse.Namespace) -> list[Shaking]:
     """The horizontal records, each with the vertical one beside it."""
-    from rockframe.cli.arguments import records_file
     from rockframe.components import vertical_beside
     from rockframe.explorer import Shaking
     from rockframe.results import open_records
@@ -84,7 +87,7 @@ def _shakings(options: argparse.Namespace) -> list[Shaking]:
     from rockframe.stages import with_vertical
     from rockframe.stages.common import horizontal
 
-    with records_file(options) as (given, _), open_records(given) as file:
+    with stated_records(options) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)
     beside = vertical_beside(everything)
     return [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rockframe.cli.arguments import add_reading, add_structures, add_vertical, path
+from rockframe.cli.arguments import add_reading, add_records, add_structures
 from rockframe.cli.figure_spectra import add_grid
 from rockframe.cli.figure_table import FIGURES
 from rockframe.cli.outputs import file_to_write
@@ -29,23 +29,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only this record; may be repeated for figure 11 (default: all of them there, else "
         "the one under which the structure turns furthest and stands)",
     )
-    add_vertical(parser)
+    parser.add_argument(
+        "--vertical",
+        action="store_true",
+        help="include the vertical component recorded at the same station",
+    )
     add_joints(parser)
     add_grid(parser)
     add_structures(parser)
     add_reading(parser)
-
-
-def add_records(parser: argparse.ArgumentParser) -> None:
-    """Option of the records to draw."""
-    parser.add_argument(
-        "--records",
-        nargs="+",
-        type=path,
-        metavar="PATH",
-        help="record files or folders, or one records.nc "
-        "(default: the bundled 2019 Ridgecrest records)",
-    )
 
 
 def add_joints(parser: argparse.ArgumentParser) -> None:

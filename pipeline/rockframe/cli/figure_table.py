@@ -11,8 +11,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli import pulse_figures
-from rockframe.cli.arguments import records_file
+from rockframe.cli.arguments import chosen_structures, stated_records
 from rockframe.cli.figure_spectra import draw_9, draw_rocking, draw_stability
+from rockframe.options import RespondOptions
 
 if TYPE_CHECKING:
     from rockframe.figures import Captioned
@@ -60,10 +61,9 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.figures import draw_response_grid
     from rockframe.results import open_records, open_response
     from rockframe.stages import respond_stage
-    from rockframe.study import SHIPPED_STRUCTURES
 
     frame = _structure(options)
-    with records_file(options) as (given, status), tempfile.TemporaryDirectory() as folder:
+    with stated_records(options) as (given, status), tempfile.TemporaryDirectory() as folder:
         with open_records(given) as file:
             names = chosen(options, file)
             if len(names) > _MOST_RECORDS:
@@ -76,10 +76,8 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
         unanswered = respond_stage(
             given,
             response_file,
-            structures_path=options.structures or SHIPPED_STRUCTURES,
-            structure=frame.name,
-            vertical=options.vertical,
-            margins=False,
+            RespondOptions(structure=frame.name, vertical=options.vertical, margins=False),
+            structures_path=chosen_structures(options),
         )
         show_rejections(unanswered)
         missing = {rejection.file for rejection in unanswered}
@@ -170,7 +168,7 @@ def _pair(options: argparse.Namespace) -> Pair:
         raise ParameterError(
             f"Invalid number of records, {len(options.record)}. Must be one for this figure."
         )
-    with records_file(options) as (given, status), open_records(given) as file:
+    with stated_records(options) as (given, status), open_records(given) as file:
         record = _furthest(file, chosen(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None
@@ -205,9 +203,8 @@ def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Recor
 def _structure(options: argparse.Namespace) -> RockingFrame:
     """The structure that was asked for, or the first: the shipped one is the paper's bridge."""
     from rockframe.stages import choose_structures
-    from rockframe.study import SHIPPED_STRUCTURES
 
-    return choose_structures(options.structures or SHIPPED_STRUCTURES, options.structure)[0]
+    return choose_structures(chosen_structures(options), options.structure)[0]
 
 
 def title_of(record: Record) -> str:

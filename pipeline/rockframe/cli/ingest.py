@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import add_filters, add_reading, add_rotation, path
+from rockframe.cli.arguments import FILTERS, reading_workers
+from rockframe.cli.options import add_options, chosen, path
 from rockframe.cli.outputs import file_to_write
+from rockframe.options import Filters, IngestOptions, ReadingOptions
 
 if TYPE_CHECKING:
     from rockframe.results import Entry
@@ -22,20 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
-    add_reading(parser)
-    add_filters(parser)
-    add_rotation(parser)
+    add_options(parser, IngestOptions)
+    add_options(parser, ReadingOptions)
+    add_options(parser, Filters, title=FILTERS)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print what went through."""
-    from rockframe.cli.arguments import (
-        band_pass,
-        filters,
-        passport_limits,
-        read_options,
-        rotation,
-    )
     from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages import ingest_stage
 
@@ -52,17 +47,11 @@ def run(options: argparse.Namespace) -> int:
         result = ingest_stage(
             options.paths,
             options.output,
-            options=read_options(options),
-            catalogue=options.catalogue,
-            band=band_pass(options),
-            all_uncorrected=options.uncorrected,
-            passport_limits=passport_limits(options),
+            chosen(options, IngestOptions),
+            filters=chosen(options, Filters),
             progress=progress,
-            workers=options.workers,
-            strict=options.strict,
-            rotation=rotation(options),
+            workers=reading_workers(options),
             listed=listed,
-            filters=filters(options),
         )
     accepted = _accepted(result)
     if options.json:

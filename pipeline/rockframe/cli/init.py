@@ -17,8 +17,9 @@ def run(options: argparse.Namespace) -> int:
 
     from rockframe.cli.console import show_json
     from rockframe.errors import InputError, ParameterError
+    from rockframe.options.fields import Name
     from rockframe.provenance import whole_file
-    from rockframe.study import SCHEMA, Name, commented_study, schema
+    from rockframe.study import SCHEMA, commented_study, schema
 
     if options.name.endswith(".toml"):
         bare = options.name.removesuffix(".toml")

@@ -14,44 +14,37 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Sequence
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NoReturn
 
-from rockframe.cli import (
-    draw,
-    explore,
-    fetch,
-    figure,
-    formats,
-    ingest,
-    init,
-    manifest,
-    merge,
-    paper,
-    plan,
-    pulse,
-    report,
-    respond,
-    run,
-    screen,
-    show,
-    spectrum,
-    status,
-    table,
-    table1,
-    verify,
-)
 from rockframe.errors import RockframeError
 
-_VERBS = (
-    *(table1, init, run, status, show, verify),
-    *(fetch, ingest, pulse, respond, screen, spectrum, merge, table, draw),
-    *(figure, report, explore, paper, formats, plan, manifest),
-)
-
-
+#: The commands, in the order of the help; each is a module of its name.
+_VERBS: Final = {
+    "table1": "run all stages and print the paper's Table 1 for the records",
+    "init": "write a commented study file, and its schema for editors",
+    "run": "run all stages of a study, or resume an interrupted run",
+    "status": "say how far the run in a folder is",
+    "step": "perform one step of a run; for workflows",
+    "show": "tell what happened to one record, from its file to its verdicts",
+    "verify": "hash, open and compare the files of a run",
+    "fetch": "records of an event from an FDSN data centre, verified, into a folder",
+    "ingest": "read record files, checked, into records.nc",
+    "pulse": "find the acceleration pulse (a_p, T_p) of each record",
+    "respond": "compute the rocking response of structures to records",
+    "screen": "screen structures by many records at many scales",
+    "spectrum": "find which pulses overturn frames, or how records rock frames of any size",
+    "table": "write the table of records, pulses and responses",
+    "draw": "draw what the stages found: each record with its responses, and all curves",
+    "figure": "draw one figure, of the paper or further, with its caption",
+    "report": "one page of a run to look at, in any browser and without a network",
+    "explore": "show the response in a browser while the structure and the motion change",
+    "paper": "check the paper's numbers and claims, and draw its figures",
+    "formats": "list the formats of records that can be read",
+}
 #: Status of a command that ends by a fault of the program's own, as sysexits.h has it.
 _FAULT: Final = 70
 #: What compiled code may take on disk [bytes].
@@ -72,8 +65,15 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command line."""
+def parser(only: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of the command line.
+
+    Parameters
+    ----------
+    only : str, optional
+        Add the arguments of this command alone; by default those of all commands. Others stay
+        unimported, so that the help of the whole comes at once.
+    """
     whole = _Parser(
         prog="rockframe",
         description="From strong-motion records to the rocking response of free-standing frames: "
@@ -84,15 +84,15 @@ def parser() -> argparse.ArgumentParser:
     )
     whole.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
     verbs = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in _VERBS:
-        name = module.__name__.rsplit(".", 1)[-1]
-        summary = (module.__doc__ or "").split(": ", 1)[1].rstrip(".\n")
+    for name, summary in _VERBS.items():
         verb = verbs.add_parser(
             name, help=summary, description=f"{summary[:1].upper()}{summary[1:]}."
         )
-        module.add_arguments(verb)
-        verb.add_argument("--json", action="store_true", help="print JSON instead of tables")
-        verb.set_defaults(run=module.run)
+        if only in (None, name):
+            module = import_module(f"rockframe.cli.{name}")
+            module.add_arguments(verb)
+            verb.add_argument("--json", action="store_true", help="print JSON instead of tables")
+            verb.set_defaults(run=module.run)
     return whole
 
 
@@ -119,7 +119,8 @@ def call(arguments: Sequence[str] | None = None) -> int:
     RockframeError
         If there is something for the user to mend.
     """
-    options = parser().parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    options = parser(words[0] if words else "").parse_args(words)
     status: int = options.run(options)
     return status
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from rockframe.cli.arguments import path
+from rockframe.cli.options import path
 
 #: Endings of files, which a folder is hardly meant to have.
 _OF_FILES: Final = (

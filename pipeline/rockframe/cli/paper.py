@@ -6,10 +6,16 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.arguments import add_periods, add_reading, refuse_folder_of_records
-from rockframe.cli.figure import add_records
+from rockframe.cli.arguments import (
+    add_reading,
+    add_records,
+    reading_workers,
+    refuse_folder_of_records,
+)
 from rockframe.cli.figure_spectra import add_grid
+from rockframe.cli.options import add_options, chosen
 from rockframe.cli.outputs import folder_to_write
+from rockframe.options import IngestOptions, PulseOptions, RespondOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--claim", metavar="NAME", help="print this claim alone, and write nothing")
     add_records(parser)
-    add_periods(parser)
+    add_options(parser, PulseOptions, title="pulses")
     add_reading(parser)
     add_grid(parser)
 
@@ -68,8 +74,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[TableRow]]:
     """Records, pulses and the response of the paper's bridge."""
-    from rockframe.cli.arguments import band_pass, passport_limits, read_options
-    from rockframe.cli.pulse_options import find_options
     from rockframe.paper import with_paper_facts
     from rockframe.results import table_rows
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
@@ -80,16 +84,11 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
     ingested = ingest_stage(
         options.records or [bundled_records()],
         records,
-        options=read_options(options),
-        catalogue=options.catalogue,
-        band=band_pass(options),
-        all_uncorrected=options.uncorrected,
-        passport_limits=passport_limits(options),
-        workers=options.workers,
-        strict=options.strict,
+        chosen(options, IngestOptions),
+        workers=reading_workers(options),
     )
-    pulse_stage(records, pulses, options=find_options(options))
-    respond_stage(records, response, structure="bridge-bent")
+    pulse_stage(records, pulses, chosen(options, PulseOptions))
+    respond_stage(records, response, RespondOptions(structure="bridge-bent"))
     return ingested, [with_paper_facts(row) for row in table_rows(records, pulses, response)]
 
 
@@ -131,21 +130,13 @@ def _write(
 
 
 def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> None:
-    from rockframe.cli.arguments import band_pass, passport_limits
     from rockframe.provenance import sha256_of
     from rockframe.results import write_manifest
     from rockframe.study import SHIPPED_STRUCTURES
 
-    band = band_pass(options)
     inputs = {**ingested.inputs, SHIPPED_STRUCTURES.name: sha256_of(SHIPPED_STRUCTURES)}
-    parameters = {
-        "all_uncorrected": options.uncorrected,
-        "band_pass_hz": [band.low, band.high],
-        "passport": passport_limits(options).stated(),
-        "periods_s": list(options.periods),
-        "time_step_s": options.time_step,
-        "units": options.units,
-    }
+    stated = {"records": chosen(options, IngestOptions), "pulse": chosen(options, PulseOptions)}
+    parameters = {table: model.stated() for table, model in stated.items()}
     outputs = sorted(file for file in folder.rglob("*") if file.is_file())
     write_manifest(folder, inputs=inputs, parameters=parameters, outputs=outputs)
 

@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from rockframe.cli.arguments import add_periods, path
-from rockframe.cli.computing import add_batch, add_engine
+from rockframe.cli.arguments import add_batch, chosen_batch, chosen_engine
+from rockframe.cli.options import add_options, chosen, path
 from rockframe.cli.outputs import file_to_write
-from rockframe.cli.pulse_options import add_pulse_search, add_pulse_wavelet
+from rockframe.options import ExecutionOptions, PulseOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,11 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="print a_p and T_p of the paper's Table 1 beside those of every wavelet and "
         "weighting, for the records that have its names",
     )
-    add_periods(parser)
-    add_pulse_wavelet(parser)
-    add_pulse_search(parser)
+    add_options(parser, PulseOptions)
     add_batch(parser)
-    add_engine(parser)
+    add_options(parser, ExecutionOptions)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -45,9 +43,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _find(options: argparse.Namespace) -> int:
-    from rockframe.cli.computing import chosen_batch, engine
     from rockframe.cli.console import progress_bar, show_json, show_rejections
-    from rockframe.cli.pulse_options import find_options
     from rockframe.results import pulse_rows
     from rockframe.stages import pulse_stage
 
@@ -55,9 +51,9 @@ def _find(options: argparse.Namespace) -> int:
         rejections = pulse_stage(
             options.records,
             options.output,
-            options=find_options(options),
+            chosen(options, PulseOptions),
             batch=chosen_batch(options),
-            engine=engine(options),
+            engine=chosen_engine(options),
             progress=progress,
         )
     rows = pulse_rows(options.output)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Final
 
+from rockframe.options import PulseOptions
+
 if TYPE_CHECKING:
     from rockframe.figures import Captioned
-    from rockframe.matching import MatchOptions, PulseMatch
+    from rockframe.matching import PulseMatch
     from rockframe.record import Record
 
 #: The records of the paper's Figure 8, as its Table 1 names them, and the wavelet of each.
@@ -64,22 +66,20 @@ def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 def _records(
     options: argparse.Namespace,
-) -> tuple[list[tuple[Record, MatchOptions]], int]:
+) -> tuple[list[tuple[Record, PulseOptions]], int]:
     """The records that were asked for, each with the periods that may be searched."""
-    from rockframe.cli.arguments import records_file
+    from rockframe.cli.arguments import stated_records
     from rockframe.cli.figure_table import chosen
-    from rockframe.matching import FindOptions
     from rockframe.results import open_records
     from rockframe.stages import usable
 
-    with records_file(options) as (path, status), open_records(path) as file:
+    with stated_records(options) as (path, status), open_records(path) as file:
         return [
-            (file.read(name), usable(name, file, FindOptions()).matching)
-            for name in chosen(options, file)
+            (file.read(name), usable(name, file, PulseOptions())) for name in chosen(options, file)
         ], status
 
 
-def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, MatchOptions], int]:
+def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions], int]:
     """The one record that was asked for, or the one that a Ricker wavelet explains best."""
     from rockframe.errors import ParameterError
     from rockframe.matching import best_ricker
@@ -90,30 +90,27 @@ def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, MatchOptions],
             f"Invalid number of records, {len(records)}. Must be one for this figure."
         )
 
-    def index(pair: tuple[Record, MatchOptions]) -> float:
+    def index(pair: tuple[Record, PulseOptions]) -> float:
         matches = _rickers(*pair)
         return matches[best_ricker(matches)].match_index
 
     return max(records, key=index) if len(records) > 1 else records[0], status
 
 
-def _rickers(record: Record, matching: MatchOptions) -> dict[str, PulseMatch]:
-    from dataclasses import replace
-
+def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
     from rockframe.matching import match_pulses
     from rockframe.wavelets import RICKERS
 
-    alone = replace(matching, wavelets=tuple(RICKERS))
+    alone = matching.replaced(wavelet=tuple(RICKERS))
     return match_pulses(record.acceleration, record.time_step, alone)
 
 
-def _tested(record: Record, matching: MatchOptions, wavelet: str) -> str:
+def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
     """What the test against noise says of the best match of a wavelet, as `pulse` tests it."""
-    from rockframe.matching import LikenessOptions, likeness, match_pulses, pulse_words
+    from rockframe.matching import likeness, match_pulses, pulse_words
 
     matches = match_pulses(record.acceleration, record.time_step, matching)
-    args = (record.acceleration, record.time_step, matches, matching, LikenessOptions())
-    found = likeness(*args)[wavelet]
+    found = likeness(record.acceleration, record.time_step, matches, matching)[wavelet]
     return pulse_words(found.verdict, found.p_value)
 
 

@@ -6,8 +6,11 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rockframe.cli.arguments import records_file
+from rockframe.cli.options import chosen
+from rockframe.options import IngestOptions, PulseOptions
+
 if TYPE_CHECKING:
-    from rockframe.matching import MatchOptions
     from rockframe.paper import PaperPulse
     from rockframe.record import Record
 
@@ -37,23 +40,16 @@ def show_paper(options: argparse.Namespace) -> int:
     return status
 
 
-def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, MatchOptions]], int]:
-    """The records of a records.nc or of files, each with the periods that may be searched."""
-    from rockframe.cli.arguments import add_reading, records_file
-    from rockframe.cli.pulse_options import find_options
+def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptions]], int]:
+    """Return the records of a records.nc or of files, each with the periods it allows."""
     from rockframe.results import open_records
     from rockframe.stages import usable
     from rockframe.stages.common import horizontal
 
-    parser = argparse.ArgumentParser()
-    add_reading(parser)
-    reading = parser.parse_args([])
-    reading.records = [options.records]
-    wanted = find_options(options)
-    with records_file(reading) as (path, status), open_records(path) as file:
-        return [
-            (file.read(name), usable(name, file, wanted).matching) for name in horizontal(file)
-        ], status
+    wanted = chosen(options, PulseOptions)
+    reading = records_file([options.records], IngestOptions(), None)
+    with reading as (path, status), open_records(path) as file:
+        return [(file.read(name), usable(name, file, wanted)) for name in horizontal(file)], status
 
 
 def _show(pulses: Sequence[PaperPulse]) -> None:

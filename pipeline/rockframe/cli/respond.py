@@ -7,9 +7,16 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from rockframe.cli.arguments import add_margins, add_structures, add_vertical, path
-from rockframe.cli.computing import add_batch, add_engine, add_histories
+from rockframe.cli.arguments import (
+    add_batch,
+    add_structures,
+    chosen_batch,
+    chosen_engine,
+    chosen_structures,
+)
+from rockframe.cli.options import add_options, chosen, path
 from rockframe.cli.outputs import file_to_write
+from rockframe.options import ExecutionOptions, RespondOptions
 
 #: Quantities of the motion, what they are multiplied by, and their decimals.
 _OF_MOTION: Final = (
@@ -25,41 +32,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
-    add_structures(parser)
-    add_vertical(parser)
-    add_margins(parser)
-    add_histories(parser, "all")
+    add_structures(parser, one=False)
+    add_options(parser, RespondOptions)
     parser.add_argument(
         "--pulses",
         type=path,
         metavar="FILE",
-        help="output of `rockframe pulse` for these records: adds what their pulses alone do",
+        help="output of `rockframe pulse` for these records: adds the response to the pulse alone",
     )
     add_batch(parser)
-    add_engine(parser)
+    add_options(parser, ExecutionOptions)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.computing import chosen_batch, engine
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
     from rockframe.results import response_rows
-    from rockframe.rocking import Histories
     from rockframe.stages import respond_stage
-    from rockframe.study import SHIPPED_STRUCTURES
 
     with progress_bar("rocking") as progress:
         rejections = respond_stage(
             options.records,
             options.output,
-            structures_path=options.structures or SHIPPED_STRUCTURES,
-            structure=options.structure,
-            vertical=options.vertical,
-            histories=Histories(options.histories),
+            chosen(options, RespondOptions),
+            structures_path=chosen_structures(options),
             pulses_path=options.pulses,
-            margins=options.margins,
             batch=chosen_batch(options),
-            engine=engine(options),
+            engine=chosen_engine(options),
             progress=progress,
         )
     rows = response_rows(options.output)

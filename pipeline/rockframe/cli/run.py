@@ -1,52 +1,57 @@
-"""rockframe run: run all stages of a study; the same command goes on where it was stopped."""
+"""rockframe run: run all stages of a study, or resume an interrupted run."""
 
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from rockframe.cli.computing import add_engine
-from rockframe.cli.plan import add_study, warn
+from rockframe.cli.options import add_options, path
+from rockframe.cli.outputs import folder_to_write
+from rockframe.options import ExecutionOptions
 
 if TYPE_CHECKING:
-    from rockframe.runs import Outcome, Task
-
-
-#: Status of a command that Ctrl-C ended.
-_INTERRUPTED: Final = 130
+    from rockframe.runs import Outcome, Plan
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study, the folder of its run, and where it is computed."""
-    add_study(parser)
-    add_engine(parser)
+    parser.add_argument("study", type=path, help="study file (TOML); `rockframe init` writes one")
+    parser.add_argument("--output", type=folder_to_write, required=True, help="folder of the run")
+    parser.add_argument(
+        "--replace",
+        action="store_true",
+        help="remove the run of another study that the folder contains",
+    )
+    parser.add_argument(
+        "--plan", action="store_true", help="write the plan alone, for a workflow that performs it"
+    )
+    add_options(parser, ExecutionOptions)
 
 
 def run(options: argparse.Namespace) -> int:
     """Do what is left to do, and say what was done."""
-    from rockframe.cli.computing import engine
+    from rockframe.cli.arguments import chosen_engine
     from rockframe.cli.console import progress_bar, show_json
     from rockframe.runs import Watch, make_plan, run_plan
     from rockframe.study import read_study
 
     study = read_study(options.study)
     plan = make_plan(study, options.output)
+    if options.plan:
+        return _write_plan(plan, options)
     try:
         with progress_bar(study.name) as progress:
             outcome = run_plan(
                 plan,
                 options.output,
-                perform_apart if options.scheduler else perform,
-                engine=engine(options),
+                engine=chosen_engine(options),
                 replace=options.replace,
-                watch=Watch(warn, lambda _name, done, total: progress(done, total)),
+                watch=Watch(_warn, lambda _name, done, total: progress(done, total)),
             )
     except KeyboardInterrupt:
-        again = "what is done stays done, the same command goes on from there"
+        again = "what is done stays done, and the same command resumes"
         raise KeyboardInterrupt(again) from None
     rejected = _rejected(options.output)
     if options.json:
@@ -64,6 +69,24 @@ def run(options: argparse.Namespace) -> int:
     return 1 if rejected else 0
 
 
+def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
+    from rockframe.cli.console import show_json
+    from rockframe.runs import Watch, locked, prepare
+
+    with locked(options.output):
+        states, _ = prepare(plan, options.output, replace=options.replace, watch=Watch(_warn))
+    to_do = [state.step.name for state in states if not state.is_done]
+    if options.json:
+        show_json({"study": plan.study, "steps": len(plan.steps), "to_do": to_do})
+    else:
+        print(f"{plan.study}: {len(plan.inputs)} inputs, {len(plan.steps)} steps")
+    return 0
+
+
+def _warn(text: str) -> None:
+    print(f"rockframe: {text}", file=sys.stderr)
+
+
 def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:
     from rockframe.provenance import MANIFEST, listed_outputs
 
@@ -75,66 +98,7 @@ def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:
 
 
 def _rejected(folder: Path) -> dict[str, str]:
-    """What did not go through, and why, of whatever step; empty of a study without records."""
+    """Return what any step rejected, with the reasons; nothing for a study without records."""
     from rockframe.results import rejections_of
 
     return rejections_of(folder)
-
-
-def perform(task: Task) -> int:
-    """Perform a step in this process; what it prints goes into its log."""
-    from rockframe.cli.main import call
-    from rockframe.errors import RockframeError
-
-    path = _log(task)
-    try:
-        with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
-            status = call(task.words)
-    except SystemExit as refused:  # its words were not understood; its log says why
-        status = int(refused.code or 0)
-    except RockframeError as error:
-        # the reason may be that the disk is full: then it is said on the terminal alone
-        with suppress(OSError), path.open("a", encoding="utf-8") as log:
-            log.write(f"rockframe: error: {error}\n")
-        raise
-    return _ended(task, status)
-
-
-def perform_apart(task: Task) -> int:
-    """Perform a step in a process of its own: a Dask worker may run several in threads."""
-    with _log(task).open("w", encoding="utf-8") as log:
-        ended = subprocess.run(
-            [sys.executable, "-P", "-m", "rockframe.cli.main", *task.words],
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-            check=False,
-        )
-    return _ended(task, ended.returncode)
-
-
-def _log(task: Task) -> Path:
-    from rockframe.errors import InputError
-
-    path = task.folder / "logs" / f"{task.step.name}.log"
-    try:
-        path.parent.mkdir(exist_ok=True)
-        path.touch()
-    except OSError as error:
-        raise InputError(path, f"cannot be written: {error.strerror}.") from None
-    return path
-
-
-def _ended(task: Task, status: int) -> int:
-    from rockframe.errors import InputError
-    from rockframe.runs import stamp
-
-    if status == _INTERRUPTED:
-        raise KeyboardInterrupt
-    if status > (1 if task.step.may_reject else 0) or status < 0:
-        log = task.folder / "logs" / f"{task.step.name}.log"
-        lines = log.read_text(encoding="utf-8").splitlines() or [f"status {status}"]
-        last = lines[-1].removeprefix("rockframe: ").removeprefix("error: ")
-        raise InputError(log, f"step {task.step.name} failed: {last}")
-    stamp(task.step, task.key, task.folder)
-    return status

@@ -8,7 +8,7 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import path
+from rockframe.cli.options import path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -5,138 +5,53 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import path
-from rockframe.cli.computing import add_engine
+from rockframe.cli.arguments import chosen_engine
+from rockframe.cli.options import add_options, chosen, flag, path
 from rockframe.cli.outputs import file_to_write
+from rockframe.errors import ParameterError
+from rockframe.options import ExecutionOptions, RockingSpectrumOptions, SpectrumOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: 2 pi / p of columns of half a metre to fifty [s], if none are stated.
-_PERIODS: Final = (1.5, 15.0, 136)
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A pulse or records, frames, and where the spectrum goes."""
-    what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument(
-        "--wavelet",
-        nargs="+",
-        metavar="NAME",
-        help="form of the pulse, one or more: minimum overturning acceleration spectra",
-    )
-    what.add_argument(
-        "--records",
-        type=path,
-        metavar="FILE",
-        help="output of `rockframe ingest`: rocking spectra, peaks over 2 pi / p of the columns",
-    )
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
     parser.add_argument(
-        "--slenderness-deg",
-        type=float,
-        nargs="+",
-        required=True,
-        metavar="DEGREES",
-        help="slenderness of the columns, which are rectangular; ascending",
+        "--records",
+        type=path,
+        metavar="FILE",
+        help="output of `rockframe ingest`: rocking spectra, peaks over 2 pi / p of the columns; "
+        "without it, spectra of pulses",
     )
-    parser.add_argument(
-        "--mass-ratio",
-        type=float,
-        nargs="+",
-        default=[0.0],
-        metavar="RATIO",
-        help="mass of the beam over that of all columns; ascending (default: 0, a column alone)",
-    )
-    _add_of_pulses(parser)
-    _add_of_records(parser)
-    add_engine(parser)
-
-
-def _add_of_pulses(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("of pulses")
-    group.add_argument(
-        "--frequency-ratio",
-        type=float,
-        nargs="+",
-        metavar="RATIO",
-        help="omega_p / p, p of the column alone; ascending",
-    )
-    group.add_argument(
-        "--max-amplitude",
-        type=float,
-        default=30.0,
-        metavar="A",
-        help="where the scan ends, a_p / (g tan slenderness) (default: 30)",
-    )
-    group.add_argument(
-        "--amplitude-step",
-        type=float,
-        metavar="STEP",
-        help="of the scan; edges are refined, thinner slivers may be missed (default: 0.005)",
-    )
-    group.add_argument(
-        "--phase-deg", type=float, default=0.0, metavar="DEGREES", help="of wavelets that have one"
-    )
-    group.add_argument(
-        "--half-cycles", type=float, metavar="NUMBER", help="of mavroeidis_papageorgiou"
-    )
-
-
-def _add_of_records(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("of records")
-    group.add_argument("--record", metavar="ID", help="only this record")
-    group.add_argument(
-        "--column-period",
-        type=float,
-        nargs="+",
-        metavar="SECONDS",
-        help="2 pi / p of the columns alone; ascending (default: every 0.1 s from 1.5 to 15)",
-    )
+    add_options(parser, SpectrumOptions)
+    add_options(parser, RockingSpectrumOptions, title="with --records")
+    add_options(parser, ExecutionOptions)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute, write, print."""
-    return _of_pulses(options) if options.wavelet else _of_records(options)
+    other = SpectrumOptions if options.records else RockingSpectrumOptions
+    own = RockingSpectrumOptions if options.records else SpectrumOptions
+    for name in other.model_fields:
+        if name not in own.model_fields and hasattr(options, name):
+            where = "with" if options.records else "without"
+            raise ParameterError(f"{flag(name)} stated {where} --records. Must not be.")
+    return _of_records(options) if options.records else _of_pulses(options)
 
 
 def _of_pulses(options: argparse.Namespace) -> int:
-    import numpy as np
-
-    from rockframe.cli.computing import engine
     from rockframe.cli.console import show_json, show_table
-    from rockframe.errors import ParameterError
     from rockframe.results import read_spectrum
-    from rockframe.rocking.spectra import AMPLITUDE_STEP
     from rockframe.stages import spectrum_stage
-    from rockframe.wavelets import Pulse
 
-    step = options.amplitude_step
-    if not options.frequency_ratio:
-        raise ParameterError("--frequency-ratio missing. Must be given with --wavelet.")
-    spectrum_stage(
-        options.output,
-        pulses=[
-            Pulse(
-                wavelet=name,
-                a_p=1.0,
-                T_p=1.0,
-                phase=math.radians(options.phase_deg),
-                half_cycles=options.half_cycles,
-            )
-            for name in options.wavelet
-        ],
-        slendernesses=np.radians(options.slenderness_deg),
-        mass_ratios=options.mass_ratio,
-        frequency_ratios=options.frequency_ratio,
-        largest_amplitude=options.max_amplitude,
-        amplitude_step=AMPLITUDE_STEP if step is None else step,
-        engine=engine(options),
-    )
+    stated = chosen(options, SpectrumOptions)
+    spectrum_stage(options.output, stated, engine=chosen_engine(options))
     dataset = read_spectrum(options.output)
     if options.json:
         show_json({"spectrum": _lines(dataset), "output": str(options.output)})
@@ -199,23 +114,13 @@ def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _of_records(options: argparse.Namespace) -> int:
-    import numpy as np
-
-    from rockframe.cli.computing import engine
     from rockframe.cli.console import show_json, show_table
     from rockframe.results import read_rocking_spectrum
     from rockframe.stages import rocking_spectrum_stage
 
     output: Path = options.output
-    rocking_spectrum_stage(
-        options.records,
-        output,
-        record=options.record,
-        slendernesses=np.radians(options.slenderness_deg),
-        mass_ratios=options.mass_ratio,
-        column_periods=options.column_period or np.linspace(*_PERIODS).round(6),
-        engine=engine(options),
-    )
+    stated = chosen(options, RockingSpectrumOptions)
+    rocking_spectrum_stage(options.records, output, stated, engine=chosen_engine(options))
     rows = _safe_from(read_rocking_spectrum(output))
     if options.json:
         show_json({"spectra": rows, "output": str(output)})

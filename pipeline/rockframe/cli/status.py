@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 
-from rockframe.cli.arguments import path
+from rockframe.cli.options import path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     rows: dict[str, Counter[str]] = {}
     for state in states:
-        rows.setdefault(state.step.rule, Counter())[state.state] += 1
+        rows.setdefault(state.step.stage, Counter())[state.state] += 1
     shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
     print(f"{plan.study} in {options.folder}")
     show_table("", ["stage", "steps"], shown)

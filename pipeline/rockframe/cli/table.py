@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.arguments import path
+from rockframe.cli.options import path
 from rockframe.cli.outputs import file_to_write
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from rockframe.paper import Comparison
-    from rockframe.results import TableRow
+    pass
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,31 +30,13 @@ def add_stages(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the table, and say how long it is."""
     from rockframe.cli.console import show_json
-    from rockframe.provenance import refuse_overwriting
+    from rockframe.stages import table_rows_of, table_stage
 
     files = (options.records, options.pulses, options.response)
-    refuse_overwriting([options.output], files)
-    count = write_table(rows_of(*files), options.output)
+    count = table_stage(*files, options.output)
     if options.json:
-        rows = [vars(row) for row in rows_of(*files)]
+        rows = [vars(row) for row in table_rows_of(*files)]
         show_json({"rows": rows, "output": str(options.output)})
     else:
         print(f"{count} rows in {options.output}")
     return 0
-
-
-def rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
-    """Give the rows, with what the paper says of its own records."""
-    from rockframe.paper import with_paper_facts
-    from rockframe.results import table_rows
-
-    return map(with_paper_facts, table_rows(records, pulses, response))
-
-
-def write_table(rows: Iterable[TableRow] | Iterable[Comparison], path: Path) -> int:
-    """Write rows as CSV, what is not known empty; return how many there are."""
-    from rockframe import cells
-    from rockframe.provenance import whole_file
-
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        return cells.write_table(stream, map(vars, rows))

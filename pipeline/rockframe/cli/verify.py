@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from rockframe.cli.arguments import path
+from rockframe.cli.options import path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,8 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Verify and print; 0 only if the run is whole."""
     from rockframe.cli.console import show_json
-    from rockframe.cli.report import strange_report
-    from rockframe.stages import verify_run
+    from rockframe.stages import strange_report, verify_run
 
     found = verify_run(options.folder)
     faults = [*found.faults, *strange_report(options.folder), *_strange_plan(options.folder)]
@@ -87,8 +86,8 @@ def _strange_plan(folder: Path) -> list[str]:
 
 def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:
     """What was computed again, if it was asked for and the files are sound; faults are added."""
-    from rockframe.cli.recompute import recompute
     from rockframe.errors import ParameterError
+    from rockframe.runs import recompute
 
     if options.recompute is None:
         return []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
 from typing import Final
 
@@ -14,47 +14,6 @@ from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
 
 _LONGEST_ID: Final = 64
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """Where the horizontals of a motion are rotated to: an azimuth, or a fault.
-
-    Parameters
-    ----------
-    azimuth : float, optional
-        Direction of positive acceleration, clockwise from north [degree].
-    strike : float, optional
-        Azimuth of a fault, clockwise from north [degree].
-
-    Raises
-    ------
-    ParameterError
-        Unless one of the two is stated, and finite.
-
-    Examples
-    --------
-    >>> Rotation(strike=320.0).azimuths
-    (50.0, 320.0)
-    """
-
-    azimuth: float | None = None
-    strike: float | None = None
-
-    def __post_init__(self) -> None:
-        stated = [value for value in (self.azimuth, self.strike) if value is not None]
-        if len(stated) != 1 or not math.isfinite(stated[0]):
-            raise ParameterError(
-                f"Invalid rotation to azimuth {self.azimuth!r}, strike {self.strike!r}. "
-                "Must be one of the two, in degrees."
-            )
-
-    @property
-    def azimuths(self) -> tuple[float, ...]:
-        """Azimuths of the components [degree]: the one stated, or normal and parallel to strike."""
-        if self.strike is None:
-            return () if self.azimuth is None else (self.azimuth,)
-        return ((self.strike + 90.0) % 360.0, self.strike)
 
 
 def rotate(pair: HorizontalPair, azimuth: float) -> Record:
@@ -152,5 +111,4 @@ def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Recor
     >>> normal.azimuth, parallel.azimuth
     (50.0, 320.0)
     """
-    normal, parallel = Rotation(strike=strike).azimuths
-    return rotate(pair, normal), rotate(pair, parallel)
+    return rotate(pair, (strike + 90.0) % 360.0), rotate(pair, strike)

@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.matching.options import MatchOptions, period_range, prepared
+from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import require_record
+from rockframe.options import PulseOptions
 
 Float = NDArray[np.float64]
 
@@ -19,7 +20,7 @@ _PER_OCTAVE: Final = 28
 
 
 def match_curve(
-    acceleration: Float, time_step: float, options: MatchOptions
+    acceleration: Float, time_step: float, options: PulseOptions
 ) -> tuple[Float, dict[str, Float]]:
     """Return the match index of the best wavelet of each period, at any time and phase.
 
@@ -29,7 +30,7 @@ def match_curve(
         Acceleration [m s-2].
     time_step : float
         Interval between samples [s].
-    options : MatchOptions
+    options : PulseOptions
         What is looked for.
 
     Returns
@@ -49,7 +50,7 @@ def match_curve(
     >>> from rockframe.wavelets import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
     >>> record = pulse.acceleration(0.01 * np.arange(1000))
-    >>> periods, indices = match_curve(record, 0.01, MatchOptions())
+    >>> periods, indices = match_curve(record, 0.01, PulseOptions())
     >>> round(float(periods[indices["symmetric_ricker"].argmax()]), 2)
     0.8
     """
@@ -57,7 +58,7 @@ def match_curve(
     low, high = period_range(samples.size, time_step, options)
     signal = prepared(samples, time_step, options, high)
     periods = ladder(low, high, _PER_OCTAVE)
-    found = search(signal, periods, options.wavelets, options.half_cycles, _FINENESS)
+    found = search(signal, periods, options.wavelet, options.half_cycles, _FINENESS)
     return periods, {
         name: np.sqrt(np.minimum(1.0, heights.power[0].max(axis=1) / signal.energy))
         for name, heights in found.items()

@@ -3,59 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Final
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.bounds import MOST_RUNNERS_UP
-from rockframe.errors import ParameterError
-from rockframe.matching.likeness import Likeness, LikenessOptions, likeness
+from rockframe.matching.likeness import Likeness, likeness
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
-from rockframe.matching.options import MatchOptions, period_range
+from rockframe.matching.resolution import period_range
 from rockframe.matching.velocity import VelocityPulse, velocity_pulse
+from rockframe.options import PulseOptions
 
 Float = NDArray[np.float64]
-
-#: Pulses that are looked for in what is left of a record.
-RUNNERS_UP: Final = 2
-
-
-@dataclass(frozen=True, kw_only=True)
-class FindOptions:
-    """What is to be found in each record.
-
-    Parameters
-    ----------
-    matching : MatchOptions
-        How pulses are looked for.
-    drawing : LikenessOptions
-        How surrogates are drawn.
-    wavelet : str, optional
-        Of the pulse that is used; by default the better of the paper's two.
-    runners_up : int
-        Further pulses of that wavelet, one after the other, each in what the ones before it leave.
-
-    Raises
-    ------
-    ParameterError
-        If the wavelet is not looked for, or the number of runners-up is not 0 to 100.
-    """
-
-    matching: MatchOptions = field(default_factory=MatchOptions)
-    drawing: LikenessOptions = field(default_factory=LikenessOptions)
-    wavelet: str | None = None
-    runners_up: int = RUNNERS_UP
-
-    def __post_init__(self) -> None:
-        if self.wavelet is not None and self.wavelet not in self.matching.wavelets:
-            known = ", ".join(self.matching.wavelets)
-            raise ParameterError(f"Invalid wavelet {self.wavelet!r}. Must be one of: {known}.")
-        if not 0 <= self.runners_up <= MOST_RUNNERS_UP:
-            raise ParameterError(
-                f"Invalid number of runners-up {self.runners_up}. Must be 0 to {MOST_RUNNERS_UP}."
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +59,9 @@ class RecordPulses:
     periods: tuple[float, float]
 
 
-def find_pulses(acceleration: Float, time_step: float, options: FindOptions) -> RecordPulses:
+def find_pulses(
+    acceleration: Float, time_step: float, options: PulseOptions | None = None
+) -> RecordPulses:
     """Find the best pulse of each wavelet, test it against noise, and find its runners-up.
 
     Parameters
@@ -109,8 +70,8 @@ def find_pulses(acceleration: Float, time_step: float, options: FindOptions) -> 
         Acceleration [m s-2].
     time_step : float
         Interval between samples [s].
-    options : FindOptions
-        What is to be found.
+    options : PulseOptions, optional
+        How they are searched.
 
     Raises
     ------
@@ -124,29 +85,29 @@ def find_pulses(acceleration: Float, time_step: float, options: FindOptions) -> 
     >>> first = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
     >>> second = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0, time=12.0)
     >>> record = first.acceleration(t) + second.acceleration(t)
-    >>> found = find_pulses(record, 0.01, FindOptions(drawing=LikenessOptions(surrogates=0)))
+    >>> found = find_pulses(record, 0.01, PulseOptions(surrogates=0))
     >>> found.used, round(found.runners_up[0].match.pulse.a_p, 3)
     ('symmetric_ricker', 1.0)
     """
-    matching = options.matching
-    matches = match_pulses(acceleration, time_step, matching)
-    used = options.wavelet or best_ricker(matches)
+    options = options or PulseOptions()
+    matches = match_pulses(acceleration, time_step, options)
+    used = options.pulse_wavelet or best_ricker(matches)
     return RecordPulses(
         matches=matches,
-        likeness=likeness(acceleration, time_step, matches, matching, options.drawing),
-        velocity=velocity_pulse(acceleration, time_step, matching),
+        likeness=likeness(acceleration, time_step, matches, options),
+        velocity=velocity_pulse(acceleration, time_step, options),
         used=used,
         runners_up=_runners_up(acceleration, time_step, matches[used], options),
-        periods=period_range(acceleration.size, time_step, matching),
+        periods=period_range(acceleration.size, time_step, options),
     )
 
 
 def _runners_up(
-    acceleration: Float, time_step: float, best: PulseMatch, options: FindOptions
+    acceleration: Float, time_step: float, best: PulseMatch, options: PulseOptions
 ) -> tuple[RunnerUp, ...]:
     """Pursue further pulses in what is left, as long as anything is."""
     time = time_step * np.arange(acceleration.size)
-    alone = replace(options.matching, wavelets=(best.pulse.wavelet,))
+    alone = options.replaced(wavelet=(best.pulse.wavelet,), pulse_wavelet=None)
     rest, found, match = acceleration, list[RunnerUp](), best
     whole = float(acceleration @ acceleration)
     for _ in range(options.runners_up):

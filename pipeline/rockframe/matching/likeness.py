@@ -13,19 +13,20 @@ import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum, StrEnum
+from enum import IntEnum
 from typing import Final
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from rockframe.bounds import FEWEST_SURROGATES, MOST_SURROGATES
-from rockframe.errors import ParameterError
 from rockframe.matching.match import PulseMatch
-from rockframe.matching.options import MatchOptions, period_range, prepared
+from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import Signal, require_record
+from rockframe.matching.weighting import Weighting
+from rockframe.options import PulseOptions
+from rockframe.options.pulse import FEWEST_SURROGATES
 
 Float = NDArray[np.float64]
 
@@ -52,54 +53,6 @@ class PulseVerdict(IntEnum):
     PULSE = 1
     NOISE = 2
     AT_BOUND = 3
-
-
-class Scrambling(StrEnum):
-    """How surrogates are made: keeping the record's envelope, or even over its whole length."""
-
-    ENVELOPE = "envelope"
-    PLAIN = "plain"
-
-
-@dataclass(frozen=True, kw_only=True)
-class LikenessOptions:
-    """How surrogates are drawn.
-
-    Parameters
-    ----------
-    surrogates : int
-        How many at most; 0 makes no test. Drawing ends as soon as so many beat the record that
-        the verdict cannot change.
-    seed : int
-        Of the random phases; each record has its own, from this and its samples.
-    scrambling : Scrambling
-        What surrogates keep of the record.
-
-    Raises
-    ------
-    ParameterError
-        If the number is below 0, so small that no verdict could follow, or above 9999, or the seed
-        negative.
-
-    Examples
-    --------
-    >>> LikenessOptions(surrogates=10)
-    Traceback (most recent call last):
-    rockframe.errors.ParameterError: Invalid number of surrogates 10. Must be 0, or 19 to 9999: ...
-    """
-
-    surrogates: int = 99
-    seed: int = 0
-    scrambling: Scrambling = Scrambling.ENVELOPE
-
-    def __post_init__(self) -> None:
-        if self.surrogates != 0 and not FEWEST_SURROGATES <= self.surrogates <= MOST_SURROGATES:
-            raise ParameterError(
-                f"Invalid number of surrogates {self.surrogates}. Must be 0, or "
-                f"{FEWEST_SURROGATES} to {MOST_SURROGATES}: with fewer no p reaches {LEVEL:g}."
-            )
-        if self.seed < 0:
-            raise ParameterError(f"Invalid seed {self.seed}. Must be 0 or more.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,8 +108,7 @@ def likeness(
     acceleration: Float,
     time_step: float,
     matches: Mapping[str, PulseMatch],
-    options: MatchOptions,
-    drawing: LikenessOptions,
+    options: PulseOptions,
 ) -> dict[str, Likeness]:
     """Compare the matches of a record with those of its surrogates, under the same weighting.
 
@@ -168,10 +120,8 @@ def likeness(
         Interval between samples [s].
     matches : mapping of str to PulseMatch
         What `match_pulses` found with the same options.
-    options : MatchOptions
-        How pulses are looked for.
-    drawing : LikenessOptions
-        How surrogates are drawn.
+    options : PulseOptions
+        How pulses are searched, and how many surrogates are drawn.
 
     Raises
     ------
@@ -185,26 +135,26 @@ def likeness(
     >>> noise = np.random.default_rng(1).normal(0.0, 0.3, 2000)
     >>> planted = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=1.0, time=8.0)
     >>> samples = planted.acceleration(0.01 * np.arange(2000)) + noise
-    >>> options = MatchOptions(wavelets=("symmetric_ricker",))
+    >>> options = PulseOptions(wavelet=("symmetric_ricker",))
     >>> found = match_pulses(samples, 0.01, options)
-    >>> likeness(samples, 0.01, found, options, LikenessOptions())["symmetric_ricker"].verdict.name
+    >>> likeness(samples, 0.01, found, options)["symmetric_ricker"].verdict.name
     'PULSE'
     """
     samples = require_record(acceleration, time_step)
-    if drawing.surrogates == 0:
+    if options.surrogates == 0:
         return {name: _untested() for name in matches}
     own = {name: index[0] for name, index in _indices(samples[None], time_step, options).items()}
-    allowed = math.floor(LEVEL * (drawing.surrogates + 1) + 1e-9) - 1
-    source = _Surrogates(samples, time_step, drawing)
-    drawn: dict[str, list[float]] = {name: [] for name in options.wavelets}
-    while (count := len(drawn[options.wavelets[0]])) < drawing.surrogates:
-        batch = source.draw(min(_BATCH, drawing.surrogates - count))
+    allowed = math.floor(LEVEL * (options.surrogates + 1) + 1e-9) - 1
+    source = _Surrogates(samples, time_step, options)
+    drawn: dict[str, list[float]] = {name: [] for name in options.wavelet}
+    while (count := len(drawn[options.wavelet[0]])) < options.surrogates:
+        batch = source.draw(min(_BATCH, options.surrogates - count))
         for name, index in _indices(batch, time_step, options).items():
             drawn[name] += index.tolist()
-        beaten = [sum(x >= own[name] for x in drawn[name]) for name in options.wavelets]
-        if min(beaten) > allowed and len(drawn[options.wavelets[0]]) >= FEWEST_SURROGATES:
+        beaten = [sum(x >= own[name] for x in drawn[name]) for name in options.wavelet]
+        if min(beaten) > allowed and len(drawn[options.wavelet[0]]) >= FEWEST_SURROGATES:
             break
-    return {name: _judged(own[name], drawn[name], matches[name]) for name in options.wavelets}
+    return {name: _judged(own[name], drawn[name], matches[name]) for name in options.wavelet}
 
 
 def _judged(own: float, drawn: list[float], match: PulseMatch) -> Likeness:
@@ -237,13 +187,13 @@ def _untested() -> Likeness:
 class _Surrogates:
     """Draws surrogates of one record; the same ones in the same order each time."""
 
-    def __init__(self, samples: Float, time_step: float, drawing: LikenessOptions) -> None:
+    def __init__(self, samples: Float, time_step: float, options: PulseOptions) -> None:
         digest = hashlib.sha256(samples.tobytes()).digest()[:16]
-        self._random = np.random.default_rng([drawing.seed, int.from_bytes(digest, "little")])
+        self._random = np.random.default_rng([options.seed, int.from_bytes(digest, "little")])
         self._size = samples.size
         self._envelope = np.ones(samples.size)
         divisor = self._envelope
-        if drawing.scrambling is Scrambling.ENVELOPE:
+        if options.scrambling == "envelope":
             self._envelope = _envelope(samples, time_step)
             divisor = np.hypot(self._envelope, _FLOOR * self._envelope.max())
         self._length = scipy.fft.next_fast_len(samples.size, real=True)
@@ -271,17 +221,17 @@ def _envelope(samples: Float, time_step: float) -> Float:
     return np.asarray(np.sqrt(np.maximum(smoothed, 0.0)))
 
 
-def _indices(samples: Float, time_step: float, options: MatchOptions) -> dict[str, Float]:
+def _indices(samples: Float, time_step: float, options: PulseOptions) -> dict[str, Float]:
     """Match index of each of several records of one length, searched coarsely."""
     periods = period_range(samples.shape[1], time_step, options)
     signal: Signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()
     rungs = ladder(*periods, _PER_OCTAVE)
-    found = search(signal, rungs, options.wavelets, half_cycles, _FINENESS)
+    found = search(signal, rungs, options.wavelet, half_cycles, _FINENESS)
     energy = np.einsum("ij,ij->i", signal.samples, signal.samples) * time_step
     indices = {}
     for name, heights in found.items():
         best = heights.power.max(axis=2)
-        rung = (best * options.weighting.of_square(rungs)).argmax(axis=1)
+        rung = (best * Weighting(options.weighting).of_square(rungs)).argmax(axis=1)
         indices[name] = np.sqrt(np.take_along_axis(best, rung[:, None], 1)[:, 0] / energy)
     return indices

@@ -16,23 +16,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.matching.options import (
-    LONGEST_PERIOD,
-    MOST_HALF_CYCLES,
-    SHORTEST_PERIOD,
-    MatchOptions,
-    period_range,
-    prepared,
-)
 from rockframe.matching.refine import Refined, crest, refine
+from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import Heights, ladder, search
 from rockframe.matching.signal import Signal, require_record
-from rockframe.matching.weighting import Weighting, weighting_named
+from rockframe.matching.weighting import Weighting
+from rockframe.options import PulseOptions
 from rockframe.wavelets import RICKERS, WAVELETS, Pulse, phase_and_amplitude
 
 Float = NDArray[np.float64]
@@ -85,16 +79,7 @@ class PulseMatch:
         return self.outside > _CUT
 
 
-def match_pulse(
-    acceleration: Float,
-    time_step: float,
-    wavelet: str,
-    *,
-    shortest_period: float = SHORTEST_PERIOD,
-    longest_period: float = LONGEST_PERIOD,
-    weighting: str = Weighting.ENERGY,
-    most_half_cycles: float = MOST_HALF_CYCLES,
-) -> PulseMatch:
+def match_pulse(acceleration: Float, time_step: float, wavelet: str, **options: Any) -> PulseMatch:
     """Find the pulse of one wavelet that explains most of a record.
 
     All times and a ladder of periods and half-cycle numbers are searched with the FFT, phases in
@@ -109,17 +94,13 @@ def match_pulse(
         Interval between samples [s].
     wavelet : str
         Name of the wavelet.
-    shortest_period, longest_period : float
-        Range of T_p [s]; cut to what the record resolves: 8 time steps to its duration.
-    weighting : str
-        ``energy``, ``area``, ``none`` or ``velocity``: see `Weighting`.
-    most_half_cycles : float
-        Numbers of half cycles are searched from 1 to this.
+    **options
+        Further fields of `PulseOptions`: ``periods_s``, ``weighting``, ``most_half_cycles``.
 
     Raises
     ------
     ParameterError
-        If an option is unknown, the record is constant or not finite, or no period is left
+        If an option is not allowed, the record is constant or not finite, or no period is left
         to search.
 
     Examples
@@ -130,18 +111,12 @@ def match_pulse(
     >>> round(match.pulse.a_p, 6), round(match.pulse.T_p, 6), round(match.match_index, 6)
     (2.0, 0.8, 1.0)
     """
-    options = MatchOptions(
-        wavelets=(wavelet,),
-        weighting=weighting_named(weighting),
-        shortest_period=shortest_period,
-        longest_period=longest_period,
-        most_half_cycles=most_half_cycles,
-    )
-    return match_pulses(acceleration, time_step, options)[wavelet]
+    alone = PulseOptions(**{"wavelet": (wavelet,), **options})
+    return match_pulses(acceleration, time_step, alone)[wavelet]
 
 
 def match_pulses(
-    acceleration: Float, time_step: float, options: MatchOptions
+    acceleration: Float, time_step: float, options: PulseOptions | None = None
 ) -> dict[str, PulseMatch]:
     """Find the best pulse of each wavelet; they share the work.
 
@@ -151,8 +126,8 @@ def match_pulses(
         Acceleration [m s-2].
     time_step : float
         Interval between samples [s].
-    options : MatchOptions
-        What is looked for.
+    options : PulseOptions, optional
+        Wavelets, periods and weighting of the search.
 
     Raises
     ------
@@ -163,16 +138,17 @@ def match_pulses(
     --------
     >>> t = np.arange(1000) * 0.01
     >>> planted = Pulse(wavelet="antisymmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
-    >>> found = match_pulses(planted.acceleration(t), 0.01, MatchOptions())
+    >>> found = match_pulses(planted.acceleration(t), 0.01)
     >>> [round(match.match_index, 3) for match in found.values()]
     [0.899, 1.0, 1.0, 0.994]
     """
+    options = options or PulseOptions()
     samples = require_record(acceleration, time_step)
     periods = period_range(samples.size, time_step, options)
     signal = prepared(samples, time_step, options, periods[1])
     rungs = ladder(*periods)
-    heights = search(signal, rungs, options.wavelets, options.half_cycles)
-    return {name: _best(signal, name, heights[name], periods, options) for name in options.wavelets}
+    heights = search(signal, rungs, options.wavelet, options.half_cycles)
+    return {name: _best(signal, name, heights[name], periods, options) for name in options.wavelet}
 
 
 def best_match(matches: Sequence[PulseMatch]) -> int:
@@ -195,16 +171,19 @@ def _best(
     wavelet: str,
     heights: Heights,
     periods: tuple[float, float],
-    options: MatchOptions,
+    options: PulseOptions,
 ) -> PulseMatch:
-    rungs = [crest(signal, wavelet, *start) for start in _candidates(heights, options.weighting)]
+    rungs = [
+        crest(signal, wavelet, *start)
+        for start in _candidates(heights, Weighting(options.weighting))
+    ]
     highest = max(rung.weighted for rung in rungs)
     close = _CLOSE_SHAPES if WAVELETS[wavelet].has_half_cycles else _CLOSE
     open_ones = [rung for rung in rungs if rung.weighted >= close * highest]
     best = refine(signal, open_ones, periods, (1.0, options.most_half_cycles))
     number = best.half_cycles
     ends = (best.period / periods[0] - 1.0, 1.0 - best.period / periods[1])
-    pulse = pulse_of(best, options.weighting)
+    pulse = pulse_of(best, Weighting(options.weighting))
     return PulseMatch(
         pulse=pulse,
         match_index=min(1.0, math.sqrt(best.explained / signal.energy)),

@@ -10,16 +10,15 @@ Ricker pulse that explains most of the velocity: the indicator is in his style, 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.matching.match import best_ricker, match_pulses
-from rockframe.matching.options import MatchOptions
 from rockframe.matching.signal import velocity_of
-from rockframe.matching.weighting import Weighting
+from rockframe.options import PulseOptions
 from rockframe.wavelets import RICKERS, Pulse
 
 Float = NDArray[np.float64]
@@ -51,7 +50,7 @@ class VelocityPulse:
     indicator: float
 
 
-def velocity_pulse(acceleration: Float, time_step: float, options: MatchOptions) -> VelocityPulse:
+def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions) -> VelocityPulse:
     """Find the pulse in the velocity of a record, and compare the velocities with and without it.
 
     Parameters
@@ -60,7 +59,7 @@ def velocity_pulse(acceleration: Float, time_step: float, options: MatchOptions)
         Acceleration [m s-2].
     time_step : float
         Interval between samples [s].
-    options : MatchOptions
+    options : PulseOptions
         Of which the range of periods is taken.
 
     Raises
@@ -72,10 +71,10 @@ def velocity_pulse(acceleration: Float, time_step: float, options: MatchOptions)
     --------
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
     >>> record = pulse.acceleration(0.01 * np.arange(1000))
-    >>> round(velocity_pulse(record, 0.01, MatchOptions()).indicator, 6)
+    >>> round(velocity_pulse(record, 0.01, PulseOptions()).indicator, 6)
     1.0
     """
-    chosen = replace(options, wavelets=tuple(RICKERS), weighting=Weighting.VELOCITY)
+    chosen = options.replaced(wavelet=tuple(RICKERS), pulse_wavelet=None, weighting="velocity")
     matches = match_pulses(acceleration, time_step, chosen)
     pulse = matches[best_ricker(matches)].pulse
     whole = velocity_of(acceleration, time_step)

@@ -9,8 +9,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import ParameterError
-
 Float = NDArray[np.float64]
 
 
@@ -66,23 +64,3 @@ _EXPONENTS: Final = MappingProxyType(
         Weighting.VELOCITY: 0.5,
     }
 )
-
-
-def weighting_named(name: str) -> Weighting:
-    """Return the weighting of a name.
-
-    Raises
-    ------
-    ParameterError
-        If there is none.
-
-    Examples
-    --------
-    >>> weighting_named("length")
-    Traceback (most recent call last):
-    rockframe.errors.ParameterError: Invalid weighting 'length'. Must be one of: energy, area, ...
-    """
-    if name not in list(Weighting):
-        known = ", ".join(Weighting)
-        raise ParameterError(f"Invalid weighting {name!r}. Must be one of: {known}.")
-    return Weighting(name)

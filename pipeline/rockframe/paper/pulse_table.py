@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from rockframe.matching import MatchOptions, Weighting, match_pulses
+from rockframe.matching import match_pulses
+from rockframe.options import PulseOptions
 from rockframe.paper.table1 import PaperRecord, paper_record_of
 from rockframe.record import Record
 from rockframe.units import GRAVITY
@@ -45,15 +46,15 @@ class PaperPulse:
 
 
 def paper_pulses(
-    records: Iterable[tuple[Record, MatchOptions]], weightings: Sequence[Weighting]
+    records: Iterable[tuple[Record, PulseOptions]], weightings: Sequence[str]
 ) -> list[PaperPulse]:
     """Match those records that have names of the paper's in every way.
 
     Parameters
     ----------
-    records : iterable of (Record, MatchOptions)
+    records : iterable of (Record, PulseOptions)
         Each with the wavelets and the range of periods to be searched.
-    weightings : sequence of Weighting
+    weightings : sequence of str
         Each of which is used.
     """
     found = []
@@ -61,17 +62,17 @@ def paper_pulses(
         printed = paper_record_of(record.source_file)
         if printed is not None:
             for weighting in weightings:
-                found += _matched(record, printed, replace(options, weighting=weighting))
+                found += _matched(record, printed, options.replaced(weighting=weighting))
     return found
 
 
-def _matched(record: Record, printed: PaperRecord, options: MatchOptions) -> list[PaperPulse]:
+def _matched(record: Record, printed: PaperRecord, options: PulseOptions) -> list[PaperPulse]:
     matches = match_pulses(record.acceleration, record.time_step, options)
     return [
         PaperPulse(
             record=printed.record,
             wavelet=wavelet,
-            weighting=str(options.weighting),
+            weighting=options.weighting,
             printed_a_p_g=printed.a_p_g,
             printed_period_s=printed.T_p_s,
             a_p_g=match.pulse.a_p / GRAVITY,

@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from rockframe.matching import MatchOptions, PulseMatch, match_curve, scalogram
+from rockframe.matching import PulseMatch, match_curve, scalogram
+from rockframe.options import PulseOptions
 from rockframe.record import Record
 from rockframe.results.variables import texts, variable
 from rockframe.signals import peak
@@ -53,7 +54,7 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
 
 
 def scalogram_dataset(
-    record: Record, match: PulseMatch, options: MatchOptions, tested: str = ""
+    record: Record, match: PulseMatch, options: PulseOptions, tested: str = ""
 ) -> xr.Dataset:
     """Return |C| over the root of the record's energy, on ``period`` and ``time``.
 
@@ -63,7 +64,7 @@ def scalogram_dataset(
         The record.
     match : PulseMatch
         The best pulse of one of the two Ricker wavelets.
-    options : MatchOptions
+    options : PulseOptions
         Range of periods.
     tested : str
         What the test against noise says of the pulse, as `pulse_words` returns it.
@@ -73,7 +74,7 @@ def scalogram_dataset(
     ParameterError
         If the pulse is of another wavelet.
     """
-    periods = np.geomspace(options.shortest_period, options.longest_period, _PERIODS)
+    periods = np.geomspace(*options.periods_s, _PERIODS)
     step = record.time_step
     picture = np.abs(scalogram(record.acceleration, step, match.pulse.wavelet, periods))
     picture /= math.sqrt(float(record.acceleration @ record.acceleration) * step)
@@ -98,7 +99,7 @@ def scalogram_dataset(
 
 
 def match_curve_dataset(
-    record: Record, matches: Mapping[str, PulseMatch], options: MatchOptions
+    record: Record, matches: Mapping[str, PulseMatch], options: PulseOptions
 ) -> xr.Dataset:
     """Return the largest match index at each period, on ``wavelet`` and ``period``.
 
@@ -108,7 +109,7 @@ def match_curve_dataset(
         The record.
     matches : mapping of str to PulseMatch
         The best pulse of each wavelet.
-    options : MatchOptions
+    options : PulseOptions
         What was looked for.
 
     Raises
@@ -138,7 +139,7 @@ def match_curve_dataset(
             "period": variable("period", periods, "s", "T_p"),
             "wavelet": texts("wavelet", list(curves), "mother wavelet"),
         },
-        attrs={"weighting": str(options.weighting), "most_half_cycles": options.most_half_cycles},
+        attrs={"weighting": options.weighting, "most_half_cycles": options.most_half_cycles},
     )
 
 

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
+from rockframe.options import Options
 from rockframe.provenance import MANIFEST
-from rockframe.runs.further import STRUCTURES, THREADS, further_steps, options
 from rockframe.runs.step import Step
 from rockframe.study import Study
 
-#: The list of the record files and their hashes; written first, it makes the graph static.
+#: The list of the record files and their hashes; it is written first and makes the graph static.
 INPUTS: Final = "inputs.csv"
+#: The structures of the study, as the stages read them.
+STRUCTURES: Final = "structures.toml"
 #: The page of the run.
 PAGE: Final = "report.html"
-#: More batches would only cost starts; three stages of so many stay below 500 jobs.
+#: Further batches would only cost starts; three stages of so many stay below 500 jobs.
 _MOST_BATCHES: Final = 150
+#: Resources of a step that computes in a pool of its own.
+_POOL: Final[Mapping[str, Any]] = {"threads": 8, "workers": True}
+_LONG: Final[Mapping[str, Any]] = {**_POOL, "memory": 4000, "minutes": 720}
 
 
 def steps_of(study: Study, files: int) -> list[Step]:
-    """Return the steps of a study, each behind those that it needs.
+    """Return the steps of a study, each after those that it needs.
 
     Parameters
     ----------
@@ -27,129 +33,70 @@ def steps_of(study: Study, files: int) -> list[Step]:
     files : int
         Number of its record files.
     """
-    steps: list[Step] = []
+    tables, steps = study.tables, list[Step]()
     if study.records:
-        batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
-        needs = ["records.nc", STRUCTURES, *(["pulses.nc"] if study.tables.respond.pulses else [])]
+        batches = min(_MOST_BATCHES, -(-files // tables.batches.records))
+        needs = ("records.nc", STRUCTURES, *(["pulses.nc"] if tables.respond.pulses else []))
+        respond = _json(tables.respond)
+        del respond["pulses"]  # an input
         steps += [
             _ingest(study),
-            *_in_batches("pulse", "pulses.nc", ("records.nc",), _pulse(study), batches),
-            *_in_batches("respond", "response.nc", tuple(needs), _respond(study), batches),
-            *further_steps(study),
-            *_table(),
+            *_in_batches("pulse", ("records.nc",), "pulses.nc", _json(tables.pulse), batches),
+            *_in_batches("respond", needs, "response.nc", respond, batches),
         ]
-    else:
-        steps += further_steps(study)
-    steps += _draw(study, steps)
+    if tables.screen is not None:
+        inputs, outputs = ("records.nc", "pulses.nc", STRUCTURES), ("screen.nc", "screen.csv")
+        options = _json(study.options("screen"))
+        steps.append(Step("screen", "screen", inputs, outputs, options, **_LONG))
+    if tables.spectrum is not None:
+        options = _json(tables.spectrum)
+        steps.append(Step("spectrum", "spectrum", (), ("spectrum.nc",), options, **_LONG))
+    if tables.rocking_spectrum is not None:
+        name, options = "rocking_spectrum", _json(tables.rocking_spectrum)
+        steps.append(Step(name, name, ("records.nc",), (f"{name}.nc",), options, **_LONG))
+    if study.records:
+        made = ("records.nc", "pulses.nc", "response.nc")
+        steps.append(Step("table", "table", made, ("table.csv",)))
+    steps += _figures(study, steps)
     return [*steps, *_last(study, steps)]
 
 
+def _json(options: Options) -> dict[str, Any]:
+    return options.model_dump(mode="json")
+
+
 def _ingest(study: Study) -> Step:
-    table = study.tables.records
-    assert table is not None  # noqa: S101 - a study with records has their table
-    command = ["ingest", *map(str, study.records), "--output", "records.nc"]
-    command += options(
-        {
-            "--units": table.units,
-            "--time-step": table.time_step_s,
-            "--water-level": table.water_level_db,
-            "--band-pass": table.band_pass_hz,
-            "--uncorrected": table.uncorrected,
-            "--strict": table.strict,
-            "--azimuth": table.azimuth_degree,
-            "--strike": table.strike_degree,
-        }
-    )
-    for option in ("station_xml", "catalogue", "limits"):
-        stated = getattr(table, option)
-        if stated is not None:
-            command += [f"--{option.replace('_', '-')}", str(study.beside(stated))]
-    command += options(
-        {
-            "--magnitude": study.tables.filters.magnitude,
-            "--distance-km": study.tables.filters.epicentral_distance_km,
-            "--vs30": study.tables.filters.vs30_m_s,
-            "--pga-g": study.tables.filters.pga_g,
-            "--pgv": study.tables.filters.pgv_m_s,
-        }
-    )
-    outputs = ("records.nc", "records.csv")
-    return Step(
-        *("ingest", "ingest", tuple(command), (INPUTS,), outputs),
-        threads=THREADS,
-        workers=True,
-        memory=4000,
-    )
-
-
-def _pulse(study: Study) -> list[str]:
-    table = study.tables.pulse
-    words = ["pulse", "records.nc", *options({"--periods": table.periods_s})]
-    words += [word for wavelet in table.wavelet or () for word in ("--wavelet", wavelet)]
-    return words + options(
-        {
-            "--pulse-wavelet": table.pulse_wavelet,
-            "--weighting": table.weighting,
-            "--most-half-cycles": table.most_half_cycles,
-            "--runners-up": table.runners_up,
-            "--surrogates": table.surrogates,
-            "--scrambling": table.scrambling,
-            "--seed": table.seed,
-        }
-    )
-
-
-def _respond(study: Study) -> list[str]:
-    table = study.tables.respond
-    stated: dict[str, object] = {
-        "--vertical": table.vertical,
-        "--histories": table.histories,
-        "--no-margins": not table.margins,
-        "--pulses": "pulses.nc" if table.pulses else None,
+    read = _json(study.options("records"))
+    options = {
+        "paths": [str(path) for path in study.records],
+        "records": {key: value for key, value in read.items() if key != "paths"},
+        "filters": _json(study.tables.filters),
     }
-    return ["respond", "records.nc", "--structures", STRUCTURES, *options(stated)]
+    outputs = ("records.nc", "records.csv")
+    return Step("ingest", "ingest", (INPUTS,), outputs, options, **_POOL, memory=4000)
 
 
 def _in_batches(
-    rule: str, output: str, inputs: tuple[str, ...], command: list[str], batches: int
+    stage: str, inputs: tuple[str, ...], output: str, options: dict[str, Any], batches: int
 ) -> list[Step]:
-    """A stage on all records at once, or on batches of them, which are then put together."""
+    """Return a stage on all records at once, or on batches of them, which are then merged."""
     if batches <= 1:
-        return [
-            Step(
-                *(rule, rule, (*command, "--output", output), inputs, (output,)),
-                threads=THREADS,
-                workers=True,
-                memory=2000,
-            )
-        ]
+        return [Step(stage, stage, inputs, (output,), options, **_POOL, memory=2000)]
     parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
-    alone = ("--workers", "1")  # the batches are the parallel part
     steps = [
         Step(
-            f"{rule}-{k:03d}",
-            rule,
-            (*command, "--batch", f"{k}/{batches}", *alone, "--output", part),
-            inputs,
-            (part,),
+            *(f"{stage}-{k:03d}", stage, inputs, (part,), options, (k, batches)),
             temporary=True,
             memory=2000,
         )
         for k, part in enumerate(parts, 1)
     ]
-    words = ("merge", *parts, "--output", output)
-    merged = Step(f"merge-{rule}", f"merge_{rule}", words, tuple(parts), (output,), memory=4000)
-    return [*steps, merged]
+    name = f"merge-{stage}"
+    return [*steps, Step(name, "merge", tuple(parts), (output,), memory=4000)]
 
 
-def _table() -> list[Step]:
-    files = ("records.nc", "pulses.nc", "response.nc")
-    words = ("table", *files, "--output", "table.csv")
-    return [Step("table", "table", words, files, ("table.csv",))]
-
-
-def _draw(study: Study, steps: list[Step]) -> list[Step]:
-    """The figures of what the stages give."""
+def _figures(study: Study, steps: list[Step]) -> list[Step]:
+    """Return the step that draws what the stages give, if it is wanted."""
     most = study.tables.figures.most
     made = [name for step in steps for name in step.outputs]
     of_records = study.records and study.tables.respond.histories != "none"
@@ -157,20 +104,15 @@ def _draw(study: Study, steps: list[Step]) -> list[Step]:
     files += [n for n in ("screen.nc", "spectrum.nc", "rocking_spectrum.nc") if n in made]
     if not files or not most:
         return []
-    words = ("draw", *files, "--most", str(most), "--output", "figures/")
-    return [Step("draw", "draw", words, tuple(files), ("figures/",))]
+    return [Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))]
 
 
 def _last(study: Study, steps: list[Step]) -> list[Step]:
-    """The manifest of all that stays, the page that shows it, and whether all is whole."""
-    kept = [name for step in steps if not step.temporary for name in step.outputs]
-    manifest = Step("manifest", "manifest", ("manifest", "."), tuple(kept), (MANIFEST,))
-    verify = ("verify", ".")
-    if not study.records:
-        return [manifest, Step("verify", "verify", verify, (MANIFEST,), (), may_reject=False)]
-    of_page = study.tables.report
-    limits = {"--histories": of_page.histories, "--rows": of_page.rows}
-    words = ("report", ".", *options(limits))
-    page = Step("report", "report", words, (MANIFEST,), (PAGE,))
-    whole = Step("verify", "verify", verify, (MANIFEST, PAGE), (), may_reject=False)
-    return [manifest, page, whole]
+    """Return the manifest of all that is kept, the page that shows it, and the verification."""
+    kept = tuple(name for step in steps if not step.temporary for name in step.outputs)
+    last = [Step("manifest", "manifest", kept, (MANIFEST,))]
+    if study.records:
+        options = _json(study.tables.report)
+        last.append(Step("report", "report", (MANIFEST,), (PAGE,), options))
+    made = tuple(name for step in last for name in step.outputs)
+    return [*last, Step("verify", "verify", made, (), may_reject=False)]

@@ -45,7 +45,7 @@ def finish(folder: Path) -> int:
         raise InputError(
             name, f"{reason} since the run began. Must stay as it is until the end; run again."
         )
-    last = next(k for k, step in enumerate(plan.steps) if step.rule == "manifest")
+    last = next(k for k, step in enumerate(plan.steps) if step.stage == "manifest")
     kept = [name for step in plan.steps[:last] if not step.temporary for name in step.outputs]
     outputs = sorted([*plan.files, *files_of(kept, folder)])
     write_manifest(

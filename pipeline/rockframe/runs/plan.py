@@ -20,8 +20,7 @@ from rockframe.provenance import (
     source_code_hash,
     versions,
 )
-from rockframe.runs.further import STRUCTURES
-from rockframe.runs.graph import INPUTS, steps_of
+from rockframe.runs.graph import INPUTS, STRUCTURES, steps_of
 from rockframe.runs.step import Step
 from rockframe.study import Study, read_limits, structures_text
 
@@ -114,26 +113,28 @@ def make_plan(study: Study, folder: Path) -> Plan:
     # libraries compute too: what an older one made is made again, or the manifest would not be true
     code = (source_code_hash(), _digest(json.dumps(versions(), sort_keys=True)))
     for step in steps:
-        further = [i.sha256 for i in inputs if str(i.path) in step.command or step.rule == "ingest"]
-        if step.rule == "manifest":
-            further = [_digest(json.dumps(study.parameters(), sort_keys=True))]
-        keys[step.name] = _whole(step, steps).key(known, *code, *further)
+        outside = [file.sha256 for file in _outside(step, inputs)]
+        if step.stage == "manifest":
+            outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
+        keys[step.name] = _whole(step, steps).key(known, *code, *outside)
         known |= dict.fromkeys(step.outputs, keys[step.name])
     plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source_code_hash())
     _refuse_inputs(plan, study, folder)
     return plan
 
 
+def _outside(step: Step, inputs: Sequence[Input]) -> list[Input]:
+    """Return the files outside the run that a step reads."""
+    if step.stage == "ingest":
+        return list(inputs)
+    stated = {value for value in step.options.values() if isinstance(value, str)}
+    return [file for file in inputs if str(file.path) in stated]
+
+
 def _whole(step: Step, steps: Sequence[Step]) -> Step:
-    """Of a merge the stage on all records at once: it gives the same, however they are divided."""
+    """Return for a merge the stage on all records at once, which gives the same, else the step."""
     parts = [part for part in steps if part.temporary and set(part.outputs) & set(step.inputs)]
-    if not parts:
-        return step
-    first, words = parts[0], list(parts[0].command)
-    for option in ("--batch", "--workers", "--output"):
-        at = words.index(option)
-        del words[at : at + 2]
-    return replace(first, command=(*words, "--output", *step.outputs))
+    return replace(parts[0], batch=(1, 1)) if parts else step
 
 
 def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
@@ -149,18 +150,18 @@ def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
 
 def _require_sound(study: Study) -> None:
     """Read what stages would refuse too, but only after hours, or once an older run was undone."""
-    records, screen = study.tables.records, study.tables.screen
-    if records is not None and records.limits is not None:
-        read_limits(study.beside(records.limits))
-    if records is not None and records.catalogue is not None:
-        read_catalogue(study.beside(records.catalogue))
-    if screen is not None and screen.hazard is not None:
+    files = study.files()
+    if ("records", "limits") in files:
+        read_limits(files["records", "limits"])
+    if ("records", "catalogue") in files:
+        read_catalogue(files["records", "catalogue"])
+    if ("screen", "hazard") in files:
         from rockframe.risk import read_hazard  # scipy, which other studies need not wait for
 
-        path = study.beside(screen.hazard)
+        path, screen = files["screen", "hazard"], study.tables.screen
         measure = read_hazard(path).measure
-        if screen.azimuths_degree and measure in ("a_p", "L_p"):
-            unknown = f"is of {measure}, which is not known of pairs that are turned"
+        if screen is not None and screen.azimuths_degree and measure in ("a_p", "L_p"):
+            unknown = f"is of {measure}, which is not known for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")
 
 
@@ -190,11 +191,9 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
             yield stated.name, stated
             beside = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
             yield from ((path.name, path) for path in beside if path.is_file())
-    table, screen = study.tables.records, study.tables.screen
-    further = [table.station_xml, table.catalogue, table.limits] if table is not None else []
-    for name in (*further, screen.hazard if screen is not None else None):
-        if name is not None:
-            yield study.beside(name).name, study.beside(name)
+    for where, path in study.files().items():
+        if where != ("structures",):
+            yield path.name, path
 
 
 def _within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:

@@ -78,6 +78,6 @@ def read_plan(folder: Path) -> Plan:
 
 
 def _step(content: Mapping[str, Any]) -> Step:
-    lists = {"command", "inputs", "outputs"}
+    lists = {"batch", "inputs", "outputs"}
     values: dict[str, Any] = {key: tuple(v) if key in lists else v for key, v in content.items()}
     return Step(**values)

@@ -13,6 +13,7 @@ from rockframe.errors import InputError
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
 from rockframe.runs.graph import PAGE
 from rockframe.runs.lock import locked
+from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
 from rockframe.runs.plan_file import read_plan, write_plan
 from rockframe.runs.state import (
@@ -29,38 +30,6 @@ from rockframe.runs.sweep import sweep
 
 #: Steps that follow the manifest and are not told of in it.
 _AFTER: Final = frozenset(["report", "verify"])
-
-
-@dataclass(frozen=True)
-class Task:
-    """A step on its way to a worker.
-
-    Parameters
-    ----------
-    step : Step
-        What to do.
-    key : str
-        What it depends on.
-    folder : Path
-        Of the run, absolute.
-    workers : int, optional
-        Most processes of a step that computes in a pool of its own; by default one for each core.
-    """
-
-    step: Step
-    key: str
-    folder: Path
-    workers: int | None = None
-
-    @property
-    def words(self) -> list[str]:
-        """Its command, with files and folders where they are."""
-        stated = self.step.workers and self.workers is not None
-        return self.step.words(self.folder) + (["--workers", str(self.workers)] if stated else [])
-
-
-#: Performs a task and gives the status of its command, 0 or 1.
-Perform = Callable[[Task], int]
 
 
 @dataclass(frozen=True)
@@ -93,7 +62,6 @@ class Watch:
 def run_plan(
     plan: Plan,
     folder: Path,
-    perform: Perform,
     *,
     engine: Engine | None = None,
     replace: bool = False,
@@ -107,8 +75,6 @@ def run_plan(
         What is to be there at the end.
     folder : Path
         Of the run; made if it is missing.
-    perform : callable
-        Of the top level of a module; it leaves a stamp.
     engine : Engine, optional
         Where steps that do not need each other are performed at once; by default a process pool.
     replace : bool
@@ -127,7 +93,7 @@ def run_plan(
         states, faults = prepare(plan, folder, replace=replace, watch=watch)
         todo = [state.step for state in states if not state.is_done]
         try:
-            rejecting = _perform(plan, todo, folder, perform, engine, watch)
+            rejecting = _perform(plan, todo, folder, engine, watch)
         except BaseException:
             sweep(plan, folder)  # of workers that were ended with this run
             raise
@@ -202,15 +168,16 @@ def _perform(
     plan: Plan,
     todo: Sequence[Step],
     folder: Path,
-    perform: Perform,
     engine: Engine | None,
     watch: Watch,
 ) -> tuple[str, ...]:
     rejecting, done = [], 0
+    # a Dask worker may run several steps in threads
+    how = perform_apart if isinstance(engine, DaskScheduler) else perform
     for tasks in _at_once(plan, todo, folder, engine):
         alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # no pool for one step
         where = OneProcess() if alone else engine
-        for task, status in zip(tasks, map_batches(perform, tasks, engine=where), strict=True):
+        for task, status in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
             done += 1
             watch.step(task.step.name, done, len(todo))
             if status:
@@ -220,13 +187,13 @@ def _perform(
 
 def _at_once(
     plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
-) -> Iterator[list[Task]]:
+) -> Iterator[list[Work]]:
     """Tasks that do not need each other; but a pool within a pool would be too many processes."""
     workers = engine.workers if isinstance(engine, ProcessPool) else None
     if isinstance(engine, OneProcess):
         workers = 1
     for wave in waves(plan.steps):
-        tasks = [Task(step, plan.keys[step.name], folder, workers) for step in wave if step in todo]
+        tasks = [Work(step, folder, workers, plan.keys[step.name]) for step in wave if step in todo]
         if isinstance(engine, DaskScheduler):
             yield tasks
             continue

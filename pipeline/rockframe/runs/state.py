@@ -94,7 +94,7 @@ def states_of(plan: Plan, folder: Path) -> list[StepState]:
     whole, told = True, []
     for step in plan.steps:
         state = states[step.name]
-        if step.rule in _OF_ALL and state.is_done and not whole:
+        if step.stage in _OF_ALL and state.is_done and not whole:
             state = StepState(step, "to do")  # it is of all that comes before it
         whole = whole and state.is_done
         told.append(state)

@@ -1,54 +1,57 @@
-"""A step of a run: a command as a person types it, what it reads and what it writes."""
+"""A step of a run: a stage with its options, the files that it reads, and those that it writes."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True)
 class Step:
-    """One command of a run.
+    """One stage of a run, on all records or on a batch of them.
 
     Parameters
     ----------
     name : str
-        What tables and logs call it: ``respond-002``.
-    rule : str
-        What it is one of: ``respond``.
-    command : tuple of str
-        Words behind ``rockframe``, typed in the folder of the run: files of the run are relative
-        to it, others absolute.
+        Its name in tables and logs: ``respond-002``.
+    stage : str
+        The stage: ``respond``.
     inputs, outputs : tuple of str
         Files of the run that it reads and writes; a name that ends in ``/`` is a folder.
+    options : mapping of str to Any
+        Options of the stage, as JSON has them; files outside the run have absolute paths.
+    batch : (int, int)
+        Number of its batch of the records, and of all batches.
     temporary : bool
-        Its outputs go when the step that reads them is done.
+        Its outputs are removed when the step that reads them is done.
     may_reject : bool
-        Exit status 1 means that records were rejected; else that it failed.
+        Whether it may reject records without having failed.
     threads : int
-        Most processes that it uses.
+        Largest number of processes that it uses.
     workers : bool
-        Its command takes ``--workers``: it computes in a pool of its own.
+        Whether it computes in a pool of its own.
     memory : int
-        What it may need [MB].
+        Memory that it may need [MB].
     minutes : int
-        What it may take [min].
+        Time that it may take [min].
 
     Examples
     --------
-    >>> Step("pulse", "pulse", ("pulse", "records.nc"), ("records.nc",), ("pulses.nc",)).key({})
+    >>> Step("pulse", "pulse", ("records.nc",), ("pulses.nc",)).key({})
     Traceback (most recent call last):
     KeyError: 'records.nc'
     """
 
     name: str
-    rule: str
-    command: tuple[str, ...]
+    stage: str
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    batch: tuple[int, int] = (1, 1)
     temporary: bool = False
     may_reject: bool = True
     threads: int = 1
@@ -56,25 +59,28 @@ class Step:
     memory: int = 1000
     minutes: int = 60
 
-    def key(self, known: Mapping[str, str], *further: str) -> str:
-        """Return what stands for all that its outputs depend on, wherever the files are.
+    def key(self, known: Mapping[str, str], *others: str) -> str:
+        """Return a hash of all that its outputs depend on, wherever the files are.
 
         Parameters
         ----------
         known : mapping of str to str
-            Of each of its inputs the key of the step that writes it, or the hash of the file.
-        *further : str
-            Hashes of the source code, of the versions of libraries, and of files that are no
-            part of the run.
+            For each of its inputs the key of the step that writes it, or the hash of the file.
+        *others : str
+            Hashes of the source code, of the versions of libraries, and of files outside the run.
         """
-        words = [Path(word).name if Path(word).is_absolute() else word for word in self.command]
-        parts = [words, [known[name] for name in self.inputs], list(further)]
-        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+        options = _without_folders(self.options)
+        parts = [self.stage, options, self.batch, [known[name] for name in self.inputs], others]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
-    def words(self, folder: Path) -> list[str]:
-        """Return the command with the files of the run where they are."""
-        own = {*self.inputs, *self.outputs, "."}
-        return [str(folder / word) if word in own else word for word in self.command]
+
+def _without_folders(stated: Any) -> Any:
+    """Return options in which files outside the run have their names alone."""
+    if isinstance(stated, Mapping):
+        return {key: _without_folders(value) for key, value in stated.items()}
+    if isinstance(stated, list | tuple):
+        return [_without_folders(value) for value in stated]
+    return Path(stated).name if isinstance(stated, str) and Path(stated).is_absolute() else stated
 
 
 def waves(steps: Sequence[Step]) -> list[list[Step]]:
@@ -83,12 +89,12 @@ def waves(steps: Sequence[Step]) -> list[list[Step]]:
     Parameters
     ----------
     steps : sequence of Step
-        Each behind those whose outputs it reads.
+        Each after those whose outputs it reads.
 
     Examples
     --------
-    >>> first = Step("a", "a", (), (), ("x",))
-    >>> second = Step("b", "b", (), ("x",), ("y",))
+    >>> first = Step("a", "a", (), ("x",))
+    >>> second = Step("b", "b", ("x",), ("y",))
     >>> [[step.name for step in wave] for wave in waves([first, second])]
     [['a'], ['b']]
     """

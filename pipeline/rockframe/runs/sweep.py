@@ -49,7 +49,7 @@ def sweep(plan: Plan, folder: Path) -> list[str]:
 
 def _sweep_batches(plan: Plan, folder: Path) -> list[str]:
     """Batches of a screening that is no longer asked for; of one that is, they are gone on with."""
-    if any(step.rule == "screen" for step in plan.steps):
+    if any(step.stage == "screen" for step in plan.steps):
         return []
     left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
     for path in left:

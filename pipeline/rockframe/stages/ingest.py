@@ -8,9 +8,7 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from rockframe.components import Rotation
 from rockframe.errors import InputError
 from rockframe.ingest import (
     CATALOGUE,
@@ -22,6 +20,7 @@ from rockframe.ingest import (
     read_catalogue,
     sources_of,
 )
+from rockframe.options import Filters, IngestOptions
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.results import (
     Entry,
@@ -31,28 +30,21 @@ from rockframe.results import (
     require_ending,
     write_records,
 )
-from rockframe.signals import BandPass
 from rockframe.stages.intake import Ingested, Intake
 from rockframe.stages.rotation import rotated, sweeps
-from rockframe.study import Filters, PassportLimits
+from rockframe.study import PassportLimits, read_limits
 
 
 def ingest_stage(
     paths: Sequence[Path],
     output: Path,
+    options: IngestOptions | None = None,
     *,
-    options: ReadOptions | None = None,
-    catalogue: Path | None = None,
-    band: BandPass | None = None,
-    all_uncorrected: bool = False,
-    passport_limits: PassportLimits | None = None,
+    filters: Filters | None = None,
     progress: Callable[[str], None] | None = None,
     workers: int | None = None,
     limits: Limits | None = None,
-    strict: bool = False,
-    rotation: Rotation | None = None,
     listed: Callable[[Sequence[Entry]], None] | None = None,
-    filters: Filters | None = None,
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
 
@@ -66,16 +58,10 @@ def ingest_stage(
         Files and folders.
     output : Path
         The netCDF file to write.
-    options : ReadOptions, optional
-        Units and time step of text files that do not state them.
-    catalogue : Path, optional
-        CSV of facts about the files; otherwise each folder's own ``catalogue.csv``.
-    band : BandPass, optional
-        Corner frequencies for uncorrected records.
-    all_uncorrected : bool
-        Take every record for uncorrected, whatever its format says.
-    passport_limits : PassportLimits, optional
-        Limits of the checks of each record.
+    options : IngestOptions, optional
+        How files are read, and what is done to each record.
+    filters : Filters, optional
+        Which of the accepted records are written; the others are listed as filtered out.
     progress : callable, optional
         Called with the name of each file.
     workers : int, optional
@@ -83,14 +69,8 @@ def ingest_stage(
         crash of a reader is a crash of the run. The output is the same.
     limits : Limits, optional
         Time and memory that reading a file may take.
-    strict : bool
-        Write nothing if a file is rejected.
-    rotation : Rotation, optional
-        Put the motion of each station toward these azimuths in the place of its horizontals.
     listed : callable, optional
         Called with the rows of the table once it is written, also if no record went through.
-    filters : Filters, optional
-        Which of the accepted records go on; the others stand in the table as filtered out.
 
     Returns
     -------
@@ -101,7 +81,8 @@ def ingest_stage(
     ------
     InputError
         If a path does not exist, or an output would replace an input or a list that is not ours;
-        if one was rejected and `strict`, with nothing written; or no record went through.
+        if one was rejected and the options are strict, with nothing written; or no record was
+        accepted.
 
     Examples
     --------
@@ -112,35 +93,42 @@ def ingest_stage(
     >>> [record.record_id for record in done.accepted]
     ['Ridgecrest2019-CLC-090', 'Ridgecrest2019-CLC-360', 'Ridgecrest2019-CLC-UP']
     """
-    band, options = band or BandPass(), options or ReadOptions()
-    checks, outputs = passport_limits or PassportLimits(), (output, output.with_suffix(".csv"))
+    options, outputs = options or IngestOptions(), (output, output.with_suffix(".csv"))
+    catalogue, azimuths = options.catalogue, options.azimuths
     sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)
     catalogues = _catalogues(sources, catalogue)
     _refuse(outputs, sources, catalogues.values())
-    chosen = filters or Filters()
-    intake = Intake(band, checks, all_uncorrected, strict, outputs[1], listed, chosen)
+    intake = Intake(options, _limits(options), outputs[1], listed, filters or Filters())
     # What is to be rotated must not lose its partner to a filter of peaks.
-    first = replace(intake, filters=Filters()) if rotation else intake
-    parameters = {**_stated(intake, rotation), **options.stated()}
+    first = replace(intake, filters=Filters()) if azimuths else intake
+    parameters = options.stated() | {
+        "filters": intake.filters.bounds(),
+        "passport": intake.limits.stated(),
+    }
     with (
         closing(
             collect_sources(
-                sources, options, progress, workers=workers, limits=limits, strict=strict
+                sources,
+                _read_options(options),
+                progress,
+                workers=workers,
+                limits=limits,
+                strict=options.strict,
             )
         ) as outcomes,
-        _place(output, rotation) as place,
+        _place(output, rotated=bool(azimuths)) as place,
     ):
         inputs = write_records(
             first.inspected(outcomes),
             place,
             input_sha256={name: sha256_of(path) for name, path in catalogues.items()},
             parameters=parameters,
-            sweep=None if rotation else sweeps,
+            sweep=None if azimuths else sweeps,
         )
-        if rotation:
+        if azimuths:
             with open_records(place) as recorded:
                 write_records(
-                    rotated(recorded, rotation, intake),
+                    rotated(recorded, azimuths, intake),
                     output,
                     input_sha256=inputs,
                     parameters=parameters,
@@ -151,22 +139,23 @@ def ingest_stage(
     return Ingested(tuple(intake.accepted), rejections, entries, inputs)
 
 
-def _stated(intake: Intake, rotation: Rotation | None) -> dict[str, Any]:
-    """What was asked of the records, as the file keeps it."""
-    return {
-        "all_uncorrected": intake.all_uncorrected,
-        "azimuth_degree": rotation.azimuth if rotation else None,
-        "band_pass_hz": [intake.band.low, intake.band.high],
-        "filters": intake.filters.stated(),
-        "passport": intake.limits.stated(),
-        "strike_degree": rotation.strike if rotation else None,
-    }
+def _limits(options: IngestOptions) -> PassportLimits:
+    return PassportLimits() if options.limits is None else read_limits(options.limits)
+
+
+def _read_options(options: IngestOptions) -> ReadOptions:
+    return ReadOptions(
+        units=options.units,
+        time_step=options.time_step_s,
+        station_xml=options.station_xml,
+        water_level=options.water_level_db,
+    )
 
 
 @contextmanager
-def _place(output: Path, rotation: Rotation | None) -> Iterator[Path]:
+def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
     """Where the records go as they are recorded: a folder that vanishes if they are rotated."""
-    if rotation is None:
+    if not rotated:
         yield output
         return
     try:

@@ -11,10 +11,11 @@ import numpy as np
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import Rejection, Unread
+from rockframe.options import Filters, IngestOptions
 from rockframe.record import Record
 from rockframe.results import Entry, write_entries
 from rockframe.signals import BandPass, Passport, correct, passport
-from rockframe.study import Filters, PassportLimits
+from rockframe.study import PassportLimits
 from rockframe.units import GRAVITY
 
 #: Status of the rows of the table, in their order.
@@ -89,14 +90,10 @@ class Intake:
 
     Parameters
     ----------
-    band : BandPass
-        Corner frequencies for uncorrected records.
+    options : IngestOptions
+        How records are processed.
     limits : PassportLimits
         Limits of the checks of each record.
-    all_uncorrected : bool
-        Take every record for uncorrected, whatever its format says.
-    strict : bool
-        Let the first rejection be an error.
     table : Path
         Where the table goes.
     listed : callable, optional
@@ -107,10 +104,8 @@ class Intake:
         What went through, and a row for everything, so far.
     """
 
-    band: BandPass
+    options: IngestOptions
     limits: PassportLimits
-    all_uncorrected: bool
-    strict: bool
     table: Path
     listed: Callable[[Sequence[Entry]], None] | None
     filters: Filters
@@ -123,8 +118,9 @@ class Intake:
         """Give what goes through, one after the other, and note what became of everything."""
         for outcome in outcomes:
             if isinstance(outcome, Record):
-                known = replace(outcome, uncorrected=True) if self.all_uncorrected else outcome
-                record, entry = _inspected(known, self.band, self.limits)
+                known = replace(outcome, uncorrected=True) if self.options.uncorrected else outcome
+                band = BandPass(*self.options.band_pass_hz)
+                record, entry = _inspected(known, band, self.limits)
                 if self.let_through(record, entry, corrected_here=known.uncorrected):
                     yield record, entry.passport
             else:
@@ -139,7 +135,7 @@ class Intake:
         InputError
             If it does not, and the intake is strict.
         """
-        if self.strict and entry.reason:
+        if self.options.strict and entry.reason:
             raise InputError(entry.file, entry.reason)
         entry = _filtered(record, entry, self.filters)
         self.entries.append(entry)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from rockframe.engines import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.matching import FindOptions, RecordPulses, find_pulses
+from rockframe.matching import RecordPulses, find_pulses
+from rockframe.options import PulseOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
 from rockframe.results import RecordsFile, input_hash, open_records, write_pulses
@@ -25,14 +26,14 @@ _TOGETHER: Final = 8
 class _Task:
     """Records, each with what is to be found in it."""
 
-    records: tuple[tuple[Record, FindOptions], ...]
+    records: tuple[tuple[Record, PulseOptions], ...]
 
 
 def pulse_stage(
     records_path: Path,
     output: Path,
+    options: PulseOptions | None = None,
     *,
-    options: FindOptions | None = None,
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
@@ -43,8 +44,8 @@ def pulse_stage(
     ----------
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
-    options : FindOptions, optional
-        What is to be found. The range of periods is cut to that in which the record is usable.
+    options : PulseOptions, optional
+        How pulses are searched. The range of periods is cut to that in which each record is usable.
     batch : Batch
         Which of the records; `merge_stage` puts the files of all batches together.
     engine : Engine, optional
@@ -78,7 +79,7 @@ def pulse_stage(
     (True, ())
     """
     refuse_overwriting([output], [records_path])
-    wanted = FindOptions() if options is None else options
+    wanted = options or PulseOptions()
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
@@ -102,36 +103,14 @@ def pulse_stage(
             answers(),
             output,
             input_sha256=input_hash(records_path),
-            parameters=stated(wanted),
+            parameters=wanted.stated(),
             left_out=left_out,
             batch=batch.stated,
         )
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
 
 
-def stated(options: FindOptions) -> dict[str, Any]:
-    """Return the options as JSON values.
-
-    Examples
-    --------
-    >>> stated(FindOptions())["periods_s"]
-    [0.2, 5.0]
-    """
-    matching, drawing = options.matching, options.drawing
-    return {
-        "periods_s": [matching.shortest_period, matching.longest_period],
-        "wavelets": list(matching.wavelets),
-        "weighting": str(matching.weighting),
-        "most_half_cycles": matching.most_half_cycles,
-        "surrogates": drawing.surrogates,
-        "scrambling": str(drawing.scrambling),
-        "seed": drawing.seed,
-        "pulse_wavelet": options.wavelet,
-        "runners_up": options.runners_up,
-    }
-
-
-def usable(record: str, file: RecordsFile, options: FindOptions) -> FindOptions:
+def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOptions:
     """Return the options with the range of periods cut to that in which a record is usable.
 
     Raises
@@ -139,23 +118,23 @@ def usable(record: str, file: RecordsFile, options: FindOptions) -> FindOptions:
     ParameterError
         If nothing of the range is left.
     """
-    matching = options.matching
     shortest, longest = file.usable_periods(record)
-    low, high = max(matching.shortest_period, shortest), min(matching.longest_period, longest)
+    first, last = options.periods_s
+    low, high = max(first, shortest), min(last, longest)
     if high <= low:
         raise ParameterError(
-            f"Invalid range of periods from {matching.shortest_period:g} to "
-            f"{matching.longest_period:g} s. Must overlap with the usable periods of the record, "
+            f"Invalid range of periods from {first:g} to {last:g} s. Must overlap with the usable "
+            "periods of the record, "
             + (f"{shortest:.3g} to {longest:.3g} s." if longest > 0.0 else "of which it has none.")
         )
-    return replace(options, matching=replace(matching, shortest_period=low, longest_period=high))
+    return options.replaced(periods_s=(low, high))
 
 
 def _tasks(
-    file: RecordsFile, names: Sequence[str], options: FindOptions, left_out: dict[str, str]
+    file: RecordsFile, names: Sequence[str], options: PulseOptions, left_out: dict[str, str]
 ) -> Iterator[_Task]:
     """Read the records, a few at a time."""
-    held: list[tuple[Record, FindOptions]] = []
+    held: list[tuple[Record, PulseOptions]] = []
     for name in names:
         try:
             held.append((file.read(name), usable(name, file, options)))

@@ -14,6 +14,7 @@ from rockframe.engines import Engine, map_batches, on_threads
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
+from rockframe.options import RespondOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
 from rockframe.results import (
@@ -46,20 +47,16 @@ class _Task:
     motions: Mapping[str, Record | GroundAcceleration]
     pulses: Mapping[str, Pulse]
     frames: tuple[RockingFrame, ...]
-    histories: Histories
-    margins: bool
+    options: RespondOptions
 
 
 def respond_stage(
     records_path: Path,
     output: Path,
+    options: RespondOptions | None = None,
     *,
     structures_path: Path = SHIPPED_STRUCTURES,
-    structure: str | None = None,
-    vertical: bool = False,
-    histories: Histories = Histories.ALL,
     pulses_path: Path | None = None,
-    margins: bool = True,
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
@@ -70,18 +67,12 @@ def respond_stage(
     ----------
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
+    options : RespondOptions, optional
+        Which structure, motion, histories and margins.
     structures_path : Path
         TOML file of ``[[structure]]`` tables; by default the shipped ones.
-    structure : str, optional
-        Only the structure of this name.
-    vertical : bool
-        Let the ground move vertically too, as the vertical record of the same motion says.
-    histories : Histories
-        Whose histories go into the file; the rest of it is the same.
     pulses_path : Path, optional
-        Output of `pulse_stage` for these records: adds what their pulses alone do.
-    margins : bool
-        Find how far each verdict is from another one: the largest part of the work.
+        Output of `pulse_stage` for these records: adds the response to the pulse alone.
     batch : Batch
         Which of the records; `merge_stage` puts the files of all batches together.
     engine : Engine, optional
@@ -105,16 +96,17 @@ def respond_stage(
     EngineError
         If the engine is not there.
     """
+    options = options or RespondOptions()
     beside = [pulses_path] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
-    frames = choose_structures(structures_path, structure)
+    frames = choose_structures(structures_path, options.structure)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
-        motions = _motions(file, names, vertical, left_out)
+        motions = _motions(file, names, options.vertical, left_out)
         pulses = _Pulses.read(pulses_path, names)
         tasks = Counted(
-            _tasks(motions, tuple(frames), Histories(histories), margins, pulses),
+            _tasks(motions, tuple(frames), options, pulses),
             math.ceil(file.samples(names) * len(frames) / _NODES),
         )
 
@@ -137,13 +129,8 @@ def respond_stage(
             frames,
             output,
             input_sha256=input_hash(records_path, structures_path, *beside),
-            parameters={
-                "structures": [frame.name for frame in frames],
-                "vertical": vertical,
-                "histories": str(histories),
-                "pulses": pulses_path is not None,
-                "margins": margins,
-            },
+            parameters=options.stated()
+            | {"structures": [frame.name for frame in frames], "pulses": pulses_path is not None},
             left_out=left_out,
             batch=batch.stated,
         )
@@ -166,8 +153,7 @@ def _motions(
 def _tasks(
     motions: Iterable[tuple[Record, Record | GroundAcceleration]],
     frames: tuple[RockingFrame, ...],
-    histories: Histories,
-    margins: bool,
+    options: RespondOptions,
     pulses: _Pulses,
 ) -> Iterator[_Task]:
     held: dict[str, Record | GroundAcceleration] = {}
@@ -178,10 +164,10 @@ def _tasks(
         beside |= pulses.of(record)
         nodes += record.acceleration.size * len(frames)
         if nodes >= _NODES:
-            yield _Task(held, beside, frames, histories, margins)
+            yield _Task(held, beside, frames, options)
             held, beside, nodes = {}, {}, 0
     if held:
-        yield _Task(held, beside, frames, histories, margins)
+        yield _Task(held, beside, frames, options)
 
 
 @dataclass(frozen=True)
@@ -228,11 +214,12 @@ def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
         responses = [respond(frame, motion) for frame in task.frames]
         if name in task.pulses:
             responses = [with_pulse(response, task.pulses[name]) for response in responses]
-        if task.margins:
+        if task.options.margins:
             responses = with_margins(responses, motion)
     except ParameterError as error:
         return name, [], str(error)
-    return name, [task.histories.keep(response) for response in responses], ""
+    histories = Histories(task.options.histories)
+    return name, [histories.keep(response) for response in responses], ""
 
 
 def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rockframe.components import HorizontalPair, Rotation, motion_of, pair_horizontals, rotate, rotd
+from rockframe.components import HorizontalPair, motion_of, pair_horizontals, rotate, rotd
 from rockframe.errors import InputError
 from rockframe.record import Orientation, Record
 from rockframe.results import Entry, RecordsFile
@@ -52,7 +52,7 @@ def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, 
 
 
 def rotated(
-    file: RecordsFile, rotation: Rotation, intake: Intake
+    file: RecordsFile, azimuths: Sequence[float], intake: Intake
 ) -> Iterator[tuple[Record, Passport | None]]:
     """Give the motion of each pair toward the azimuths, and the verticals as they are.
 
@@ -63,8 +63,8 @@ def rotated(
     ----------
     file : RecordsFile
         The records as recorded; those of one motion are held at a time.
-    rotation : Rotation
-        The azimuths.
+    azimuths : sequence of float
+        Directions of the motions [degree].
     intake : Intake
         What became of the recorded components; theirs and the rotated ones' rows are put into it.
     """
@@ -80,7 +80,7 @@ def rotated(
             _refuse(intake, replace(row, reason=f"record {one.record_id!r}: {one.reason}"))
         verticals = {r.record_id: r for r in records if r.orientation.upright}
         for pair in pairs:
-            yield from _toward(pair, rotation, intake, recorded, corrected)
+            yield from _toward(pair, azimuths, intake, recorded, corrected)
             if pair.vertical:
                 verticals[pair.vertical.record_id] = pair.vertical
         for name, vertical in verticals.items():
@@ -91,12 +91,12 @@ def rotated(
 
 def _toward(
     pair: HorizontalPair,
-    rotation: Rotation,
+    azimuths: Sequence[float],
     intake: Intake,
     recorded: Mapping[str, Entry],
     corrected: set[str],
 ) -> Iterator[tuple[Record, Passport | None]]:
-    made = [rotate(pair, azimuth) for azimuth in rotation.azimuths]
+    made = [rotate(pair, azimuth) for azimuth in azimuths]
     names = [component.record_id for component in (pair.first, pair.second)]
     for record in made:
         # What stands square to the azimuth has no part in the motion toward it.
@@ -115,7 +115,7 @@ def _toward(
 
 
 def _refuse(intake: Intake, row: Entry) -> None:
-    if intake.strict:
+    if intake.options.strict:
         raise InputError(row.file, row.reason)
     intake.entries.append(row)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,85 +13,16 @@ from numpy.typing import NDArray
 from rockframe.components import HorizontalPair, pair_horizontals, rotate, vertical_beside
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
+from rockframe.options import Filters, ScreenOptions
 from rockframe.record import Record
 from rockframe.results import Facts, RecordsFile
 from rockframe.rocking import GroundAcceleration, refuse_flight
 from rockframe.signals import integrate, peak
 from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
-from rockframe.study import Filters
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Selection:
-    """Which motions are screened; one of which a number is not known is left out by its filter.
-
-    Parameters
-    ----------
-    filters : Filters
-        Ranges of magnitude, distance, Vs30, PGA and PGV.
-    pulse_period_s, pulse_length_m : (float, float), optional
-        Ranges of T_p [s] and L_p [m] of the best pulse.
-    pulse_like : bool, optional
-        Only motions whose pulse is (is not) more than chance.
-
-    Raises
-    ------
-    ParameterError
-        If a range does not increase.
-
-    Examples
-    --------
-    >>> Selection(pulse_period_s=(2.0, 1.0))
-    Traceback (most recent call last):
-    rockframe.errors.ParameterError: Invalid pulse_period_s 2 to 1. Must be the lower bound first.
-    """
-
-    filters: Filters = field(default_factory=Filters)
-    pulse_period_s: tuple[float, float] | None = None
-    pulse_length_m: tuple[float, float] | None = None
-    pulse_like: bool | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("pulse_period_s", "pulse_length_m"):
-            low, high = getattr(self, name) or (0.0, 0.0)
-            if not low <= high:
-                raise ParameterError(
-                    f"Invalid {name} {low:g} to {high:g}. Must be the lower bound first."
-                )
-
-    def refusal(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
-        """Return why a motion is left out; an empty text if it is not."""
-        reason = self.filters.refusal(
-            magnitude=numbers["magnitude"],
-            epicentral_distance_km=numbers["epicentral_distance"],
-            vs30_m_s=numbers["vs30"],
-            pga_g=numbers["pga"] / GRAVITY,
-            pgv_m_s=numbers["pgv"],
-        )
-        if reason:
-            return reason
-        for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
-            bounds, value = getattr(self, name), numbers[number]
-            if bounds is not None and not bounds[0] <= value <= bounds[1]:
-                said = "unknown" if math.isnan(value) else f"{value:g}"
-                return f"{name} {said}. Must be from {bounds[0]:g} to {bounds[1]:g}"
-        if self.pulse_like is not None and pulse_like is not self.pulse_like:
-            said = "unknown" if pulse_like is None else "yes" if pulse_like else "no"
-            return f"pulse_like {said}. Must be {'yes' if self.pulse_like else 'no'}"
-        return ""
-
-    def of_pulses(self) -> dict[str, Any]:
-        """Return what is stated of pulses."""
-        names = ("pulse_period_s", "pulse_length_m", "pulse_like")
-        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-
-    def stated(self) -> dict[str, Any]:
-        """Return what is stated, as JSON has it."""
-        return self.filters.stated() | self.of_pulses()
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,25 +56,31 @@ class Motion:
 class Motions:
     """The motions of a file that a selection leaves, read when they are needed."""
 
-    def __init__(self, file: RecordsFile, facts: Facts, *, vertical: bool) -> None:
+    def __init__(
+        self, file: RecordsFile, facts: Facts, options: ScreenOptions, filters: Filters
+    ) -> None:
         self._file = file
         self._facts = facts
-        self._vertical = vertical
+        self._options = options
+        self.filters = filters
+        self._vertical = options.vertical
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
         self.rejections: list[Rejection] = []
         self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
 
-    def choose(self, selection: Selection, azimuths: Sequence[float], scale: float) -> None:
-        """Choose the motions that a selection leaves, and that can be scaled so far.
+    def choose(self) -> None:
+        """Choose the motions that pass the filters and can be scaled to the largest scale.
 
         Raises
         ------
         ParameterError
-            If none is left, or an azimuth is not finite or stated twice.
+            If none is left.
         """
-        azimuths = _different(azimuths)
+        # as the motions have them: from 0 to 360 degrees
+        azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
+        scale = self._options.scales[-1]
         rows = {name: row for row, name in enumerate(self._facts.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
@@ -152,7 +88,7 @@ class Motions:
         found = self._swept(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in found:
             like = None if azimuths else self._facts.pulse_like[motion.row]
-            reason = selection.refusal(motion.numbers, like)
+            reason = self._filtered_by(motion.numbers, like)
             if reason:
                 self.left_out[motion.name] = reason
                 continue
@@ -165,6 +101,28 @@ class Motions:
             self.motions.append(motion)
         if not self.motions:
             raise ParameterError(self._why_empty())
+
+    def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
+        """Return why a motion is filtered out, or ""."""
+        reason = self.filters.refusal(
+            magnitude=numbers["magnitude"],
+            epicentral_distance_km=numbers["epicentral_distance"],
+            vs30_m_s=numbers["vs30"],
+            pga_g=numbers["pga"] / GRAVITY,
+            pgv_m_s=numbers["pgv"],
+        )
+        if reason:
+            return reason
+        for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
+            bounds, value = getattr(self._options, name), numbers[number]
+            if bounds is not None and not bounds[0] <= value <= bounds[1]:
+                known = "unknown" if math.isnan(value) else f"{value:g}"
+                return f"{name} {known}. Must be from {bounds[0]:g} to {bounds[1]:g}"
+        wanted = self._options.pulse_like
+        if wanted is not None and pulse_like is not wanted:
+            known = "unknown" if pulse_like is None else "yes" if pulse_like else "no"
+            return f"pulse_like {known}. Must be {'yes' if wanted else 'no'}"
+        return ""
 
     def read(self, motion: Motion) -> Record | GroundAcceleration:
         """Read a motion.
@@ -249,16 +207,3 @@ class Motions:
         reasons = {r.file: r.reason for r in self.rejections} | self.left_out
         name, reason = next(iter(reasons.items()))
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
-
-
-def _different(azimuths: Sequence[float]) -> list[float]:
-    """Azimuths as those of the motions are, from 0 to 360 degrees."""
-    for azimuth in azimuths:
-        if not math.isfinite(azimuth):
-            raise ParameterError(f"Invalid azimuth {azimuth!r} degrees. Must be finite.")
-    turned = [azimuth % 360.0 for azimuth in azimuths]
-    named = [f"{azimuth:g}" for azimuth in turned]  # as in the names of the motions
-    for text in named:
-        if named.count(text) > 1:
-            raise ParameterError(f"Invalid azimuths, {text} degrees twice. Must be different.")
-    return turned

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.engines import Engine, map_batches
 from rockframe.frame import RockingFrame
+from rockframe.options import ScreenOptions
 from rockframe.results import Batches, Facts, KeptHistory, peaks_of_frames
 from rockframe.risk import HazardCurve
 from rockframe.rocking import (
@@ -40,34 +41,50 @@ _NODES: Final = 200_000
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
-    """What is asked of each motion.
+class ScreeningRequest:
+    """What is computed for each motion.
 
     Parameters
     ----------
+    options : ScreenOptions
+        As stated.
     frames : tuple of RockingFrame
         The structures.
+    design : Design, optional
+        The design that is searched.
     candidates : tuple of RockingFrame
-        Those of a design, of each structure one after the other; none if nothing is looked for.
+        Those of the design, for each structure in turn.
     scales : array, shape (scales,)
         Multiples of the motions [1].
-    margins : bool
-        Whether critical scales are.
-    histories : Histories
-        Which scenarios' histories are.
-    design : Design, optional
-        What is looked for.
-    seed : int
-        Of the draws of the bands.
     """
 
+    options: ScreenOptions
     frames: tuple[RockingFrame, ...]
+    design: Design | None
     candidates: tuple[RockingFrame, ...]
     scales: NDArray[np.float64]
-    margins: bool
-    histories: Histories
-    design: Design | None
-    seed: int
+
+    @classmethod
+    def of(cls, options: ScreenOptions, frames: tuple[RockingFrame, ...]) -> Self:
+        """Return the request of these options for these structures.
+
+        Raises
+        ------
+        ParameterError
+            If a candidate of the design cannot rock.
+        """
+        design = None
+        if options.design is not None:
+            lowest, highest = options.design.range
+            stated = {k: v for k, v in options.design if k != "range"}
+            design = Design(lowest=lowest, highest=highest, **stated)
+        candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
+        return cls(options, frames, design, candidates, np.array(options.scales))
+
+    @property
+    def histories(self) -> Histories:
+        """Scenarios whose histories are written."""
+        return Histories(self.options.histories)
 
     @property
     def reference(self) -> int:
@@ -82,17 +99,6 @@ class Asked:
             "scales": self.scales.tolist(),
         }
 
-    def stated(self) -> dict[str, Any]:
-        """Return the options that it was asked with, as JSON values."""
-        return {
-            "design": asdict(self.design) if self.design else None,
-            "histories": str(self.histories),
-            "margins": self.margins,
-            "scales": self.scales.tolist(),
-            "seed": self.seed,
-            "structures": [frame.name for frame in self.frames],
-        }
-
 
 class Run:
     """The batches of a screening; a class because they share what was chosen."""
@@ -100,32 +106,32 @@ class Run:
     def __init__(
         self,
         chosen: Motions,
-        asked: Asked,
+        request: ScreeningRequest,
         batches: Batches,
         engine: Engine | None,
         progress: Progress,
     ) -> None:
         self._chosen = chosen
-        self._asked = asked
+        self._request = request
         self._batches = batches
         self._engine = engine
         self._progress = progress
         self._done = 0
-        shape = (len(chosen.motions), len(asked.frames), asked.scales.size)
+        shape = (len(chosen.motions), len(request.frames), request.scales.size)
         self.verdicts = np.empty(shape, dtype=np.int8)
         self.ratio = np.empty(shape[:2])
         self._kept: list[NDArray[np.intp]] = []
 
     def rows(self) -> Iterator[Arrays]:
         """Give the scenarios of one motion after the other; `verdicts` and `ratio` fill up."""
-        frames, at = self._asked.frames, self._asked.reference
+        frames, at = self._request.frames, self._request.reference
         for i, (verdict, peak) in enumerate(self._peaks()):
             row = peaks_of_frames(frames, verdict, peak)
             self.verdicts[i] = verdict
             fell = verdict[:, at] == Verdict.OVERTURNED
             ratio = row["peak_rotation_ratio"]
             self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
-            self._kept.append(np.argwhere(self._asked.histories.mask(verdict, ratio)))
+            self._kept.append(np.argwhere(self._request.histories.mask(verdict, ratio)))
             yield row
 
     def histories(self) -> Iterator[KeptHistory]:
@@ -142,7 +148,7 @@ class Run:
 
     def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
         """Scenarios of some samples together; their motion is read once."""
-        frames, scales = self._asked.frames, self._asked.scales
+        frames, scales = self._request.frames, self._request.scales
         for motion, kept in zip(self._chosen.motions, self._kept, strict=True):
             if not len(kept):
                 continue
@@ -160,30 +166,30 @@ class Run:
         return Screened(
             motions=self._chosen.motions,
             facts=facts,
-            frames=self._asked.frames,
-            scales=self._asked.scales,
+            frames=self._request.frames,
+            scales=self._request.scales,
             overturned=self.verdicts == Verdict.OVERTURNED,
             counts=np.stack([(self.verdicts == kind).sum(axis=0) for kind in kinds], axis=-1),
             ratio=self.ratio,
             margins=self._margins(),
             hazard=hazard,
-            design=self._asked.design,
+            design=self._request.design,
             candidate_ratio=self._candidate_ratio(),
-            seed=self._asked.seed,
+            seed=self._request.options.seed,
         )
 
     def _margins(self) -> Arrays:
-        """Return margins, shape (motions, structures); nothing if they were not asked for."""
-        if not self._asked.margins:
+        """Return margins, shape (motions, structures); nothing if they were not requested."""
+        if not self._request.options.margins:
             return {}
         found = list(self._map(margins_of, "margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
     def _candidate_ratio(self) -> NDArray[np.float64] | None:
         """Return |theta| / alpha of the candidates, shape (motions, candidates); overturned inf."""
-        if not self._asked.candidates:
+        if not self._request.candidates:
             return None
-        alpha = np.array([frame.slenderness for frame in self._asked.candidates])
+        alpha = np.array([frame.slenderness for frame in self._request.candidates])
         rows = []
         for part in self._map(peaks_of, "design"):
             fell = part["verdict"][:, :, 0] == Verdict.OVERTURNED
@@ -197,7 +203,7 @@ class Run:
         for part in self._map(peaks_of, "peaks"):
             held.append(part)
             width += part["verdict"].shape[2]
-            if width < self._asked.scales.size:
+            if width < self._request.scales.size:
                 continue
             verdict, peak = (
                 np.concatenate([one[name] for one in held], axis=2)
@@ -211,10 +217,10 @@ class Run:
 
     def _tasks(self, kind: str) -> Iterator[Task]:
         """Batches of one kind: of several motions, or of a part of the scales of one."""
-        frames = self._asked.candidates if kind == "design" else self._asked.frames
-        scales = self._asked.scales
+        frames = self._request.candidates if kind == "design" else self._request.frames
+        scales = self._request.scales
         if kind != "peaks":
-            scales = scales[self._asked.reference :][:1]
+            scales = scales[self._request.reference :][:1]
         each = len(frames) * scales.size
         together = 1 if kind == "margins" else min(max(1, _SCENARIOS // each), _TOGETHER)
         width = scales.size if each <= _SCENARIOS else max(1, _SCENARIOS // len(frames))
@@ -232,6 +238,6 @@ class Run:
 
     def _step(self) -> None:
         self._done += 1
-        kinds = ["peaks", *(["margins"] if self._asked.margins else [])]
-        kinds += ["design"] if self._asked.candidates else []
+        kinds = ["peaks", *(["margins"] if self._request.options.margins else [])]
+        kinds += ["design"] if self._request.candidates else []
         self._progress(self._done, sum(1 for kind in kinds for _ in self._tasks(kind)))

@@ -3,10 +3,8 @@
 from rockframe.study.commented import SCHEMA as SCHEMA
 from rockframe.study.commented import commented_study as commented_study
 from rockframe.study.commented import schema as schema
-from rockframe.study.numbers import evenly as evenly
 from rockframe.study.passport import PassportLimits as PassportLimits
 from rockframe.study.passport import read_limits as read_limits
-from rockframe.study.sections import Filters as Filters
 from rockframe.study.structures import SHIPPED_STRUCTURES as SHIPPED_STRUCTURES
 from rockframe.study.structures import StructureEntry as StructureEntry
 from rockframe.study.structures import bundled_records as bundled_records
@@ -15,4 +13,3 @@ from rockframe.study.study import Study as Study
 from rockframe.study.study import StudyTables as StudyTables
 from rockframe.study.study import read_study as read_study
 from rockframe.study.study import structures_text as structures_text
-from rockframe.study.toml import Name as Name

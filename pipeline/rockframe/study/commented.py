@@ -8,41 +8,9 @@ from typing import Any, Final
 
 from pydantic_core import PydanticUndefined
 
+from rockframe.options.model import Options, options_within
 from rockframe.study.study import StudyTables
-from rockframe.study.toml import Strict, tables_of
 
-#: What is put behind ``#`` for keys without a default.
-_EXAMPLES: Final[dict[str, str]] = {
-    "paths": '["motions"]',
-    "units": '"g"',
-    "time_step_s": "0.01",
-    "station_xml": '"station.xml"',
-    "water_level_db": "60.0",
-    "catalogue": '"catalogue.csv"',
-    "limits": '"limits.toml"',
-    "structures": '"structures.toml"',
-    "magnitude": "[6.0, 8.0]",
-    "epicentral_distance_km": "[0.0, 50.0]",
-    "vs30_m_s": "[360.0, 1500.0]",
-    "pga_g": "[0.1, 3.0]",
-    "pgv_m_s": "[0.1, 3.0]",
-    "azimuth_degree": "30.0",
-    "strike_degree": "120.0",
-    "wavelet": '["antisymmetric_ricker"]',
-    "pulse_wavelet": '"symmetric_ricker"',
-    "azimuths_degree": "{ from = 0.0, to = 170.0, count = 18 }",
-    "pulse_period_s": "[0.5, 5.0]",
-    "pulse_length_m": "[0.1, 9.0]",
-    "pulse_like": "true",
-    "hazard": '"hazard.csv"',
-    "dimension": '"height"',
-    "range": "[4.0, 12.0]",
-    "slenderness_degree": "[10.0, 14.0]",
-    "frequency_ratio": "{ from = 1.0, to = 8.0, count = 71 }",
-    "amplitude_step": "0.005",
-    "half_cycles": "2.0",
-    "column_period_s": "[2.0, 3.0, 4.0]",
-}
 #: Name of the schema, in the folder of the studies that point to it.
 SCHEMA: Final = "study.schema.json"
 _STRUCTURE: Final = """\
@@ -66,12 +34,12 @@ def commented_study(name: str) -> str:
     lines = [f"#:schema ./{SCHEMA}", "# A study: rockframe run FILE --output FOLDER", ""]
     lines[2:] = [f'name = "{name}"', "", *_keys(StudyTables, skip=("name",))]
     for key, field in StudyTables.model_fields.items():
-        table = tables_of(field.annotation)
+        table = options_within(field.annotation)
         if table is None or key == "structure":
             continue
         keys = _keys(table)
         for inner, nested in table.model_fields.items():
-            below = tables_of(nested.annotation)
+            below = options_within(nested.annotation)
             if below is not None:
                 keys += ["", *_comment(below.__doc__ or ""), f"[{key}.{inner}]", *_keys(below)]
         heading = [f"[{key}]", *keys]
@@ -92,14 +60,14 @@ def schema() -> str:
     return json.dumps(StudyTables.model_json_schema(), indent=2, sort_keys=True) + "\n"
 
 
-def _keys(table: type[Strict], skip: tuple[str, ...] = ()) -> list[str]:
+def _keys(table: type[Options], skip: tuple[str, ...] = ()) -> list[str]:
     lines: list[str] = []
     for key, field in table.model_fields.items():
-        if key in skip or tables_of(field.annotation) is not None:
+        if key in skip or options_within(field.annotation) is not None:
             continue
         lines += _comment(field.description or "")
         if field.default is None or field.default is PydanticUndefined:
-            lines.append(f"# {key} = {_EXAMPLES[key]}")
+            lines.append(f"# {key} = {_toml((field.examples or [''])[0])}")
         else:
             lines.append(f"{key} = {_toml(field.default)}")
     return lines
@@ -111,5 +79,6 @@ def _comment(text: str) -> list[str]:
 
 
 def _toml(value: Any) -> str:
-    """JSON is TOML for texts, numbers, true, false, and lists of them."""
-    return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(inner)}" for key, inner in value.items()) + " }"
+    return json.dumps(value, ensure_ascii=False)  # JSON is TOML for texts, numbers, and lists

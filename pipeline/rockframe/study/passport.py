@@ -9,7 +9,8 @@ from typing import Annotated, Final, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rockframe.study.toml import RULE, Strict, parse, read_text
+from rockframe.options.model import RULE, Options
+from rockframe.study.toml import parse, read_text
 from rockframe.units import GRAVITY
 
 #: Not below zero, and a number; infinity switches a limit of what must be at most off, and 0 a
@@ -23,7 +24,7 @@ _AT_LEAST: Final = frozenset(
 )
 
 
-class PassportLimits(Strict):
+class PassportLimits(Options):
     """Limits of the record passport: the ``[passport]`` table.
 
     Of each check there is a limit that warns and one that rejects. Rejected by default is only what
@@ -149,7 +150,7 @@ class PassportLimits(Strict):
         return self
 
 
-class _LimitsFile(Strict):
+class _LimitsFile(Options):
     passport: PassportLimits = PassportLimits()
 
 

@@ -10,7 +10,9 @@ from pydantic import Field
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame, inertia_ratio_of
-from rockframe.study.toml import Name, Strict, line_of, parse, read_text
+from rockframe.options.fields import Name
+from rockframe.options.model import Options
+from rockframe.study.toml import line_of, parse, read_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
 #: The structures that the package ships.
@@ -31,7 +33,7 @@ def bundled_records() -> Path:
     return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
 
 
-class StructureEntry(Strict):
+class StructureEntry(Options):
     """One ``[[structure]]`` of a file of structures.
 
     Parameters
@@ -85,7 +87,7 @@ class StructureEntry(Strict):
         )
 
 
-class _StructuresFile(Strict):
+class _StructuresFile(Options):
     structure: Annotated[tuple[StructureEntry, ...], Field(min_length=1, strict=False)]
 
 

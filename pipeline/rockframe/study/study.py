@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,20 +11,20 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from rockframe.errors import InputError
-from rockframe.study.sections import (
-    BatchesTable,
-    FiguresTable,
+from rockframe.options import (
+    BatchOptions,
+    FigureOptions,
     Filters,
-    RecordsTable,
-    ReportTable,
+    IngestOptions,
+    Options,
+    PulseOptions,
+    ReportOptions,
+    RespondOptions,
+    RockingSpectrumOptions,
+    ScreenOptions,
+    SpectrumOptions,
 )
-from rockframe.study.stage_tables import (
-    PulseTable,
-    RespondTable,
-    RockingSpectrumTable,
-    ScreenTable,
-    SpectrumTable,
-)
+from rockframe.options.fields import File, Name, Texts
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
     StructureEntry,
@@ -31,27 +32,41 @@ from rockframe.study.structures import (
     frames_of,
     read_structures,
 )
-from rockframe.study.toml import Name, Strict, line_of, parse, read_text
+from rockframe.study.toml import line_of, parse, read_text
 
 
-class StudyTables(Strict):
-    """A study file as it stands: strict, so that what is misspelt is said and not ignored."""
+class RecordsTable(IngestOptions):
+    """Which record files are read, how, and what is done to each record."""
+
+    paths: Annotated[Texts | None, Field(examples=[("motions",)])] = None
+    """Record files and folders, relative to this file; by default the bundled records."""
+
+
+class RespondTable(RespondOptions):
+    """The response of each structure to each record."""
+
+    pulses: bool = False
+    """Add the response to the pulse of each record alone."""
+
+
+class StudyTables(Options):
+    """The content of a study file."""
 
     name: Name
-    """What the study is called: letters and digits of any script, points, hyphens, underscores."""
-    structures: str | None = None
+    """Name of the study: letters and digits of any script, points, hyphens, underscores."""
+    structures: Annotated[File | None, Field(examples=["structures.toml"])] = None
     """TOML file of [[structure]] tables, relative to this file; without it and without
     [[structure]] tables here, the shipped structures."""
     records: RecordsTable | None = None
     filters: Filters = Filters()
-    pulse: PulseTable = PulseTable()
+    pulse: PulseOptions = PulseOptions()
     respond: RespondTable = RespondTable()
-    screen: ScreenTable | None = None
-    spectrum: SpectrumTable | None = None
-    rocking_spectrum: RockingSpectrumTable | None = None
-    figures: FiguresTable = FiguresTable()
-    report: ReportTable = ReportTable()
-    batches: BatchesTable = BatchesTable()
+    screen: ScreenOptions | None = None
+    spectrum: SpectrumOptions | None = None
+    rocking_spectrum: RockingSpectrumOptions | None = None
+    figures: FigureOptions = FigureOptions()
+    report: ReportOptions = ReportOptions()
+    batches: BatchOptions = BatchOptions()
     structure: Annotated[tuple[StructureEntry, ...], Field(strict=False)] = ()
     """A structure of this study."""
 
@@ -90,13 +105,29 @@ class Study:
         if self.tables.structure:
             return self.path
         stated = self.tables.structures
-        return self.beside(stated) if stated else SHIPPED_STRUCTURES
+        return self.beside(stated) if stated is not None else SHIPPED_STRUCTURES
 
-    def beside(self, stated: str) -> Path:
+    def beside(self, stated: str | Path) -> Path:
         """Return the absolute path that the file states relative to itself."""
         path = self.path.parent / stated
         # a link keeps its name: lists do not depend on where it leads
         return path.resolve() if path.name == ".." else path.parent.resolve() / path.name
+
+    def files(self) -> dict[tuple[str, ...], Path]:
+        """Return the files that the study states besides records, by table and key; absolute."""
+        stated: dict[tuple[str, ...], Path] = {
+            (key,): path for key, path in self.tables.files().items()
+        }
+        for table, options in self.tables:
+            if isinstance(options, Options):
+                stated |= {(table, key): path for key, path in options.files().items()}
+        return {where: self.beside(path) for where, path in stated.items()}
+
+    def options(self, table: str) -> Any:
+        """Return the options of a table with its files where they are."""
+        options = getattr(self.tables, table)
+        found = {where[-1]: path for where, path in self.files().items() if where[0] == table}
+        return options.replaced(**found)
 
     def parameters(self) -> dict[str, Any]:
         """Return all that the file says, with the defaults of what it does not, as JSON has it."""
@@ -156,22 +187,15 @@ def _require_records(study: Study, text: str) -> None:
 
 def _require_files(study: Study, text: str) -> None:
     """Refuse what is stated and is not there, before anything runs."""
-    named: list[tuple[tuple[str | int, ...], str]] = []
-    if study.tables.structures is not None:
-        named.append((("structures",), study.tables.structures))
-    table, screen = study.tables.records, study.tables.screen
-    if screen is not None and screen.hazard is not None:
-        named.append((("screen", "hazard"), screen.hazard))
-    if table is not None:
-        named += [(("records", "paths"), path) for path in table.paths or ()]
-        for key in ("station_xml", "catalogue", "limits"):
-            stated = getattr(table, key)
-            named += [(("records", key), stated)] if stated is not None else []
-    for where, stated in named:
-        if not study.beside(stated).exists():
-            key = ".".join(map(str, where))
-            message = f"{key} {stated!r}: no such file or folder. Must exist, beside the study."
-            raise InputError(study.path, message, line_of(text, where))
+    table = study.tables.records
+    named = dict(study.files())
+    for stated in (table.paths or ()) if table is not None else ():
+        named[("records", "paths", stated)] = study.beside(stated)
+    for where, path in named.items():
+        if not path.exists():
+            key, name = ".".join(where[:2]), os.path.relpath(path, study.path.parent)
+            message = f"{key} {name!r}: no such file or folder. Must exist, beside the study."
+            raise InputError(study.path, message, line_of(text, where[:2]))
 
 
 def structures_text(study: Study) -> str:

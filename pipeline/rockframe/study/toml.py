@@ -4,52 +4,20 @@ from __future__ import annotations
 
 import re
 import tomllib
-import unicodedata
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, TypeVar, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ValidationError
 
 from rockframe.errors import InputError
+from rockframe.options.model import RULE, VALUE, Options, must_be, options_within
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 _Location = tuple[str | int, ...]
-#: An error that a model raises itself, a whole sentence but for its point.
-RULE: Final = "rule"
-#: The same of one key, whose name comes before it.
-VALUE: Final = "value"
-#: Name of a study or a structure: letters and digits of any script (with their marks), points,
-#: hyphens and underscores, the first a letter or digit; composed (NFC), so that it is found again.
-Name = Annotated[
-    str,
-    Field(pattern=r"^[\p{L}\p{Nd}][\p{L}\p{M}\p{Nd}._-]{0,63}$"),
-    AfterValidator(lambda name: unicodedata.normalize("NFC", name)),
-]
-_MUST_BE: Final = {
-    "bool_type": "true or false",
-    "float_type": "a number",
-    "int_type": "a whole number",
-    "string_type": "text in quotes",
-    "string_pattern_mismatch": "1 to 64 letters, digits, points, hyphens or underscores",
-    "tuple_type": "a list",
-    "too_short": "a list of one or more",
-    "too_long": "a list of two numbers",
-    "finite_number": "a finite number",
-}
-
-
-class Strict(BaseModel):
-    """A model that takes no unknown key and no value of another type."""
-
-    model_config = ConfigDict(
-        extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True
-    )
-
-
-File = TypeVar("File", bound=Strict)
+File = TypeVar("File", bound=Options)
 
 
 def parse(path: Path, text: str, model: type[File]) -> File:
@@ -82,7 +50,7 @@ def parse(path: Path, text: str, model: type[File]) -> File:
         raise InputError(path, message, line_of(text, where)) from None
 
 
-def _explain(error: ErrorDetails, model: type[Strict]) -> tuple[str, _Location]:
+def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
     """What is wrong and what it must be, and where; the model's own words are for programmers."""
     kind, where = error["type"], error["loc"]
     if kind == RULE:
@@ -106,28 +74,14 @@ def _explain(error: ErrorDetails, model: type[Strict]) -> tuple[str, _Location]:
         return f"key {names[-1]!r} missing. Must be stated{each}.", where[:-1]
     if kind == "model_type":
         return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
-    return f"{_dotted(model, names)} {error['input']!r}. Must be {_must_be(error)}.", where
+    return f"{_dotted(model, names)} {error['input']!r}. Must be {must_be(error)}.", where
 
 
-def _must_be(error: ErrorDetails) -> str:
-    kind, context = error["type"], error.get("ctx", {})
-    if kind == "literal_error":
-        return str(context["expected"]).replace("'", "") + ", in quotes"
-    if kind == "greater_than":
-        return f"above {context['gt']:g}"
-    if kind == "greater_than_equal":
-        least = context["ge"]
-        return f"at least {least:g}" if least else "zero or positive, and a number"
-    if kind == "less_than_equal":
-        return f"at most {context['le']:g}"
-    return _MUST_BE.get(kind, "valid")
-
-
-def _owner(model: type[Strict], names: tuple[str, ...]) -> tuple[str, type[Strict]]:
+def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Options]]:
     """The table that these names lead to, as the file writes it, and its model."""
     written = ""
     for name in names:
-        inner = tables_of(model.model_fields[name].annotation)
+        inner = options_within(model.model_fields[name].annotation)
         if inner is None:
             break
         written = _written(model, name, written)
@@ -135,17 +89,17 @@ def _owner(model: type[Strict], names: tuple[str, ...]) -> tuple[str, type[Stric
     return written, model
 
 
-def _written(model: type[Strict], key: str, table: str) -> str:
+def _written(model: type[Options], key: str, table: str) -> str:
     """How a file writes a key: a table in brackets."""
     if key not in model.model_fields:
         return key
     annotation = model.model_fields[key].annotation
-    if table or tables_of(annotation) is None:
+    if table or options_within(annotation) is None:
         return key
     return f"[[{key}]]" if get_origin(annotation) is tuple else f"[{key}]"
 
 
-def _dotted(model: type[Strict], names: tuple[str, ...]) -> str:
+def _dotted(model: type[Options], names: tuple[str, ...]) -> str:
     """The name of a key, with that of its table where the file has tables of several kinds."""
     alone = len(model.model_fields) == 1 or any(
         get_origin(model.model_fields[name].annotation) is tuple
@@ -153,14 +107,6 @@ def _dotted(model: type[Strict], names: tuple[str, ...]) -> str:
         if name in model.model_fields
     )
     return names[-1] if alone else ".".join(names)
-
-
-def tables_of(annotation: Any) -> type[Strict] | None:
-    """Return the model of a table that an annotation names, optional or one of many, if it does."""
-    if isinstance(annotation, type) and issubclass(annotation, Strict):
-        return annotation
-    found = (tables_of(inner) for inner in get_args(annotation))
-    return next((model for model in found if model is not None), None)
 
 
 def line_of(text: str, where: _Location) -> int | None:

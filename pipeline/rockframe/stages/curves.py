@@ -1,18 +1,26 @@
-"""Figures of many responses at once: what screenings and spectra found, into a folder."""
+"""Figures of many responses at once: those of screenings and spectra."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-if TYPE_CHECKING:
-    import xarray as xr
+import xarray as xr
 
-    from rockframe.figures import Captioned
+from rockframe.figures import (
+    Captioned,
+    draw_fragility,
+    draw_overturning_spectra,
+    draw_peak_distribution,
+    draw_rocking_spectrum,
+    save_captioned,
+)
+from rockframe.results import read_rocking_spectrum, read_screening, read_spectrum
+from rockframe.rocking import Verdict
 
-#: Name of a figure without its suffix, what it is of, and the figure.
-_Named = tuple[str, str, "Captioned"]
+#: Name of a figure without its suffix, what it shows, and the figure.
+_Named = tuple[str, str, Captioned]
 
 
 def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str, str]:
@@ -32,8 +40,6 @@ def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str,
     dict of str to str
         By the file of each figure, relative to the folder, what it is of.
     """
-    from rockframe.figures import save_captioned
-
     drawn: dict[str, str] = {}
     for kind, figures in _FIGURES.items():
         if kind in given:
@@ -45,9 +51,6 @@ def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str,
 
 
 def _of_screening(path: Path, _most: int) -> Iterator[_Named]:
-    from rockframe.figures import draw_fragility, draw_peak_distribution
-    from rockframe.results import read_screening
-
     screening = read_screening(path, every_scale=False)
     for structure in map(str, screening["structure"].values):
         one = screening.sel(structure=structure)
@@ -56,18 +59,12 @@ def _of_screening(path: Path, _most: int) -> Iterator[_Named]:
 
 
 def _of_spectrum(path: Path, _most: int) -> Iterator[_Named]:
-    from rockframe.figures import draw_overturning_spectra
-    from rockframe.results import read_spectrum
-
     spectrum = read_spectrum(path)
     pulses = " ".join(map(str, spectrum["wavelet"].values))
     yield "overturning", pulses, draw_overturning_spectra(spectrum)
 
 
 def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
-    from rockframe.figures import draw_rocking_spectrum
-    from rockframe.results import read_rocking_spectrum
-
     spectrum = read_rocking_spectrum(path)
     for k in _furthest(spectrum, most):
         for j, gamma in enumerate(spectrum["mass_ratio"].values):
@@ -78,8 +75,6 @@ def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
 
 def _furthest(spectrum: xr.Dataset, most: int) -> list[int]:
     """Records by position; of too many, those under which a frame turns furthest and stands."""
-    from rockframe.rocking import Verdict
-
     stands = spectrum["verdict"] != Verdict.OVERTURNED
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values

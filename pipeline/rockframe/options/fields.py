@@ -1,17 +1,21 @@
-"""Numbers that a study lists one by one, or states as evenly spaced."""
+"""Types of options: bounds, lists of numbers, units, names of wavelets."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from typing import Annotated, Any, Final
+import unicodedata
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from rockframe.bounds import MOST_NUMBERS
-from rockframe.study.toml import VALUE
+from rockframe.options.model import VALUE
+from rockframe.units import ACCELERATION_UNITS
 
+#: More numbers are hardly meant, and too many to read.
+MOST_NUMBERS: Final = 2_000
 #: Far beyond what anything is measured in; what is between two such numbers can be computed.
 _HUGE: Final = 1e300
 _SPAN: Final = (
@@ -41,7 +45,7 @@ def evenly(first: float, last: float, count: int) -> list[float]:
 def _listed(stated: Any) -> Any:
     """The list that a table of ends and count stands for; anything else as it is."""
     if not isinstance(stated, dict):
-        return stated
+        return stated.tolist() if hasattr(stated, "tolist") else stated
     match stated:
         case {"from": int() | float() as first, "to": int() | float() as last, "count": int(count)}:
             whole = len(stated) == 3 and bool not in map(type, stated.values())
@@ -108,3 +112,71 @@ Numbers = Annotated[
 #: The same of numbers that are zero or positive, and of positive ones.
 NumbersFromZero = Annotated[Numbers, AfterValidator(_from_zero)]
 PositiveNumbers = Annotated[Numbers, AfterValidator(_above_zero)]
+
+
+def _known_units(units: str) -> str:
+    if units not in ACCELERATION_UNITS:
+        known = ", ".join(ACCELERATION_UNITS)
+        raise PydanticCustomError(VALUE, f"{units!r}. Must be one of: {known}")
+    return units
+
+
+def _increasing(bounds: tuple[float, float]) -> tuple[float, float]:
+    low, high = bounds
+    if math.isnan(low) or math.isnan(high) or low > high:
+        raise PydanticCustomError(VALUE, f"[{low:g}, {high:g}]. Must be the lower bound first")
+    return bounds
+
+
+def _positive(bounds: tuple[float, float]) -> tuple[float, float]:
+    if not 0.0 < bounds[0] < bounds[1] < math.inf:
+        low, high = bounds
+        raise PydanticCustomError(
+            VALUE, f"[{low:g}, {high:g}]. Must be two positive numbers that increase"
+        )
+    return bounds
+
+
+def _different(texts: tuple[str, ...]) -> tuple[str, ...]:
+    for text in texts:
+        if texts.count(text) > 1:
+            raise PydanticCustomError(VALUE, f"{text!r}. Must not be stated twice")
+    return texts
+
+
+#: Unit of acceleration.
+Units = Annotated[
+    str,
+    AfterValidator(_known_units),
+    WithJsonSchema({"enum": list(ACCELERATION_UNITS), "type": "string"}),
+]
+#: A finite number.
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+#: A finite number above zero.
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+#: A closed interval.
+Bounds = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_increasing)]
+#: A range of positive numbers.
+Range = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_positive)]
+#: At least one text, none twice.
+Texts = Annotated[tuple[str, ...], Field(strict=False, min_length=1), AfterValidator(_different)]
+#: A file; in a study relative to the study's folder.
+File = Annotated[Path, Field(strict=False)]
+#: Name of a study or a structure: letters and digits of any script (with their marks), points,
+#: hyphens and underscores, the first a letter or digit; composed (NFC), so that it is found again.
+Name = Annotated[
+    str,
+    Field(pattern=r"^[\p{L}\p{Nd}][\p{L}\p{M}\p{Nd}._-]{0,63}$"),
+    AfterValidator(lambda name: unicodedata.normalize("NFC", name)),
+]
+#: Seed of random numbers.
+Seed = Annotated[int, Field(ge=0)]
+Wavelet = Literal[
+    "symmetric_ricker", "antisymmetric_ricker", "ricker_any_phase", "mavroeidis_papageorgiou"
+]
+#: At least one wavelet, none twice.
+Wavelets = Annotated[
+    tuple[Wavelet, ...], Field(strict=False, min_length=1), AfterValidator(_different)
+]
+#: Which histories are written: those of no response, of those that overturn or nearly do, of all.
+Kept = Literal["none", "selected", "all"]

@@ -1,0 +1,219 @@
+"""Options of the command line, derived from the models of `rockframe.options`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import re
+import types
+from pathlib import Path
+from typing import Any, Final, Literal, TypeVar, get_args, get_origin
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from rockframe.errors import ParameterError
+from rockframe.options import Options
+from rockframe.options.fields import MOST_NUMBERS, evenly
+from rockframe.options.model import explain, options_within
+
+Model = TypeVar("Model", bound=Options)
+#: What stands for a value in help texts, by the unit at the end of an option's name.
+_METAVARS: Final = {
+    "s": "SECONDS",
+    "hz": "HERTZ",
+    "degree": "DEGREES",
+    "db": "DECIBEL",
+    "km": "KM",
+}
+
+
+def add_options(
+    parser: argparse.ArgumentParser, model: type[Options], *, title: str = "", prefix: str = ""
+) -> None:
+    """Add an option for each field of a model: ``--field-name``, with its help and default."""
+    group = parser.add_argument_group(title) if title else parser
+    for name, field in model.model_fields.items():
+        if flag(prefix + name) in parser._option_string_actions:  # of a model before  # noqa: SLF001
+            continue
+        within = options_within(field.annotation)
+        if within is not None:
+            heading = (within.__doc__ or name).strip().rstrip(".").lower()
+            add_options(parser, within, title=heading, prefix=f"{prefix}{name}-")
+            continue
+        group.add_argument(
+            flag(prefix + name),
+            dest=prefix + name,
+            default=argparse.SUPPRESS,
+            help=_help(field).replace("%", "%%"),
+            **_reading(_alone(field.annotation), name, field.default),
+        )
+
+
+def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Model:
+    """Return the options that the command line states.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        As parsed.
+    model : type
+        Which options.
+    **others
+        Values of fields that the command line does not state, such as defaults of this command.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed: the line names the option.
+    """
+    try:
+        return model.model_validate(others | _stated(options, model, ""))
+    except ValidationError as invalid:
+        message = explain(invalid.errors()[0], lambda name: flag(name.replace(".", "-")))
+        for name in model.model_fields:  # also within a sentence on several options
+            if "_" in name:
+                message = re.sub(rf"\b{name}\b", flag(name), message)
+        raise ParameterError(message) from None
+
+
+def _stated(options: argparse.Namespace, model: type[Options], prefix: str) -> dict[str, Any]:
+    values = {}
+    for name, field in model.model_fields.items():
+        within = options_within(field.annotation)
+        if within is not None:
+            nested = _stated(options, within, f"{prefix}{name}-")
+            if nested:
+                values[name] = nested
+        elif hasattr(options, prefix + name):
+            values[name] = getattr(options, prefix + name)
+    return values
+
+
+def flag(name: str) -> str:
+    """Return how the command line writes the name of a field."""
+    return "--" + name.replace("_", "-")
+
+
+def _help(field: FieldInfo) -> str:
+    text = " ".join((field.description or "").split()).rstrip(".")
+    if text.split(" ")[0][1:].islower():  # but not StationXML
+        text = text[:1].lower() + text[1:]
+    default = field.default
+    if default is None or default is PydanticUndefined or isinstance(default, bool):
+        return text
+    if isinstance(default, tuple):
+        many = len(default) > 8
+        default = (
+            ""
+            if many
+            else " ".join(f"{value:g}" if isinstance(value, float) else value for value in default)
+        )
+    return f"{text} (default: {default})" if default != "" else text
+
+
+def _alone(annotation: Any) -> Any:
+    """Return an annotation without ``Annotated`` and without ``None``."""
+    while get_origin(annotation) not in (None, tuple, Literal):
+        annotation = next(part for part in get_args(annotation) if part is not types.NoneType)
+    return annotation
+
+
+def _reading(annotation: Any, name: str, default: Any) -> dict[str, Any]:
+    """Return how argparse reads the words of an option of this type."""
+    unit = name.rsplit("_", 1)[-1]
+    metavar = _METAVARS.get(unit, "NUMBER")
+    if annotation is bool:
+        return {"action": "store_true" if default is False else argparse.BooleanOptionalAction}
+    if get_origin(annotation) is Literal:
+        return {"choices": get_args(annotation)}
+    if get_origin(annotation) is tuple:
+        inner, last = _alone(get_args(annotation)[0]), get_args(annotation)[-1]
+        if last is not Ellipsis:
+            return {"type": number, "nargs": 2, "metavar": ("FROM", "TO")}
+        if inner is float:
+            return {"type": numbers, "nargs": "+", "action": _Joined, "metavar": metavar}
+        known = {"choices": get_args(inner)} if get_origin(inner) is Literal else {}
+        return {"nargs": "+", "action": "extend", "metavar": name.upper(), **known}
+    if annotation is float:
+        return {"type": number, "metavar": metavar}
+    if annotation is int:
+        return {"type": whole_number, "metavar": "N"}
+    return (
+        {"type": path, "metavar": "FILE"}
+        if annotation is Path
+        else {"metavar": "NAME", "action": Once}
+    )
+
+
+class Once(argparse.Action):
+    """An option of one value, which is an error if it is stated twice."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,  # noqa: ARG002 -- as argparse calls it
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,  # noqa: ARG002
+    ) -> None:
+        """Keep the value, unless there is one."""
+        if getattr(namespace, self.dest, None) is not None:
+            raise argparse.ArgumentError(self, "stated twice. Must be stated once")
+        setattr(namespace, self.dest, values)
+
+
+class _Joined(argparse.Action):
+    """Numbers and evenly spaced numbers, joined into one list."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,  # noqa: ARG002 -- as argparse calls it
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,  # noqa: ARG002
+    ) -> None:
+        """Keep all numbers as one list."""
+        setattr(namespace, self.dest, tuple(value for part in values for value in part))
+
+
+def path(text: str) -> Path:
+    """Return the path that a word of the command line states."""
+    if not text:
+        raise argparse.ArgumentTypeError("empty path. Must name a file or folder.")
+    return Path(text)
+
+
+def number(text: str) -> float:
+    """Return the number that a word states."""
+    from rockframe.cells import decimal
+
+    if re.fullmatch(r"[-+]?inf", text):  # an open end of a range
+        return float(text)
+    try:
+        return decimal(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"Invalid value {text!r}. Must be a number") from None
+
+
+def whole_number(text: str) -> int:
+    """Return the whole number that a word states."""
+    if not re.fullmatch(r"[+-]?[0-9]{1,18}", text):
+        raise argparse.ArgumentTypeError(f"Invalid value {text!r}. Must be a whole number")
+    return int(text)
+
+
+def numbers(text: str) -> list[float]:
+    """Return the numbers that a word states: one, or FROM:TO:COUNT evenly spaced ones."""
+    parts = text.split(":")
+    with contextlib.suppress(argparse.ArgumentTypeError):
+        if len(parts) == 1:
+            return [number(text)]
+        if len(parts) == 3:
+            first, last, count = number(parts[0]), number(parts[1]), whole_number(parts[2])
+            if 2 <= count <= MOST_NUMBERS:
+                return evenly(first, last, count)
+    message = (
+        f"Invalid value {text!r}. Must be a number, or FROM:TO:COUNT, count 2 to {MOST_NUMBERS}"
+    )
+    raise argparse.ArgumentTypeError(message)

@@ -1,0 +1,29 @@
+"""rockframe step: perform one step of a run; for workflows."""
+
+from __future__ import annotations
+
+import argparse
+
+from rockframe.cli.options import add_options, chosen, path
+from rockframe.options import ExecutionOptions
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The folder of a run, the name of a step, and how it is computed."""
+    parser.add_argument("folder", type=path, help="folder of the run, with its plan")
+    parser.add_argument("name", help="name of the step, as `rockframe status --json` lists it")
+    add_options(parser, ExecutionOptions)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Perform the step; 1 if records were rejected."""
+    from rockframe.errors import ParameterError
+    from rockframe.runs import Work, perform, read_plan
+
+    plan = read_plan(options.folder)
+    step = next((step for step in plan.steps if step.name == options.name), None)
+    if step is None:
+        known = ", ".join(step.name for step in plan.steps)
+        raise ParameterError(f"Invalid step {options.name!r}. Must be one of: {known}.")
+    workers = chosen(options, ExecutionOptions).workers
+    return perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))

@@ -1,0 +1,50 @@
+"""What a record allows of the search for pulses: its range of periods, and its padded samples."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.matching.signal import Signal, signal_of
+from rockframe.matching.weighting import Weighting
+from rockframe.options import PulseOptions
+from rockframe.wavelets import WAVELETS
+
+Float = NDArray[np.float64]
+
+#: A wavelet shorter than so many time steps is not resolved by the samples.
+_STEPS_PER_PERIOD: Final = 8
+
+
+def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[float, float]:
+    """Return the range of periods that a record allows [s].
+
+    Raises
+    ------
+    ParameterError
+        If it allows none of those that are asked for.
+    """
+    shortest, longest = options.periods_s
+    low = max(shortest, _STEPS_PER_PERIOD * time_step)
+    high = min(longest, time_step * (size - 1))
+    if high <= low:
+        raise ParameterError(
+            f"Invalid range of periods from {shortest:g} to {longest:g} s for a record of "
+            f"{time_step * (size - 1):g} s in steps of {time_step:g} s. Must overlap "
+            f"with {_STEPS_PER_PERIOD} time steps to the record's duration."
+        )
+    return low, high
+
+
+def prepared(
+    samples: Float, time_step: float, options: PulseOptions, longest_period: float
+) -> Signal:
+    """Return the record as the wavelets meet it, with room for the longest of them."""
+    parts = [
+        part for name in options.wavelet for part in WAVELETS[name].parts(options.most_half_cycles)
+    ]
+    reach = max(part.reach for part in parts) * longest_period
+    return signal_of(samples, time_step, Weighting(options.weighting), reach)

@@ -1,0 +1,35 @@
+"""Options of where and in how many parts a stage is computed; results do not depend on them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from rockframe.options.model import Options
+
+
+class ReadingOptions(Options):
+    """How many processes read files."""
+
+    workers: Annotated[int, Field(ge=0)] | None = None
+    """Largest number of processes that read files at once, each protected against crashes of the
+    others; 0 reads in this process, without that protection. By default one for each core."""
+
+
+class ExecutionOptions(Options):
+    """Where a stage is computed."""
+
+    workers: Annotated[int, Field(ge=1)] | None = None
+    """Largest number of processes that compute at once; by default one for each core. One alone
+    uses as many threads as OMP_NUM_THREADS says."""
+    scheduler: str | None = None
+    """Compute on the Dask cluster of this scheduler instead, tcp://HOST:PORT (needs the extra
+    `dask`)."""
+
+
+class BatchOptions(Options):
+    """How a run divides its records."""
+
+    records: Annotated[int, Field(ge=1)] = 50
+    """Number of record files of each batch; with more than 150 batches, the batches are larger."""

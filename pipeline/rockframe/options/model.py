@@ -1,0 +1,128 @@
+"""The base of all option models, and one line for each mistake in a value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from rockframe.errors import ParameterError
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+    from pydantic_core import ErrorDetails
+else:
+    ModelMetaclass = type(BaseModel)  # which has no public name
+
+#: Type of an error that a model raises itself: a whole sentence without its full stop.
+RULE: Final = "rule"
+#: Type of an error of one key: a sentence that begins with the value.
+VALUE: Final = "value"
+_MUST_BE: Final = {
+    "bool_type": "true or false",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "string_type": "text",
+    "string_pattern_mismatch": "1 to 64 letters, digits, points, hyphens or underscores",
+    "tuple_type": "a list",
+    "too_short": "a list of one or more",
+    "too_long": "a list of two numbers",
+    "missing": "a list of two numbers",
+    "finite_number": "a finite number",
+    "path_type": "the path of a file",
+}
+
+
+class _OneLine(ModelMetaclass):
+    """Models whose constructor raises a `ParameterError` of one line."""
+
+    def __call__(cls, *args: Any, **values: Any) -> Any:  # noqa: N805 -- of a metaclass
+        try:
+            return super().__call__(*args, **values)
+        except ValidationError as invalid:
+            raise ParameterError(explain(invalid.errors()[0], str)) from None
+
+
+class Options(BaseModel, metaclass=_OneLine):
+    """Options of a stage: unknown names and values of another type are errors.
+
+    Each field states its type, bounds, default and, in the line below it, its meaning with the
+    unit. The command line, the study file, its JSON schema and its comments follow from that.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True
+    )
+
+    def stated(self) -> dict[str, Any]:
+        """Return all values as JSON has them; of files only the names."""
+        values = self.model_dump(mode="json")
+        for name, path in self.files().items():
+            values[name] = path.name
+        return values
+
+    def files(self) -> dict[str, Path]:
+        """Return the files that are stated, by the name of their option."""
+        return {name: value for name, value in self if isinstance(value, Path)}
+
+    def beside(self, folder: Path) -> Self:
+        """Return the options with their files taken relative to a folder."""
+        return self.replaced(**{name: folder / path for name, path in self.files().items()})
+
+    def replaced(self, **values: Any) -> Self:
+        """Return the options with other values, which are validated."""
+        return type(self)(**{**dict(self), **values})
+
+
+def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
+    """Return one line on an invalid value: what it is, and what is allowed.
+
+    Parameters
+    ----------
+    error : dict
+        An error of pydantic.
+    named : callable
+        Returns how the user writes the name of a field.
+    """
+    kind = error["type"]
+    if kind == RULE:
+        return f"{error['msg']}."
+    names = [part for part in error["loc"] if isinstance(part, str)]
+    name = named(".".join(names))
+    if kind == VALUE:
+        return f"{name} {error['msg']}."
+    if kind == "extra_forbidden":
+        return f"unknown option {name!r}."
+    if kind == "missing" and not isinstance(error["loc"][-1], int):
+        return f"{name} is missing. Must be stated."
+    return f"{name} {error['input']!r}. Must be {must_be(error)}."
+
+
+def must_be(error: ErrorDetails) -> str:
+    """Return what is allowed in place of an invalid value."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "literal_error":
+        return str(context["expected"]).replace("'", "")
+    if kind == "greater_than":
+        return f"above {context['gt']:g}"
+    if kind == "greater_than_equal":
+        least = context["ge"]
+        return f"at least {least:g}" if least else "zero or positive, and a number"
+    if kind == "less_than_equal":
+        return f"at most {context['le']:g}"
+    return _MUST_BE.get(kind, "valid")
+
+
+def options_within(annotation: Any) -> type[Options] | None:
+    """Return the model that an annotation names, optional or one of many, if it names one."""
+    if isinstance(annotation, type) and issubclass(annotation, Options):
+        return annotation
+    found = (options_within(inner) for inner in get_args(annotation))
+    return next((model for model in found if model is not None), None)

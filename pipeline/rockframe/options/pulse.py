@@ -1,0 +1,78 @@
+"""Options of the search for pulses."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Final, Literal, Self, get_args
+
+from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from rockframe.options.fields import Range, Seed, Wavelet, Wavelets
+from rockframe.options.model import RULE, VALUE, Options
+
+#: With fewer surrogates no share of them reaches the level of the test, 5 %.
+FEWEST_SURROGATES: Final = 19
+#: With these p reaches 1/10000, far below the level of the test.
+_MOST_SURROGATES: Final = 9_999
+#: Interval between the numbers of half cycles of the search.
+_HALF_CYCLE_STEP: Final = 0.25
+
+
+def _enough(surrogates: int) -> int:
+    if 0 < surrogates < FEWEST_SURROGATES:
+        allowed = (
+            f"Must be 0, or {FEWEST_SURROGATES} to {_MOST_SURROGATES}: with fewer no p reaches 0.05"
+        )
+        raise PydanticCustomError(VALUE, f"{surrogates}. {allowed}")
+    return surrogates
+
+
+class PulseOptions(Options):
+    """How the pulses of a record are searched.
+
+    Examples
+    --------
+    >>> PulseOptions(surrogates=10)
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: surrogates 10. Must be 0, or 19 to 9999: ...
+    >>> PulseOptions(most_half_cycles=2.0).half_cycles
+    (1.0, 1.25, 1.5, 1.75, 2.0)
+    """
+
+    periods_s: Range = (0.2, 5.0)
+    """Range of pulse periods that is searched [s]; it is cut to what the record resolves."""
+    wavelet: Wavelets = get_args(Wavelet)
+    """Wavelets that are matched."""
+    pulse_wavelet: Annotated[Wavelet | None, Field(examples=["symmetric_ricker"])] = None
+    """Wavelet of the selected pulse; by default the Ricker wavelet, symmetric or antisymmetric,
+    that explains more."""
+    weighting: Literal["energy", "area", "none", "velocity"] = "energy"
+    """Power of the period before the inner product: energy is the paper's."""
+    most_half_cycles: Annotated[float, Field(ge=1.0, le=10.0)] = 3.0
+    """Largest number of half cycles of mavroeidis_papageorgiou that is searched."""
+    runners_up: Annotated[int, Field(ge=0, le=100)] = 2
+    """Number of further pulses of the selected wavelet, each in what the ones before leave."""
+    surrogates: Annotated[int, Field(ge=0, le=_MOST_SURROGATES), AfterValidator(_enough)] = 99
+    """Largest number of surrogates that a record is compared with; 0 for no comparison."""
+    scrambling: Literal["envelope", "plain"] = "envelope"
+    """Whether surrogates keep the record's envelope, or shake evenly."""
+    seed: Seed = 0
+    """Random seed of the surrogates."""
+
+    @model_validator(mode="after")
+    def _is_matched(self) -> Self:
+        if self.pulse_wavelet is not None and self.pulse_wavelet not in self.wavelet:
+            known = ", ".join(self.wavelet)
+            raise PydanticCustomError(
+                RULE,
+                f"pulse_wavelet {self.pulse_wavelet!r} is not matched. Must be one of: {known}",
+            )
+        return self
+
+    @property
+    def half_cycles(self) -> tuple[float, ...]:
+        """Numbers of half cycles of the search, before refinement."""
+        rungs = math.ceil((self.most_half_cycles - 1.0) / _HALF_CYCLE_STEP) + 1
+        step = (self.most_half_cycles - 1.0) / max(rungs - 1, 1)
+        return (*(1.0 + k * step for k in range(rungs - 1)), self.most_half_cycles)

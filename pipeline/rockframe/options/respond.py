@@ -1,0 +1,119 @@
+"""Options of responses and screenings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from rockframe.options.fields import (
+    Bounds,
+    File,
+    Finite,
+    Kept,
+    Numbers,
+    Positive,
+    PositiveNumbers,
+    Seed,
+)
+from rockframe.options.model import RULE, VALUE, Options
+
+
+class RespondOptions(Options):
+    """The response of each structure to each record."""
+
+    structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
+    """Only the structure of this name."""
+    vertical: bool = False
+    """Include the vertical component recorded at the same station."""
+    histories: Kept = "all"
+    """Responses whose histories are written: none, selected (those that overturn or reach half the
+    slenderness), or all."""
+    margins: bool = True
+    """Find critical scales and undecided verdicts, which takes most of the time."""
+
+
+class DesignOptions(Options):
+    """The smallest dimension that keeps the rotation below a limit."""
+
+    dimension: Annotated[Literal["height", "width", "mass_ratio"], Field(examples=["height"])]
+    """What is varied: height (slenderness kept), width (height kept), or mass ratio. All values
+    are tried, as demand is not monotone in size."""
+    range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
+    """Range that is searched, in m for height and width."""
+    limit: Positive = 0.5
+    """Limit of theta/alpha."""
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    """Share of the records that must stay below the limit."""
+    steps: Annotated[int, Field(ge=2, le=10_000)] = 41
+    """Number of values tried in the range."""
+
+    @model_validator(mode="after")
+    def _sound_range(self) -> Self:
+        low, high = self.range
+        alone = self.dimension == "mass_ratio" and low == 0.0  # a column alone
+        if not (low < high and (low > 0.0 or alone)):
+            least = "zero or positive" if self.dimension == "mass_ratio" else "positive"
+            message = f"design range [{low:g}, {high:g}]. Must be {least}, and increase"
+            raise PydanticCustomError(RULE, message)
+        return self
+
+
+def _at_most_thousand(scales: tuple[float, ...]) -> tuple[float, ...]:
+    if scales[-1] > 1e3:
+        raise PydanticCustomError(VALUE, f"with {scales[-1]:g}. Must be at most 1000")
+    return scales
+
+
+class ScreenOptions(Options):
+    """The screening of the structures by the records at many scales."""
+
+    structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
+    """Only the structure of this name."""
+    scales: Annotated[PositiveNumbers, AfterValidator(_at_most_thousand)] = (
+        *(0.5, 0.75, 1.0, 1.25),
+        *(1.5, 2.0, 2.5, 3.0),
+    )
+    """Multiples of the records, increasing."""
+    azimuths_degree: Annotated[
+        Numbers | None, Field(examples=[{"from": 0.0, "to": 170.0, "count": 18}])
+    ] = None
+    """Rotate each pair of horizontals toward these azimuths [degree]."""
+    vertical: bool = False
+    """Include the vertical component recorded at the same station."""
+    histories: Kept = "none"
+    """Scenarios whose histories are written: none, selected (those that overturn or reach half the
+    slenderness), or all."""
+    margins: bool = True
+    """Find critical scales and safe islands, which takes most of the time."""
+    pulse_period_s: Annotated[Bounds | None, Field(examples=[(0.5, 5.0)])] = None
+    """Only records whose selected pulse has a period from and to [s]."""
+    pulse_length_m: Annotated[Bounds | None, Field(examples=[(0.1, 9.0)])] = None
+    """Only records whose selected pulse has a length L_p = a_p T_p^2 from and to [m]."""
+    pulse_like: Annotated[bool | None, Field(examples=[True])] = None
+    """Only records whose pulse is more than chance, or only the others."""
+    hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
+    """Hazard curve of the site: CSV of annual_rate and one of pga_g, pgv_m_s, a_p_g, L_p_m."""
+    seed: Seed = 0
+    """Random seed of the bootstrap."""
+    design: DesignOptions | None = None
+
+    @model_validator(mode="after")
+    def _azimuths(self) -> Self:
+        """Azimuths must differ, and no pulse is known for rotated motions."""
+        azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
+        for azimuth in azimuths:
+            if azimuths.count(azimuth) > 1:
+                message = f"azimuths_degree with {azimuth} twice, or 360 apart. Must differ"
+                raise PydanticCustomError(RULE, message)
+        for name in self.pulse_filters():
+            if azimuths:
+                message = f"{name} beside azimuths_degree. Must be one of them"
+                raise PydanticCustomError(RULE, message)
+        return self
+
+    def pulse_filters(self) -> dict[str, object]:
+        """Return the filters by the pulse that are stated."""
+        names = ("pulse_period_s", "pulse_length_m", "pulse_like")
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}

@@ -1,0 +1,250 @@
+"""Performing a step: the stage that it names, on the files of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+from rockframe.engines import Engine, choose_engine
+from rockframe.engines.pool import serve
+from rockframe.errors import InputError, RockframeError
+from rockframe.ingest import Rejection
+from rockframe.options import (
+    FigureOptions,
+    Filters,
+    IngestOptions,
+    PulseOptions,
+    ReportOptions,
+    RespondOptions,
+    RockingSpectrumOptions,
+    ScreenOptions,
+    SpectrumOptions,
+)
+from rockframe.runs.manifest import finish
+from rockframe.runs.state import stamp
+from rockframe.runs.step import Step
+from rockframe.stages import (
+    Batch,
+    figures_stage,
+    ingest_stage,
+    merge_stage,
+    pulse_stage,
+    report_stage,
+    require_whole,
+    respond_stage,
+    rocking_spectrum_stage,
+    screen_stage,
+    spectrum_stage,
+    table_stage,
+)
+
+
+@dataclass(frozen=True)
+class Work:
+    """A step, and where it is performed.
+
+    Parameters
+    ----------
+    step : Step
+        What to do.
+    folder : Path
+        The folder of the run, absolute.
+    workers : int, optional
+        Largest number of processes of a step that computes in a pool of its own; by default one
+        for each core.
+    key : str
+        Hash of all that the step depends on.
+    into : Path, optional
+        Folder of the outputs, if it is another one.
+    """
+
+    step: Step
+    folder: Path
+    workers: int | None = None
+    key: str = ""
+    into: Path | None = None
+
+    @property
+    def inputs(self) -> list[Path]:
+        """Files that it reads."""
+        return [self.folder / name for name in self.step.inputs]
+
+    def input(self, name: str) -> Path | None:
+        """Return the input of this name, if the step has it."""
+        return self.folder / name if name in self.step.inputs else None
+
+    @property
+    def output(self) -> Path:
+        """The first file or folder that it writes."""
+        return (self.into or self.folder) / self.step.outputs[0]
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """Options of its stage."""
+        return self.step.options
+
+    @property
+    def batch(self) -> Batch:
+        """Its batch of the records."""
+        return Batch(*self.step.batch)
+
+    @property
+    def engine(self) -> Engine:
+        """Where it computes; batches themselves are what is computed in parallel."""
+        return choose_engine(self.workers if self.step.workers else 1)
+
+
+def perform(work: Work) -> int:
+    """Perform a step in this process, with a log, and stamp it as done.
+
+    Parameters
+    ----------
+    work : Work
+        The step.
+
+    Returns
+    -------
+    int
+        1 if records were rejected, else 0.
+
+    Raises
+    ------
+    RockframeError
+        If there is something for the user to mend; the log says so too.
+    """
+    log = log_of(work)
+    try:
+        rejections = do(work)
+        lines = [f"rockframe: rejected: {one.file}: {one.reason}\n" for one in rejections]
+        log.write_text("".join(lines) or "done\n", encoding="utf-8")
+    except RockframeError as error:
+        # if the disk is full, the terminal alone says so
+        with suppress(OSError):
+            log.write_text(f"rockframe: error: {error}\n", encoding="utf-8")
+        raise
+    stamp(work.step, work.key, work.folder)
+    return 1 if rejections else 0
+
+
+def perform_apart(work: Work) -> int:
+    """Perform a step in a process of its own, which ends when the one that asks ends.
+
+    A Dask worker may run several steps in threads. If one is killed, another worker repeats its
+    step: the first attempt must not continue beside it.
+    """
+    [status] = serve(perform, [work], workers=1)
+    return status
+
+
+def do(work: Work) -> Sequence[Rejection]:
+    """Perform a step, and return what it rejected."""
+    return _STAGES[work.step.stage](work) or ()
+
+
+def log_of(work: Work) -> Path:
+    """Return the log of a step, which can be written.
+
+    Raises
+    ------
+    InputError
+        If it cannot.
+    """
+    path = work.folder / "logs" / f"{work.step.name}.log"
+    try:
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    except OSError as error:
+        raise InputError(path, f"cannot be written: {error.strerror}.") from None
+    return path
+
+
+def _ingest(work: Work) -> Sequence[Rejection]:
+    stated = work.options
+    done = ingest_stage(
+        [Path(path) for path in stated["paths"]],
+        work.output,
+        IngestOptions(**stated["records"]),
+        filters=Filters(**stated["filters"]),
+        workers=work.workers,
+    )
+    return done.rejections
+
+
+def _pulse(work: Work) -> Sequence[Rejection]:
+    options = PulseOptions(**work.options)
+    return pulse_stage(work.inputs[0], work.output, options, batch=work.batch, engine=work.engine)
+
+
+def _respond(work: Work) -> Sequence[Rejection]:
+    records, structures = work.inputs[:2]
+    return respond_stage(
+        records,
+        work.output,
+        RespondOptions(**work.options),
+        structures_path=structures,
+        pulses_path=work.input("pulses.nc"),
+        batch=work.batch,
+        engine=work.engine,
+    )
+
+
+def _screen(work: Work) -> Sequence[Rejection]:
+    records, pulses, structures = work.inputs
+    done = screen_stage(
+        records,
+        work.output,
+        ScreenOptions(**work.options),
+        structures_path=structures,
+        pulses_path=pulses,
+        engine=work.engine,
+    )
+    return done.rejections
+
+
+def _spectrum(work: Work) -> None:
+    spectrum_stage(work.output, SpectrumOptions(**work.options), engine=work.engine)
+
+
+def _rocking_spectrum(work: Work) -> None:
+    options = RockingSpectrumOptions(**work.options)
+    rocking_spectrum_stage(work.inputs[0], work.output, options, engine=work.engine)
+
+
+def _table(work: Work) -> None:
+    records, pulses, response = work.inputs
+    table_stage(records, pulses, response, work.output)
+
+
+def _draw(work: Work) -> None:
+    figures_stage(work.inputs, work.output, FigureOptions(**work.options))
+
+
+def _manifest(work: Work) -> None:
+    finish(work.folder)
+
+
+def _report(work: Work) -> None:
+    report_stage(work.folder, work.output, ReportOptions(**work.options))
+
+
+#: What performs a step of each stage.
+_STAGES: Final[Mapping[str, Callable[[Work], Sequence[Rejection] | None]]] = MappingProxyType(
+    {
+        "ingest": _ingest,
+        "pulse": _pulse,
+        "respond": _respond,
+        "merge": lambda work: merge_stage(work.inputs, work.output),
+        "screen": _screen,
+        "spectrum": _spectrum,
+        "rocking_spectrum": _rocking_spectrum,
+        "table": _table,
+        "draw": _draw,
+        "manifest": _manifest,
+        "report": _report,
+        "verify": lambda work: require_whole(work.folder),
+    }
+)

@@ -1,0 +1,85 @@
+"""Repeating what a run computed: a sample of pulses and responses, screenings and spectra whole."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import RockframeError
+from rockframe.provenance import sha256_of
+from rockframe.runs.performing import Work, do
+from rockframe.runs.plan import KEPT
+from rockframe.runs.plan_file import read_plan
+from rockframe.runs.step import Step
+
+#: Stages of which a sample of the records can be repeated, and their files.
+_SAMPLED: Final = {"pulse": "pulses", "respond": "response"}
+#: Stages that are repeated whole: their files are of all records together, or of none.
+_WHOLE: Final = ("screen", "spectrum", "rocking_spectrum")
+
+
+def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
+    """Repeat steps of a run elsewhere, and compare.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the run of a study.
+    sample : int
+        About how many records of each stage.
+
+    Returns
+    -------
+    list of str, list of str
+        What was repeated, and what differs.
+    """
+    if not (folder / KEPT / "plan.json").is_file():
+        return [], [f"{folder}: contains no study plan, so it cannot be recomputed."]
+    steps = {step.stage: step for step in reversed(read_plan(folder).steps)}
+    done: list[str] = []
+    faults: list[str] = []
+    with tempfile.TemporaryDirectory() as elsewhere:
+        for stage in (*_SAMPLED, *_WHOLE):
+            if stage not in steps:
+                continue
+            try:
+                what, found = _again(steps[stage], folder.resolve(), Path(elsewhere), sample)
+            except RockframeError as error:  # a file that it needs is gone
+                faults.append(f"{folder}: {stage} cannot be recomputed: {error}")
+                continue
+            done.append(what)
+            faults += found
+    if not done:
+        faults.append(f"{folder}: contains nothing that can be recomputed.")
+    return done, faults
+
+
+def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
+    from rockframe.results import describe, differences
+
+    kind, batch = _SAMPLED.get(step.stage, step.stage), (1, 1)
+    whole = folder / f"{kind}.nc"
+    if step.stage in _SAMPLED:
+        count = max(1, len(describe(whole, kind).records) // sample)
+        batch = ((count + 1) // 2, count)
+    outputs = (whole.name, *step.outputs[1:])
+    do(Work(replace(step, batch=batch, outputs=outputs, workers=True), folder, into=elsewhere))
+    records, apart, found = differences(elsewhere / whole.name, whole, kind)
+    what = f"{step.stage}: {records} records" if step.stage in _SAMPLED else step.stage
+    how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
+    faults = [f"{whole}: {name}: computed again, it differs." for name in found]
+    faults += _strange_table(step, folder, elsewhere)
+    return (what if faults else f"{what}, equal {how}"), faults
+
+
+def _strange_table(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
+    """Compare the table of a screening with one made from the screening in the folder."""
+    from rockframe.results import write_screen_table
+
+    if step.stage == "screen":
+        write_screen_table(folder / "screen.nc", elsewhere / "screen.csv")
+        if sha256_of(elsewhere / "screen.csv") != sha256_of(folder / "screen.csv"):
+            yield f"{folder / 'screen.csv'}: made again, it differs."

@@ -1,0 +1,162 @@
+"""figures: from the outputs of the stages to a folder of figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from rockframe.cells import write_rows
+from rockframe.errors import InputError, ParameterError
+from rockframe.figures import draw_response_history, save
+from rockframe.options import FigureOptions
+from rockframe.provenance import replaced_folder
+from rockframe.results import (
+    TableRow,
+    best_pulses,
+    kind_of,
+    open_records,
+    open_response,
+    rows_of,
+    stated_pulse,
+)
+from rockframe.stages.common import Progress, silent
+from rockframe.stages.curves import draw_curves
+from rockframe.stages.table import table_rows_of
+
+#: The list of the figures in their folder.
+_INDEX: Final = "figures.csv"
+#: Files that the figure of a record is drawn from.
+_OF_RECORDS: Final = ("records", "pulses", "response")
+
+
+def figures_stage(
+    files: Sequence[Path],
+    output: Path,
+    options: FigureOptions | None = None,
+    *,
+    progress: Progress = silent,
+) -> dict[str, str]:
+    """Draw what the stages computed: each record with its responses, and all curves.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Outputs of stages, one of a kind: of ingest, pulse and respond, all three, for a figure of
+        each record; of screen for fragility and peaks; of spectrum for its curves.
+    output : Path
+        The folder to write; one that this stage wrote before is replaced.
+    options : FigureOptions, optional
+        How many figures.
+    progress : callable
+        Called with the number of records drawn and in all.
+
+    Returns
+    -------
+    dict of str to str
+        What each figure shows, by its file, relative to the folder.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, two are of one kind, one of the three is missing, or the folder
+        holds other files.
+    ParameterError
+        If no figure is wanted.
+    """
+    most = (options or FigureOptions()).most
+    if most < 1:
+        raise ParameterError(f"Invalid number of figures {most}. Must be at least 1.")
+    given = _by_kind(files)
+    _refuse_strange(output)
+    drawn: dict[str, str] = {}
+    with replaced_folder(output) as partial:
+        if "response" in given:
+            drawn |= _draw_furthest(given, partial, most, progress)
+        drawn |= draw_curves(given, partial, most)
+        with (partial / _INDEX).open("w", newline="", encoding="utf-8") as stream:
+            write_rows(stream, [("file", "shows"), *drawn.items()])
+    return drawn
+
+
+def _refuse_strange(folder: Path) -> None:
+    """Refuse to replace a folder with files that are none of its figures."""
+    index = folder / _INDEX
+    figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]
+    ours = {index, *figures, *(figure.with_suffix(".caption.txt") for figure in figures)}
+    for file in sorted(folder.rglob("*")):
+        mark = file.name.startswith(".") and index.is_file()  # of a workflow
+        if file not in ours and not mark and (file.is_symlink() or not file.is_dir()):
+            unlisted = f"is none of the figures that are replaced: {_INDEX} does not list it."
+            raise InputError(file, f"{unlisted} Must be elsewhere.")
+
+
+def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
+    """The files by what they hold: one of a kind, and of records all that their figures want."""
+    given: dict[str, Path] = {}
+    for file in files:
+        kind = kind_of(file)
+        if kind in given:
+            raise InputError(file, f"of kind {kind!r}, as is {given[kind]}. Must be one of a kind.")
+        given[kind] = file
+    missing = [kind for kind in _OF_RECORDS if kind not in given]
+    if 0 < len(missing) < len(_OF_RECORDS):
+        stated = next(given[kind] for kind in _OF_RECORDS if kind in given)
+        raise InputError(
+            stated, f"without a file of kind {missing[0]!r}. Must be given with all three."
+        )
+    return given
+
+
+def _draw_furthest(
+    given: Mapping[str, Path], folder: Path, most: int, progress: Progress
+) -> dict[str, str]:
+    """What each figure shows, by its file."""
+    files = tuple(given[kind] for kind in _OF_RECORDS)
+    first: dict[str, TableRow] = {}
+
+    def rows() -> Iterator[TableRow]:
+        for row in table_rows_of(*files):  # of very many one of each record is held
+            first.setdefault(row.record_id, row)
+            yield row
+
+    chosen = _furthest(rows(), given["response"], most)
+    draw_records(first.values(), files, folder, chosen, progress)
+    return {f"{name}.png": name for name in chosen}
+
+
+def draw_records(
+    rows: Iterable[TableRow],
+    files: Sequence[Path],
+    folder: Path,
+    chosen: Sequence[str],
+    progress: Progress = silent,
+) -> None:
+    """Draw one figure for each of the chosen records, with its responses."""
+    by_record = {row.record_id: vars(row) for row in rows}
+    pulses = best_pulses(files[1])
+    with open_records(files[0]) as records, open_response(files[2]) as response:
+        for i, name in enumerate(chosen):
+            figure = draw_response_history(
+                records.read(name).acceleration,
+                pulses.get(name),
+                [response.sel(record=name, structure=s) for s in response.kept(name)],
+                f"{by_record[name]['event']}, {by_record[name]['record']}".removeprefix(", "),
+                tested=stated_pulse(by_record[name]),
+            )
+            save(figure, folder / f"{name}.png")
+            progress(i + 1, len(chosen))
+
+
+def _furthest(rows: Iterable[TableRow], response: Path, most: int) -> list[str]:
+    """Records with histories; of too many, those under which something turns furthest."""
+    furthest: dict[str, float] = {}
+    for row in rows:
+        stands = row.verdict in ("safe", "undecided") and math.isnan(row.overturning_time_s)
+        ratio = row.peak_rotation_ratio if stands else 0.0
+        furthest[row.record_id] = max(ratio, furthest.get(row.record_id, 0.0))
+    with open_response(response) as file:
+        furthest = {name: ratio for name, ratio in furthest.items() if file.kept(name)}
+    chosen = set(sorted(furthest, key=lambda name: -furthest[name])[:most])
+    return [name for name in furthest if name in chosen]

@@ -1,0 +1,47 @@
+"""table: from the outputs of the stages to one CSV table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from rockframe import cells
+from rockframe.paper import with_paper_facts
+from rockframe.provenance import refuse_overwriting, whole_file
+from rockframe.results import TableRow, table_rows
+
+
+def table_stage(records: Path, pulses: Path, response: Path, output: Path) -> int:
+    """Write a row for each record and structure: ``table.csv``.
+
+    Parameters
+    ----------
+    records, pulses, response : Path
+        Outputs of `ingest_stage`, `pulse_stage` and `respond_stage` for the same records.
+    output : Path
+        The CSV file to write.
+
+    Returns
+    -------
+    int
+        Number of rows.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or is of other records, or the table cannot be written.
+    """
+    refuse_overwriting([output], (records, pulses, response))
+    return write_table(table_rows_of(records, pulses, response), output)
+
+
+def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
+    """Return the rows, with what the paper says about its own records."""
+    return map(with_paper_facts, table_rows(records, pulses, response))
+
+
+def write_table(rows: Iterable[Any], path: Path) -> int:
+    """Write rows as CSV, unknown values blank, and return how many there are."""
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+        return cells.write_table(stream, map(vars, rows))
