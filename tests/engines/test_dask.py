@@ -74,3 +74,16 @@ def test_scheduler_without_workers() -> None:
         engine = DaskScheduler(cluster.scheduler_address)
         with pytest.raises(EngineError, match="has no workers"):
             list(map_batches(eval, ["1"], engine=engine))
+
+
+def test_scheduler_that_loses_its_workers() -> None:
+    """Without a nanny nobody replaces a worker, and Dask would wait for another one for ever."""
+    with distributed.LocalCluster(
+        n_workers=1, processes=False, protocol="tcp", dashboard_address=":0", silence_logs=50
+    ) as cluster:
+        engine = DaskScheduler(cluster.scheduler_address, patience=0.5)
+        results = map_batches(eval, ["1", *["__import__('time').sleep(5)"] * 9], engine=engine)
+        assert next(results) == 1
+        cluster.scale(0)
+        with pytest.raises(EngineError, match=r"has had no workers for 0.5 s. Start workers"):
+            list(results)

@@ -34,6 +34,8 @@ name = "slender-column"
 height_m = 2.0
 width_m = 0.2
 """
+#: The same with no figures and one batch: the fewest steps.
+FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
 
 
 def make_study(home: Path, records: int = 5, text: str = STUDY) -> Path:

@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.runs.small import STUDY, contents, make_study, run
+from tests.runs.small import FEW, contents, make_study, run
 
 from rockframe.cli.main import main
 from rockframe.errors import ParameterError
 from rockframe.provenance import sealed
 from rockframe.runs import Step, Work, is_locked, locked, perform, read_plan
 from rockframe.runs.performing import perform_apart
-
-FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +39,11 @@ def change(path: Path, meddle: Callable[[dict[str, Any]], object]) -> None:
     path.write_bytes(sealed(content))
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"study": "small"}', None])
+@pytest.mark.parametrize(
+    "text",
+    ["{", "[]", "[" * 100_000, '{"study": "small"}', None],
+    ids=["cut", "list", "deep", "few keys", "missing"],
+)
 def test_damaged_plan_is_named_and_made_again(
     home: Path, text: str | None, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -222,7 +224,24 @@ def test_step_whose_options_are_of_another_version_says_why(home: Path) -> None:
     step = Step("pulse", "pulse", ("records.nc",), ("pulses.nc",), {"bogus": 1})
     with pytest.raises(ParameterError, match="unknown option 'bogus'"):
         perform(Work(step, home / "run"))
-    assert (home / "run" / "logs" / "pulse.log").read_text() == "error: unknown option 'bogus'.\n"
+    log = (home / "run" / "logs" / "pulse.log").read_text()
+    assert log == "rockframe: error: unknown option 'bogus'.\n"
+
+
+def test_what_a_killed_worker_leaves_does_not_stop_the_run(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another worker repeats its step; `report` and `verify` look at the whole folder."""
+
+    def repeated(work: Work) -> int:
+        if work.step.name == "ingest":
+            (work.folder / ".records-a1b2c3d4.partial.nc").touch()
+        return perform(work)
+
+    monkeypatch.setattr("rockframe.runs.run.perform", repeated)
+    (home / "run" / "records.nc").unlink()
+    assert run(home / "small.toml", home / "run") == 0
+    assert not list((home / "run").glob(".*partial*"))
 
 
 def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from tests.runs.small import contents, make_study, run
+from tests.faults.harness import all_gone, children, wait_until
+from tests.runs.small import FEW, contents, make_study, run
 
 from rockframe.cli.main import main
 
@@ -26,6 +29,44 @@ def test_cluster_gives_the_bytes_of_one_process(
         words = ["run", "small.toml", "--output", "there"]
         assert main([*words, "--scheduler", cluster.scheduler_address]) == 0
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
+
+
+def _worker(address: str, home: Path) -> subprocess.Popen[str]:
+    """A worker without a nanny: nobody starts it anew."""
+    words = [address, "--no-nanny", "--nthreads", "1", "--no-dashboard"]
+    with (home / "worker.log").open("ab") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli.dask_worker", *words],
+            stdout=log,
+            stderr=log,
+            text=True,
+        )
+
+
+def test_killed_worker_costs_its_step_and_its_process(tmp_path: Path) -> None:
+    """The other worker repeats the step; the first attempt must not go on beside it."""
+    study, folder = make_study(tmp_path, 1, FEW), tmp_path / "run"
+    cluster = distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50)
+    with cluster, distributed.Client(cluster) as client:
+        killed = _worker(cluster.scheduler_address, tmp_path)
+        client.wait_for_workers(1)
+        words = [sys.executable, "-m", "rockframe.cli.main", "run", str(study)]
+        words += ["--output", str(folder), "--scheduler", cluster.scheduler_address]
+        command = subprocess.Popen(words, text=True)
+        try:
+            assert wait_until(lambda: any(folder.glob(".records-*.partial.nc")), command)
+            below = list(children(killed.pid))
+            killed.kill()
+            killed.wait()
+            assert all_gone(below)
+            other = _worker(cluster.scheduler_address, tmp_path)
+            assert command.wait() == 0
+        finally:
+            command.kill()
+            killed.kill()
+        other.kill()
+        other.wait()
+    assert main(["verify", str(folder)]) == 0
 
 
 def test_scheduler_that_is_not_there_is_one_line(

@@ -6,6 +6,7 @@ import socket
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
 
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
 Batch = TypeVar("Batch")
 Result = TypeVar("Result")
 
-#: So long a scheduler may take to answer, and to have a worker [s].
+#: So long a scheduler may take to answer, and to have a worker, when work begins [s].
 _PATIENCE: Final = 5.0
+#: How often a scheduler is asked, during a wait for a result, whether it has workers [s].
+_PAUSE: Final = 1.0
 #: Batches that the cluster holds at a time, for each of its threads.
 _AHEAD: Final = 2
 _MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:PORT."
@@ -34,12 +37,14 @@ class DaskScheduler(Engine):
     ----------
     address : str
         As ``dask scheduler`` prints it: ``tcp://10.0.0.1:8786``.
+    patience : float
+        Longest time without any worker, once work has begun [s]: a cluster may replace its workers.
 
     Raises
     ------
     EngineError
-        From `map`: if Dask is not installed, nothing answers there, it has no workers, or they
-        run another version of this package.
+        From `map`: if Dask is not installed, nothing answers there, it has no workers or loses
+        them all, or they run another version of this package.
 
     Examples
     --------
@@ -48,6 +53,7 @@ class DaskScheduler(Engine):
     """
 
     address: str
+    patience: float = 30.0
 
     def map(
         self, function: Callable[[Batch], Result], batches: Iterable[Batch]
@@ -60,16 +66,17 @@ class DaskScheduler(Engine):
                 # pure: equal batches would share one result, at the price of hashing each
                 waiting.append((number, client.submit(function, batch, pure=False)))
                 if len(waiting) >= ahead:
-                    yield self._result(*waiting.popleft())
+                    yield self._result(client, *waiting.popleft())
             while waiting:
-                yield self._result(*waiting.popleft())
+                yield self._result(client, *waiting.popleft())
 
-    def _result(self, number: int, future: Any) -> Any:
+    def _result(self, client: Client, number: int, future: Any) -> Any:
         from concurrent.futures import CancelledError
 
         from distributed import KilledWorker
 
         try:
+            self._wait(client, future)
             return future.result()
         except KilledWorker as error:
             raise EngineError(
@@ -77,7 +84,31 @@ class DaskScheduler(Engine):
                 "Must leave it running."
             ) from None
         except CancelledError:
-            raise EngineError(f"{self.address}: scheduler lost. Must stay until the end.") from None
+            raise self._lost() from None
+
+    def _wait(self, client: Client, future: Any) -> None:
+        """Wait for a result as long as there are workers: Dask would wait for others for ever."""
+        seen = monotonic()
+        while not future.done():
+            try:
+                future.exception(timeout=_PAUSE)
+            except TimeoutError:
+                if self._has_workers(client):
+                    seen = monotonic()
+                elif monotonic() - seen > self.patience:
+                    raise EngineError(
+                        f"scheduler {self.address} has had no workers for {self.patience:g} s. "
+                        "Start workers and repeat the command."
+                    ) from None
+
+    def _has_workers(self, client: Client) -> bool:
+        try:
+            return bool(client.nthreads())
+        except OSError:
+            raise self._lost() from None
+
+    def _lost(self) -> EngineError:
+        return EngineError(f"{self.address}: scheduler lost. Must stay until the end.")
 
 
 def _connected(address: str) -> Client:

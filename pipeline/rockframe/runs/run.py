@@ -182,6 +182,7 @@ def _perform(
             watch.step(task.step.name, done, len(todo))
             if status:
                 rejecting.append(task.step.name)
+        sweep(plan, folder)  # of workers that were killed: others repeated their steps
     return tuple(rejecting)
 
 
