@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,8 @@ from rockframe.provenance import sha256_of
 POOL = ProcessPool(2, patience=0.0)
 #: Batches for `eval`, a function that every worker can import: each ends its worker in its way.
 DIES = "__import__('os').kill(__import__('os').getpid(), 9)"
+#: A batch that says which process does it.
+ASKS = "__import__('os').getpid()"
 
 
 def once(marker: Path, then: str, value: str) -> str:
@@ -51,19 +54,28 @@ def test_pool_gives_the_bits_of_one_process() -> None:
     assert [array.tobytes() for array in here] == [array.tobytes() for array in there]
 
 
+@pytest.fixture
+def _clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each batch that is done here takes one second, however busy the machine is."""
+    monkeypatch.setattr("rockframe.engines.engine.perf_counter", count().__next__)
+
+
+@pytest.mark.usefixtures("_clock")
 def test_small_job_starts_no_process() -> None:
-    assert set(map_batches(eval, ["__import__('os').getpid()"] * 20)) == {os.getpid()}
+    assert set(map_batches(eval, [ASKS] * 3)) == {os.getpid()}
 
 
 def test_nothing_is_started_for_no_batches() -> None:
     assert list(map_batches(eval, [], engine=POOL)) == []
 
 
+@pytest.mark.usefixtures("_clock")
 def test_a_little_that_is_left_is_done_here() -> None:
-    slow = "__import__('time').sleep(0.03) or __import__('os').getpid()"
-    engine = ProcessPool(2, patience=0.05)
-    assert set(map_batches(eval, [slow] * 3, engine=engine)) == {os.getpid()}
-    assert len(set(map_batches(eval, [slow] * 12, engine=engine))) > 1
+    """After two batches one is left, of 1 s, or two, of 2 s: more than the 1.5 s of patience."""
+    engine = ProcessPool(2, patience=1.5)
+    assert set(map_batches(eval, [ASKS] * 3, engine=engine)) == {os.getpid()}
+    there = [pid != os.getpid() for pid in map_batches(eval, [ASKS] * 4, engine=engine)]
+    assert there == [False, False, True, True]
 
 
 def test_batches_are_taken_as_they_are_needed() -> None:
@@ -91,10 +103,10 @@ def test_batch_that_kills_its_workers_is_named() -> None:
         list(map_batches(eval, ["1", DIES, "3"], engine=POOL))
 
 
+@pytest.mark.usefixtures("_clock")
 def test_number_of_a_batch_counts_those_done_here() -> None:
-    slow = "__import__('time').sleep(0.03)"
     with pytest.raises(EngineError, match="batch 12 ended"):
-        list(map_batches(eval, [slow] * 11 + [DIES], engine=ProcessPool(2, patience=0.01)))
+        list(map_batches(eval, [ASKS] * 11 + [DIES], engine=ProcessPool(2, patience=1.5)))
 
 
 def test_error_of_the_user_comes_as_it_is() -> None:

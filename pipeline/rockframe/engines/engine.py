@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Sized
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Final, TypeVar
 
 from rockframe.engines.pool import serve
@@ -89,9 +89,9 @@ class ProcessPool(Engine):
         rest, spent, done = iter(batches), 0.0, 0
         while workers == 1 or not self._worthwhile(spent, done, total):
             for batch in rest:
-                begin = time.perf_counter()
+                begin = perf_counter()
                 result = function(batch)
-                spent, done = spent + time.perf_counter() - begin, done + 1
+                spent, done = spent + perf_counter() - begin, done + 1
                 break
             else:
                 return
