@@ -62,7 +62,9 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
             table.add_row(*(Text(cell) for cell in row))
         else:
             table.add_section()
-    console.print(table)
+    with console.capture() as table_text:  # rich would end with 1 where nobody reads on
+        console.print(table)
+    print(table_text.get(), end="")
     if more:
         print(f"{more} more rows: the files have all.\n")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import errno
 import io
 import os
 import re
@@ -14,11 +15,12 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final, NoReturn
+from typing import Any, Final, NoReturn, TextIO
 
 from rockframe.errors import RockframeError
 
@@ -51,6 +53,14 @@ _FAULT: Final = 70
 _CACHE_ROOM: Final = 16_000_000
 
 
+#: Errors of the system that the user can mend, of whatever file or stream; and how.
+_OF_SYSTEM: Final = {
+    errno.EMFILE: "Raise the limit of open files: ulimit -n 1024.",
+    errno.ENFILE: "Close other programs.",
+}
+#: The same of a stream; of files it is said where they are written.
+_OF_STREAM: Final = frozenset([errno.EBADF, errno.EFBIG, errno.EIO, errno.ENOSPC])
+
 #: What begins with a minus and is a number; to argparse -1e-5 and -inf are options.
 _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
 
@@ -63,6 +73,10 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        sys.stdout.flush()  # argparse would not say that its help was not written
+        super().exit(status, message)
 
 
 def parser(only: str | None = None) -> argparse.ArgumentParser:
@@ -151,6 +165,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 70 a fault of the
         program's own, with its traceback, 130 interrupted.
     """
+    _open_closed_streams()
     _keep_cache_where_there_is_room()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that has no theta shows "?"
@@ -160,19 +175,52 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = call(arguments)
         sys.stdout.flush()
     except RockframeError as error:
-        print(f"rockframe: error: {error}", file=sys.stderr)
+        _say(f"rockframe: error: {error}")
         return 2
     except KeyboardInterrupt as interrupt:
-        what = str(interrupt) or "nothing was written"
-        print(f"rockframe: interrupted; {what}.", file=sys.stderr)
+        _say(f"rockframe: interrupted; {str(interrupt) or 'nothing was written'}.")
         return 130
     except BrokenPipeError:  # the reader of our output has gone: `rockframe ... | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _lead_nowhere(sys.stdout)
         return 0
-    except Exception:  # noqa: BLE001 - Python itself would end with 1, which says that all was done
-        traceback.print_exc()
-        return _FAULT
+    except Exception as error:  # noqa: BLE001 - Python itself would end with 1: that all was done
+        told = _told(error)
+        _say(f"rockframe: error: {told}" if told else traceback.format_exc().rstrip())
+        return 2 if told else _FAULT
     return status
+
+
+def _open_closed_streams() -> None:
+    """Let closed streams lead nowhere: the next file to be opened would get their number."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            descriptor = os.open(os.devnull, os.O_RDWR)
+            os.set_inheritable(descriptor, True)  # workers have streams too
+            setattr(sys, name, os.fdopen(descriptor, "r" if number == 0 else "w"))
+
+
+def _told(error: Exception) -> str:
+    """What a user can mend of an error of the system; empty if nothing."""
+    if not isinstance(error, OSError):
+        return ""
+    if error.errno in _OF_STREAM and error.filename is None:
+        _lead_nowhere(sys.stdout)
+        return f"standard output: cannot be written: {error.strerror}."
+    return f"{error.strerror}. {_OF_SYSTEM[error.errno]}" if error.errno in _OF_SYSTEM else ""
+
+
+def _say(text: str) -> None:
+    """Print to the error stream; if that cannot be written the exit status is all that is left."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        _lead_nowhere(sys.stderr)
+
+
+def _lead_nowhere(stream: TextIO) -> None:
+    """Let what a stream still holds go nowhere: Python writes it when it ends."""
+    with suppress(OSError), Path(os.devnull).open("w") as nowhere:
+        os.dup2(nowhere.fileno(), stream.fileno())
 
 
 if __name__ == "__main__":
