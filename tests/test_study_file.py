@@ -92,7 +92,7 @@ def test_shipped_studies_are_read(path: Path) -> None:
         (
             "[respond]",
             f"[screen]\nscales={{ from = 0, to = 1{400 * '0'}, count = 3 }}\n[respond]",
-            r":6: screen.scales {.*}. Must be a list of numbers, or { from = NUMBER",
+            r":6: a whole number must fit into 64 bits",
         ),
         (
             "[respond]",
@@ -175,6 +175,26 @@ def test_each_mistake_is_named_with_its_place(
     with pytest.raises(InputError, match=words) as caught:
         read_study(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x = " + "[" * 5000 + "]" * 5000, "nested too deeply. Must be 16 levels"),
+        ("[" + "a." * 5000 + "a]", "nested too deeply"),
+        (f"[records]\ntime_step_s = {'9' * 5000}", "whole number must fit into 64 bits"),
+        (f"[records]\ntime_step_s = 0x{'f' * 5000}", "whole number must fit into 64 bits"),
+    ],
+    ids=["lists", "tables", "digits", "hexadecimal"],
+)
+def test_what_python_cannot_parse_or_print_is_one_line(
+    tmp_path: Path, text: str, words: str
+) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words) as caught:
+        read_study(path)
+    assert len(str(caught.value)) < 300
 
 
 def test_evenly_spaced_numbers_are_those_of_the_command(tmp_path: Path) -> None:

@@ -94,6 +94,27 @@ def _sealed(rest: bytes) -> bytes:
     return b'{\n "sha256_of_the_rest": "%b",%b' % (hashlib.sha256(rest).hexdigest().encode(), rest)
 
 
+def read_json(content: str | bytes) -> Any:
+    """Return what a JSON text says.
+
+    Raises
+    ------
+    ValueError
+        If it is not JSON, lists and tables are within each other too often, or a whole number has
+        thousands of digits.
+
+    Examples
+    --------
+    >>> read_json("[" * 100_000)
+    Traceback (most recent call last):
+    ValueError: nested too deeply
+    """
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
 @cache
 def source_code_hash() -> str:
     """Return the SHA-256 of the package's own source and data files, names included."""
@@ -245,6 +266,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     InputError
         If the folder cannot be made or written to.
     """
+    is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder))
@@ -258,6 +280,8 @@ def whole_folder(folder: Path) -> Iterator[Path]:
         raise InputError(folder, message) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def _move_in(partial: Path, folder: Path) -> None:
@@ -275,7 +299,7 @@ def _move_in(partial: Path, folder: Path) -> None:
 def listed_outputs(manifest: Path) -> set[Path]:
     """Return the outputs that a manifest names, those that are inside its folder."""
     try:
-        names = json.loads(manifest.read_text(encoding="utf-8"))["outputs"]
+        names = read_json(manifest.read_text(encoding="utf-8"))["outputs"]
     except (OSError, ValueError, KeyError, TypeError):
         return set()
     return {Path(name) for name in names if is_within(name)}

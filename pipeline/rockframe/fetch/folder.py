@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.fetch.answers import Heard
-from rockframe.provenance import sha256_of, whole_file
+from rockframe.provenance import read_json, sha256_of, whole_file
 
 #: What was asked for, and the SHA-256 of what came in.
 REQUEST: Final = "request.json"
@@ -120,7 +120,7 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
                     folder, f"holds files but no {REQUEST}. Must be new, empty or an earlier fetch."
                 )
             return Ledger(folder, request)
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = read_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(folder, f"cannot be opened: {error.strerror}.") from None
     except ValueError as error:

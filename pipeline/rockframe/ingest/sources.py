@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue
 from rockframe.ingest.containers import printable
 from rockframe.ingest.stationxml import is_station_xml
+from rockframe.provenance import read_json
 
 Catalogue = Mapping[str, CatalogueEntry]
 
@@ -210,7 +210,7 @@ def _refusal(path: Path) -> str:
 def _received(request: Path) -> dict[str, str]:
     """SHA-256 of the files that a fetch left beside its request, by name."""
     try:
-        document = json.loads(request.read_bytes())
+        document = read_json(request.read_bytes())
         files = document["files"]
         return {str(name): str(file["sha256"]) for name, file in files.items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -14,6 +13,7 @@ from rockframe.provenance import (
     is_sealed,
     is_within,
     processor,
+    read_json,
     sealed,
     sha256_of,
     source_code_hash,
@@ -105,7 +105,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         raise InputError(path, "missing: the run did not end. Must be the folder of a whole run.")
     try:
         text = path.read_bytes()
-        content = json.loads(text)
+        content = read_json(text)
     except (OSError, ValueError) as error:
         raise InputError(path, f"cannot be read: {error}. Must be JSON.") from None
     stated: dict[str, Any] = content if isinstance(content, dict) else {}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import DAMAGED, is_sealed, is_within, sealed, whole_file
+from rockframe.provenance import DAMAGED, is_sealed, is_within, read_json, sealed, whole_file
 from rockframe.runs.plan import KEPT, Input, Plan
 from rockframe.runs.step import Step
 
@@ -55,7 +54,7 @@ def read_plan(folder: Path) -> Plan:
         raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
     try:
         text = path.read_bytes()
-        content = json.loads(text)
+        content = read_json(text)
         plan = Plan(
             content["study"],
             content["parameters"],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from rockframe.provenance import (
     MANIFEST,
     is_sealed,
     is_within,
+    read_json,
     sealed,
     sha256_of,
     whole_file,
@@ -259,7 +259,7 @@ def _write(folder: Path, name: str, left: Stamp) -> None:
 def _read(folder: Path, name: str) -> Stamp | None:
     try:
         text = (folder / _STAMPS / f"{name}.json").read_bytes()
-        content = json.loads(text)
+        content = read_json(text)
         return Stamp(content["key"], dict(content["outputs"])) if is_sealed(text) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
@@ -270,7 +270,7 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
     path = folder / MANIFEST
     try:
         text = path.read_bytes()
-        content: Any = json.loads(text) if is_sealed(text) else {}
+        content: Any = read_json(text) if is_sealed(text) else {}
         keys, hashes = content["steps"], content["outputs"]
         return dict(_stamps(plan, keys, {**hashes, MANIFEST: sha256_of(path)}))
     except (OSError, ValueError, KeyError, TypeError, InputError):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 import tomllib
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, get_origin
+from typing import TYPE_CHECKING, Any, Final, TypeVar, get_origin
 
 from pydantic import ValidationError
 
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 
 _Location = tuple[str | int, ...]
 File = TypeVar("File", bound=Options)
+#: Levels of tables and lists within each other; no model has more than four.
+_DEEPEST: Final = 16
+#: Whole numbers of TOML are smaller.
+_LIMIT: Final = 2**63
 
 
 def parse(path: Path, text: str, model: type[File]) -> File:
@@ -37,10 +42,7 @@ def parse(path: Path, text: str, model: type[File]) -> File:
     InputError
         If the text is not TOML, a key is unknown or missing, or a value is wrong.
     """
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, f"is not TOML: {error}.") from None
+    content = _loaded(path, text)
     try:
         return model.model_validate(content)
     except ValidationError as invalid:
@@ -48,6 +50,36 @@ def parse(path: Path, text: str, model: type[File]) -> File:
         errors = sorted(invalid.errors(), key=lambda error: error["type"] != "extra_forbidden")
         message, where = _explain(errors[0], model)
         raise InputError(path, message, line_of(text, where)) from None
+
+
+def _loaded(path: Path, text: str) -> dict[str, Any]:
+    """Parse a TOML text; Python's parser limits neither the depth nor the size of integers."""
+    try:
+        content = tomllib.loads(text)
+        beyond = _beyond(content)
+    except RecursionError:
+        raise InputError(
+            path, f"is nested too deeply. Must be {_DEEPEST} levels of tables and lists at most."
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(path, f"is not TOML: {error}.") from None
+    except ValueError:  # from 4,300 digits on
+        beyond = ("",)
+    if beyond:
+        raise InputError(path, "a whole number must fit into 64 bits.", line_of(text, beyond))
+    return content
+
+
+def _beyond(value: Any, where: _Location = ()) -> _Location:
+    """Return the place of the first whole number beyond 64 bits, if there is one."""
+    if len(where) > _DEEPEST:
+        raise RecursionError
+    if isinstance(value, int) and not -_LIMIT <= value < _LIMIT:
+        return where
+    inner: Iterable[tuple[str | int, Any]] = ()
+    if isinstance(value, dict | list):
+        inner = value.items() if isinstance(value, dict) else enumerate(value)
+    return next((place for key, part in inner if (place := _beyond(part, (*where, key)))), ())
 
 
 def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
