@@ -235,6 +235,49 @@ def test_a_mistyped_command_is_one_line(
     assert error.count("\n") == 1
 
 
+OF_WORKERS = [
+    "pulse records.nc --output p.nc",
+    "respond records.nc --output r.nc",
+    "screen motions --output s.nc",
+    "explore --records records.nc",
+]
+OF_READERS = ["table1 --output run", "ingest motions --output r.nc", "explore", "paper --output p"]
+
+
+@pytest.mark.parametrize(
+    ("command", "number"),
+    [(command, "0") for command in OF_WORKERS]
+    + [(command, n) for command in OF_WORKERS + OF_READERS for n in ("-1", "10000")],
+)
+def test_number_of_workers_and_0_for_reading_files_alone(
+    command: str,
+    number: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(*command.split(), "--workers", number) == 2
+    error = capsys.readouterr().err
+    assert f"--workers {number}. Must be " in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "option", ["--workers", "--surrogates", "--seed", "--batch", "--periods-s"]
+)
+def test_number_of_thousands_of_digits_is_one_short_line(
+    option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Python converts no text of more than 4,300 digits."""
+    with pytest.raises(SystemExit, match="2"):
+        run("pulse", "records.nc", option, "9" * 5000)
+    error = capsys.readouterr().err
+    assert error.startswith("rockframe: error: ")
+    assert (error.count("\n"), len(error) < 200) == (1, True)
+
+
 def test_a_folder_of_rejects_still_gives_the_table_and_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

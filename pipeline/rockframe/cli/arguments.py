@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -68,8 +69,8 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
 
 def _batch(text: str) -> tuple[int, int]:
     number, _, count = text.partition("/")
-    if not (number.isdecimal() and count.isdecimal()):
-        raise argparse.ArgumentTypeError(f"Invalid batch {text!r}. Must be like 2/10")
+    if not re.fullmatch(r"[0-9]{1,9}/[0-9]{1,9}", text):
+        raise argparse.ArgumentTypeError(f"Invalid batch {text[:30]!r}. Must be like 2/10")
     return int(number), int(count)
 
 
@@ -106,11 +107,14 @@ def records_file(
 ) -> Iterator[tuple[Path, int]]:
     """Give the records.nc that is stated, or one made from the files; and the exit status."""
     from rockframe.cli.console import show_rejections
+    from rockframe.errors import ParameterError
     from rockframe.stages import ingest_stage
     from rockframe.study import bundled_records
 
     given = given or [bundled_records()]
     if len(given) == 1 and given[0].suffix == ".nc":
+        if workers == 0:
+            raise ParameterError("Invalid --workers 0. Must be at least 1: no file is read.")
         yield given[0], 0
         return
     with tempfile.TemporaryDirectory() as folder:

@@ -12,6 +12,7 @@ from rockframe.cli.arguments import (
     chosen_structures,
     stated_records,
 )
+from rockframe.cli.options import whole_number
 
 if TYPE_CHECKING:
     import socket
@@ -114,6 +115,6 @@ def _listening(host: str, port: int) -> socket.socket:
 
 
 def _port(text: str) -> int:
-    if not text.isdigit() or not int(text) <= _HIGHEST_PORT:
+    if not 0 <= (port := whole_number(text)) <= _HIGHEST_PORT:
         raise argparse.ArgumentTypeError(f"Invalid port {text!r}. Must be 0 to {_HIGHEST_PORT}")
-    return int(text)
+    return port

@@ -199,7 +199,7 @@ def number(text: str) -> float:
 def whole_number(text: str) -> int:
     """Return the whole number that a word states."""
     if not re.fullmatch(r"[+-]?[0-9]{1,18}", text):
-        raise argparse.ArgumentTypeError(f"Invalid value {text!r}. Must be a whole number")
+        raise argparse.ArgumentTypeError(f"Invalid value {text[:30]!r}. Must be a whole number")
     return int(text)
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import Field
 
 from rockframe.options.model import Options
 
+#: More processes than any machine has cores for.
+_MOST_WORKERS: Final = 4096
+
 
 class ReadingOptions(Options):
     """How many processes read files."""
 
-    workers: Annotated[int, Field(ge=0)] | None = None
+    workers: Annotated[int, Field(ge=0, le=_MOST_WORKERS)] | None = None
     """Largest number of processes that read files at once, each protected against crashes of the
     others; 0 reads in this process, without that protection. By default one for each core."""
 
@@ -20,7 +23,7 @@ class ReadingOptions(Options):
 class ExecutionOptions(Options):
     """Where a stage is computed."""
 
-    workers: Annotated[int, Field(ge=1)] | None = None
+    workers: Annotated[int, Field(ge=1, le=_MOST_WORKERS)] | None = None
     """Largest number of processes that compute at once; by default one for each core. One alone
     uses as many threads as OMP_NUM_THREADS says."""
     scheduler: str | None = None
