@@ -11,9 +11,11 @@ import pytest
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main, parser
+from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sealed, sha256_of
 from rockframe.results import read_rocking_spectrum, write_screen_table
 from rockframe.rocking import Verdict
+from rockframe.stages import figures_stage
 
 FURTHER = """
 [screen]
@@ -99,13 +101,11 @@ def test_file_among_the_figures_is_not_replaced_with_them(
     assert mine.read_text() == "what I saw"
 
 
-def test_file_is_not_replaced_by_a_folder_of_figures(
-    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_file_is_not_replaced_by_a_folder_of_figures(made: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.txt"
     mine.write_text("what I saw")
-    assert main(["draw", str(made / "rocking_spectrum.nc"), "--output", str(mine)]) == 2
-    assert f"{mine}: is a file. Must be a folder." in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"mine\.txt: is a file. Must be a folder"):
+        figures_stage([made / "rocking_spectrum.nc"], mine)
     assert mine.read_text() == "what I saw"
 
 

@@ -114,7 +114,7 @@ def must_be(error: ErrorDetails) -> str:
         return f"above {context['gt']:g}"
     if kind == "greater_than_equal":
         least = context["ge"]
-        return f"at least {least:g}" if least else "zero or positive, and a number"
+        return f"at least {least:g}" if least else "zero or positive"
     if kind == "less_than_equal":
         return f"at most {context['le']:g}"
     return _MUST_BE.get(kind, "valid")
