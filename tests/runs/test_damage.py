@@ -224,9 +224,24 @@ def test_step_whose_options_are_of_another_version_says_why(home: Path) -> None:
     step = Step("pulse", "pulse", ("records.nc",), ("pulses.nc",), {"bogus": 1})
     with pytest.raises(ParameterError, match="unknown option 'bogus'"):
         perform(Work(step, home / "run"))
-    assert (
-        home / "run" / "logs" / "pulse.log"
-    ).read_text() == "rockframe: error: unknown option 'bogus'.\n"
+    log = (home / "run" / "logs" / "pulse.log").read_text()
+    assert log == "rockframe: error: unknown option 'bogus'.\n"
+
+
+def test_what_a_killed_worker_leaves_does_not_stop_the_run(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another worker repeats its step; `report` and `verify` look at the whole folder."""
+
+    def repeated(work: Work) -> int:
+        if work.step.name == "ingest":
+            (work.folder / ".records-a1b2c3d4.partial.nc").touch()
+        return perform(work)
+
+    monkeypatch.setattr("rockframe.runs.run.perform", repeated)
+    (home / "run" / "records.nc").unlink()
+    assert run(home / "small.toml", home / "run") == 0
+    assert not list((home / "run").glob(".*partial*"))
 
 
 def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
