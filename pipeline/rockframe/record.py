@@ -1,4 +1,4 @@
-"""One component of a strong-motion record, with what is known of its origin."""
+"""One component of a strong-motion record and its metadata."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 
-#: Most characters of a record identifier.
+#: Largest number of characters in a record identifier.
 LONGEST_ID: Final = 64
 
 
 def is_record_id(name: str) -> bool:
-    """Return whether a text is a record identifier: safe in file names, URLs and shells.
+    """Return whether a text is a valid record identifier: safe in file names, URLs and shells.
 
     Parameters
     ----------
     name : str
-        1 to 64 letters and digits of any script, points, hyphens and underscores, of which the
-        first is a letter or digit. Letters may have marks of their own, as vowel signs.
+        1 to 64 letters, digits, points, hyphens and underscores. The first character must be a
+        letter or digit. Letters of any script are allowed, including combining vowel signs.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def is_record_id(name: str) -> bool:
 class Orientation(IntEnum):
     """Direction of a component; the values of the flag variable `orientation`.
 
-    ``VERTICAL`` is positive upwards, ``DOWNWARD`` is a vertical that is positive downwards.
+    ``VERTICAL`` is positive upwards; ``DOWNWARD`` is vertical and positive downwards.
     """
 
     HORIZONTAL = 0
@@ -56,12 +56,12 @@ class Orientation(IntEnum):
 
     @property
     def upright(self) -> bool:
-        """Whether the component is a vertical one, upwards or downwards."""
+        """True if the component is vertical, whether positive upwards or downwards."""
         return self in (Orientation.VERTICAL, Orientation.DOWNWARD)
 
 
 class SiteType(IntEnum):
-    """Where the sensor stood, as far as the header says; the values of the flag `site_type`."""
+    """Location of the sensor, if the header states it; the values of the flag `site_type`."""
 
     UNKNOWN = 0
     FREE_FIELD = 1
@@ -71,52 +71,52 @@ class SiteType(IntEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
-    """One component of ground acceleration, evenly sampled. Unknown is NaN or an empty string.
+    """One component of ground acceleration, evenly sampled. Unknown values are NaN or empty.
 
     Parameters
     ----------
     record_id : str
-        Identifier, as `is_record_id` has it.
+        Identifier that satisfies `is_record_id`.
     acceleration : array, shape (samples,)
-        Ground acceleration [m s-2]; kept as a read-only copy.
+        Ground acceleration [m s-2]; stored as a read-only copy.
     time_step : float
         Interval between samples [s].
     uncorrected : bool
-        Whether the archive hands it out without baseline correction.
+        True if the archive publishes it without baseline correction.
     component : str
-        The archive's name of the component.
+        Name of the component in the archive.
     orientation : Orientation
-        Horizontal, vertical, or unstated.
+        Horizontal, vertical (upwards or downwards), or unstated.
     azimuth : float
         Direction of positive acceleration, clockwise from north [degree].
     site_type : SiteType
         Free field, in a structure, in a borehole, or unknown.
     event, station, network, start_time : str
-        Names as given, and the time of the first sample (ISO 8601, UTC).
+        Names as the file states them, and the time of the first sample (ISO 8601, UTC).
     magnitude : float
         Magnitude of the event [1].
     epicentral_distance : float
         Distance to the epicentre [km].
     vs30 : float
-        Mean velocity of shear waves in the uppermost 30 m of the ground [m s-1].
+        Mean shear-wave velocity of the uppermost 30 m [m s-1].
     facts_source : str
-        Where event, magnitude and distance are from.
+        Source of event, magnitude and distance.
     source_file, source_format, source_sha256 : str
-        Name of the file, its format, and its SHA-256.
+        Name, format and SHA-256 of the file.
     instrument_file, instrument_sha256 : str
-        Name of the StationXML file that turned counts into acceleration, and its SHA-256.
+        Name and SHA-256 of the StationXML file used to convert counts to acceleration.
     peak_ratio : float
-        Peak of the samples of the file over the peak that its header states [1]; negative if the
-        header's has a sign, and it is another one.
+        Peak of the samples in the file divided by the peak stated in its header [1]; negative if
+        the header states a sign and it differs.
     filter_low, filter_high : float
-        Corners of the filters that were applied, by the archive as it states them and here [Hz].
+        Corners of the filters applied, by the archive (as it states them) and by this package [Hz].
     processing : tuple of str
-        What was done to the samples after reading, in order.
+        Processing steps, in order.
 
     Raises
     ------
     ParameterError
-        If the identifier, the samples or the time step are not as said above.
+        If the identifier, the samples or the time step are invalid.
 
     Examples
     --------
@@ -188,6 +188,6 @@ class Record:
 
     @property
     def samples_sha256(self) -> str:
-        """SHA-256 of time step and samples: what was computed from them can tell them again."""
+        """SHA-256 of time step and samples; identifies the input of a computation."""
         step = np.array([self.time_step], dtype="<f8")
         return sha256(step.tobytes() + self.acceleration.astype("<f8").tobytes()).hexdigest()

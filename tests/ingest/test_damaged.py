@@ -1,7 +1,7 @@
 """Damaged files: each reads bit for bit as the good one, or is refused in words; none reads wrong.
 
 What no reader can see is not here: another digit in a number, a table without a stated count that
-ends with a whole row. Crashes and hangs of a reader are in test_quarantine.
+ends with a whole row. Crashes and hangs of a reader are in test_isolation.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, Rejection, collect, read_bytes, read_file, sorted_out
-from rockframe.ingest.attempt import attempt
+from rockframe.ingest.read_outcome import read_outcomes
 from rockframe.record import Record
 
 from .damage import Case, at2_cases, good_at2, good_table, table_cases, v1_cases
@@ -39,7 +39,7 @@ def test_there_are_enough() -> None:
 def test_reads_right_or_is_refused(case: Case, tmp_path: Path) -> None:
     path = tmp_path / case.name
     path.write_bytes(case.data)
-    [outcome] = attempt(path, ReadOptions())
+    [outcome] = read_outcomes(path, ReadOptions())
     if case.words:
         assert isinstance(outcome, Rejection), "read, but must be refused"
         where = outcome.reason if outcome.line is None else f"{outcome.line}: {outcome.reason}"

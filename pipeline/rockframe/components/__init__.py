@@ -1,4 +1,4 @@
-"""The two horizontals of a station: pairing, rotation, and the sweep over all azimuths."""
+"""Horizontal components of a station: pairing, rotation, and measures over all azimuths."""
 
 from rockframe.components.pair import HorizontalPair as HorizontalPair
 from rockframe.components.pairing import Unpaired as Unpaired

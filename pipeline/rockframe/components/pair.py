@@ -1,4 +1,4 @@
-"""Two horizontal components of one motion, with the vertical beside them."""
+"""Two horizontal components of one motion, and the vertical component if there is one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rockframe.record import Record
 
 Float = NDArray[np.float64]
 
-#: Azimuths are stated in whole degrees; what differs more is not meant to be square [degree].
+#: Azimuths are stated in whole degrees, so a larger deviation from 90 degrees is real [degree].
 _SQUARE: Final = 0.01
 
 
@@ -27,13 +27,13 @@ class HorizontalPair:
     first, second : Record
         Horizontal components at right angles, sampled at the same times.
     vertical : Record, optional
-        Sampled at the same times; kept as it is by every rotation.
+        Vertical component, sampled at the same times; rotation leaves it unchanged.
 
     Raises
     ------
     ParameterError
-        If the time steps, lengths or start times differ, or the azimuths are not stated, or not at
-        right angles.
+        If time steps, lengths or start times differ, or the azimuths are not stated or not 90
+        degrees apart.
 
     Examples
     --------
@@ -62,14 +62,14 @@ class HorizontalPair:
             )
 
     def toward(self, azimuths: Iterable[float], series: Sequence[Float] | None = None) -> Float:
-        """Return the motion toward azimuths, positive in their direction.
+        """Return the motion toward each azimuth, positive in that direction.
 
         Parameters
         ----------
         azimuths : iterable of float
             Clockwise from north [degree].
         series : two arrays, shape (samples,), optional
-            What to rotate instead of the accelerations [m s-2]: another linear function of each
+            Series to rotate instead of the accelerations [m s-2]: a linear function of each
             component, such as its velocity.
 
         Returns
@@ -86,7 +86,7 @@ class HorizontalPair:
 
 
 def sampling(record: Record) -> tuple[str, float, int]:
-    """Return what records at the same times share: start, time step [s], number of samples."""
+    """Return start time, time step [s] and number of samples of a record."""
     return record.start_time, record.time_step, record.acceleration.size
 
 
@@ -105,7 +105,7 @@ def _require_same_times(one: Record, other: Record) -> None:
 
 
 def _cosine(degrees: Float) -> Float:
-    """Cosine of angles in degrees, exact at right angles so that those mix nothing."""
+    """Return the cosine; exactly zero at right angles, where components must not mix."""
     turned = np.mod(degrees, 360.0)
     cosine: Float = np.cos(np.radians(turned))
     cosine[(turned == 90.0) | (turned == 270.0)] = 0.0

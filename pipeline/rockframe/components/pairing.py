@@ -1,4 +1,4 @@
-"""Which of many records belong together."""
+"""Find the records that are components of one motion."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from rockframe.components.pair import HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
 
-#: Channels of one recording end within moments of each other: more than this share of the longest
-#: is not cut away, nor padded.
+#: Channels of one recording end almost together. At most this share of the longest is cut off or
+#: padded with zeros; a larger difference means that they do not belong together.
 _SPARE: Final = 0.05
 
 
@@ -25,9 +25,9 @@ class Unpaired:
     Parameters
     ----------
     record_id : str
-        Of the record.
+        Identifier of the record.
     reason : str
-        Why it has none, in words.
+        Why it has no partner, as a sentence.
     """
 
     record_id: str
@@ -37,19 +37,20 @@ class Unpaired:
 def pair_horizontals(
     records: Iterable[Record],
 ) -> tuple[tuple[HorizontalPair, ...], tuple[Unpaired, ...]]:
-    """Find the horizontal records that are two components of one motion.
+    """Return the pairs of horizontal records that are components of one motion.
 
     Parameters
     ----------
     records : iterable of Record
-        Of any number of stations and events. Two belong together if they agree in event, station,
-        network, start time, format and time step, and their azimuths are 90 degrees apart. Channels
-        that end within 5 % of each other are cut to the shortest, the vertical too.
+        Records of any number of stations and events. Two belong together if they agree in event,
+        station, network, start time, format and time step, and their azimuths are 90 degrees apart.
+        Channels that end within 5 % of each other, including the vertical, are cut to the shortest.
 
     Returns
     -------
     pairs : tuple of HorizontalPair
-        In the order of their first records; with the vertical of the same motion, if it is alone.
+        In the order of their first records; with the vertical of the same motion if there is
+        exactly one.
     unpaired : tuple of Unpaired
         Every other record that is not vertical, with the reason.
 
@@ -80,19 +81,19 @@ def pair_horizontals(
 
 
 def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
-    """Find the vertical record of the same motion for each record that is not vertical.
+    """Return the vertical record of the same motion for each record that is not vertical.
 
     Parameters
     ----------
     records : iterable of Record
-        As `pair_horizontals` takes them.
+        Records of any number of stations and events.
 
     Returns
     -------
     dict of str to Record
-        By the identifier of the other record, and of its length: cut, or continued with zeros, by
-        at most 5 %. Without those that have none, or more than one, of the same event, station,
-        network, start time, format and time step.
+        Vertical records by the identifier of the other record. Each is cut or padded with zeros to
+        the length of that record, by at most 5 %. Records without exactly one vertical of the same
+        event, station, network, start time, format and time step are omitted.
 
     Examples
     --------
@@ -112,7 +113,7 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
 
 
 def motion_of(record: Record) -> Hashable:
-    """Return what the components of one motion share.
+    """Return the key that all components of one motion share.
 
     Parameters
     ----------
@@ -125,8 +126,8 @@ def motion_of(record: Record) -> Hashable:
     >>> motion_of(one) == motion_of(replace(one, record_id="b", component="090"))
     True
     """
-    # Without a station nothing says that two records belong together; a raw and a corrected file
-    # of one record are two motions.
+    # Records without a station cannot be matched. The format is part of the key because a raw and a
+    # corrected file of one record are two motions.
     alone = "" if record.station else record.record_id
     same = (record.event, record.network, record.station, record.start_time)
     return *same, record.source_format, alone
@@ -140,13 +141,13 @@ def _motions(records: Iterable[Record]) -> list[list[Record]]:
 
 
 def _fits(one: Record, other: Record) -> bool:
-    """Whether two records have one time step and about the same length."""
+    """Return whether time steps are equal and lengths within 5 % of each other."""
     sizes = one.acceleration.size, other.acceleration.size
     return one.time_step == other.time_step and min(sizes) >= (1.0 - _SPARE) * max(sizes)
 
 
 def _of_length(record: Record, count: int) -> Record:
-    """The record cut to so many samples, or continued with zeros, and said to be so."""
+    """Cut a record or pad it with zeros to a length, and note it in `processing`."""
     size = record.acceleration.size
     if size == count:
         return record
@@ -160,7 +161,7 @@ def _of_length(record: Record, count: int) -> Record:
 
 
 def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
-    """The pair of a motion, or the reason why there is none."""
+    """Return the pair of a motion, or raise a ParameterError that says why there is none."""
     names = ", ".join(record.record_id for record in known)
     where = f"of station {known[0].station!r}" if known[0].station else "without a stated station"
     if len(known) == 1:
@@ -170,7 +171,7 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     if len(known) > 2:
         raise ParameterError(f"{len(known)} horizontals {where}: {names}. Must be two.")
     if not _fits(*known):
-        return HorizontalPair(*known)  # which says what differs
+        return HorizontalPair(*known)  # raises an error that says what differs
     verticals = [r for r in motion if r.orientation.upright]
     beside = verticals if len(verticals) == 1 and _fits(verticals[0], known[0]) else []
     count = min(record.acceleration.size for record in (*known, *beside))

@@ -1,19 +1,16 @@
-"""The motion toward an azimuth, and across and along a fault."""
+"""Components of a motion toward an azimuth, and normal and parallel to a fault."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 from hashlib import sha256
-from typing import Final
 
 import numpy as np
 
 from rockframe.components.pair import HorizontalPair
 from rockframe.errors import ParameterError
-from rockframe.record import Orientation, Record
-
-_LONGEST_ID: Final = 64
+from rockframe.record import LONGEST_ID, Orientation, Record
 
 
 def rotate(pair: HorizontalPair, azimuth: float) -> Record:
@@ -29,7 +26,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     Returns
     -------
     Record
-        With what is known of both components.
+        The rotated component with the metadata of both.
 
     Raises
     ------
@@ -58,7 +55,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     same_file = one.source_sha256 == other.source_sha256
     return replace(
         one,
-        record_id=_within_length(one.record_id, _LONGEST_ID - len(end)) + end,
+        record_id=_within_length(one.record_id, LONGEST_ID - len(end)) + end,
         acceleration=pair.toward([azimuth])[0],
         component=f"{azimuth:g}",
         orientation=Orientation.HORIZONTAL,
@@ -74,7 +71,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
 
 
 def _within_length(name: str, longest: int) -> str:
-    """A name cut to a length; what tells it from others cut alike stands at its end."""
+    """Return the name, shortened if necessary and then made unique by a hash."""
     if len(name) <= longest:
         return name
     mark = f"-{sha256(name.encode()).hexdigest()[:8]}"

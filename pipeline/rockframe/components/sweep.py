@@ -1,4 +1,4 @@
-"""A measure of the motion toward every azimuth."""
+"""Measures of a motion as a function of azimuth (RotDnn)."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from rockframe.errors import ParameterError
 
 Float = NDArray[np.float64]
 
-#: Azimuths of the sweep by default [degree]: beyond half a turn the motion is its own negative.
+#: Default azimuths [degree]; beyond 180 degrees the motion only changes sign.
 HALF_TURN: Final = tuple(float(azimuth) for azimuth in range(180))
-#: Azimuths rotated at once; bounds the memory of the sweep.
+#: Azimuths rotated at once; limits memory.
 _BATCH: Final = 16
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A measure of the motion toward each azimuth.
+    """Values of a measure at each azimuth.
 
     Parameters
     ----------
     azimuths : array, shape (azimuths,)
         Clockwise from north [degree].
     values : array, shape (azimuths,)
-        The measure, in its own unit.
+        Values of the measure, in its own unit.
 
     Examples
     --------
@@ -42,12 +42,12 @@ class Sweep:
     values: Float = field(repr=False)
 
     def percentile(self, share: float) -> float:
-        """Return RotDnn of the measure: 0 the least, 50 the median, 100 the largest."""
+        """Return RotDnn of the measure: 0 is the minimum, 50 the median, 100 the maximum."""
         return float(np.percentile(self.values, share))
 
     @property
     def strongest_azimuth(self) -> float:
-        """The azimuth of the largest value [degree]."""
+        """Azimuth of the largest value [degree]."""
         return float(self.azimuths[self.values.argmax()])
 
 
@@ -58,25 +58,26 @@ def rotd(
     measure: Callable[[Float], float] | None = None,
     azimuths: Sequence[float] = HALF_TURN,
 ) -> Sweep:
-    """Measure the motion toward each azimuth: RotD00, RotD50 and RotD100 are its percentiles.
+    """Return a measure of the motion at each azimuth; its percentiles are RotD00, RotD50, RotD100.
 
     Parameters
     ----------
     pair : HorizontalPair
         The two recorded components.
     transform : callable, optional
-        A linear function of a component and its time step, computed once for each component:
-        `rockframe.signals.integrate` for PGV. By default the acceleration itself.
+        Linear function of a component and its time step, evaluated once for each component, for
+        example `rockframe.signals.integrate` for PGV (default: the acceleration itself).
     measure : callable, optional
-        Called with the motion toward each azimuth, shape (samples,); gives its measure. By default
-        the largest absolute value. If it tells a motion from its negative, state a full turn.
+        Called with the motion toward each azimuth, shape (samples,); returns the measure (default:
+        largest absolute value). If it depends on the sign of the motion, pass azimuths over 360
+        degrees.
     azimuths : sequence of float
-        Clockwise from north [degree]; by default 0 to 179.
+        Clockwise from north [degree] (default: 0 to 179).
 
     Raises
     ------
     ParameterError
-        If there is no azimuth.
+        If there are no azimuths.
 
     References
     ----------

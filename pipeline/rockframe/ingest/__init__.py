@@ -1,7 +1,5 @@
-"""Files of strong-motion archives into records: each format recognised, checked, and read once."""
+"""Read the files of strong-motion archives: identify the format, check the file, build records."""
 
-from rockframe.ingest.attempt import Rejection as Rejection
-from rockframe.ingest.attempt import Unread as Unread
 from rockframe.ingest.catalogue import CATALOGUE as CATALOGUE
 from rockframe.ingest.catalogue import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.catalogue import read_catalogue as read_catalogue
@@ -13,8 +11,10 @@ from rockframe.ingest.collect import sorted_out as sorted_out
 from rockframe.ingest.containers import contents as contents
 from rockframe.ingest.containers import is_archive as is_archive
 from rockframe.ingest.containers import printable as printable
+from rockframe.ingest.isolation import Limits as Limits
 from rockframe.ingest.options import ReadOptions as ReadOptions
-from rockframe.ingest.quarantine import Limits as Limits
+from rockframe.ingest.read_outcome import Rejection as Rejection
+from rockframe.ingest.read_outcome import Unread as Unread
 from rockframe.ingest.reading import load as load
 from rockframe.ingest.reading import read_file as read_file
 from rockframe.ingest.registry import FORMATS as FORMATS

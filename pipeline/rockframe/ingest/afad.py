@@ -1,4 +1,4 @@
-"""AFAD (Turkish national network, NSMN): a header, then three columns N-S, E-W, U-D in gal."""
+"""Reader of AFAD files (Turkish network, NSMN): a header and columns N-S, E-W, U-D in gal."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MAGNITUDE: Final = re.compile(r"\s*(?P<size>\d+(?:\.\d+)?)\b")
 
 @dataclass(frozen=True)
 class _Header:
-    """Values by key, as printed, with the line of each, and the number of lines."""
+    """Header values as printed and their line numbers, by key; and the number of lines."""
 
     path: Path
     values: Mapping[str, str]
@@ -50,12 +50,7 @@ class _Header:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of an AFAD file of three columns.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a three-column AFAD file.
 
     Examples
     --------
@@ -69,20 +64,11 @@ def sniff(head: bytes) -> bool:
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     r"""Read the three components of an AFAD file.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the header.
-
     Raises
     ------
     InputError
-        If the header lacks a line, number or peaks of the samples are not as stated, or a row is
-        not of three numbers.
+        If a header line is missing, the number of samples or a peak differs from the header, or a
+        row does not hold three numbers.
 
     Examples
     --------
@@ -141,11 +127,11 @@ def _header(path: Path, text: bytes) -> _Header:
 
 
 def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
-    """Samples [gal], shape (samples, 3)."""
+    """Return the samples [gal], shape (samples, 3)."""
     rest = text.split(b"\n", header.count)
     body = rest[header.count].rstrip() if len(rest) > header.count else b""
     values = parse_numbers(header.path, body, header.count + 1)
-    # A number lost here and one gained there would shift what lies between into other columns.
+    # One missing and one extra number would shift all numbers between them into other columns.
     lines = body.split(b"\n") if body else []
     for line, row in enumerate(lines, header.count + 1):
         tokens = row.split()
@@ -165,12 +151,12 @@ def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
 
 
 def _places(tokens: list[bytes]) -> list[int]:
-    """Digits behind the decimal points."""
+    """Return the number of decimals of each token."""
     return [len(token.partition(b".")[2]) for token in tokens]
 
 
 def _peak_ratios(header: _Header, table: NDArray[np.float64]) -> list[float]:
-    """The peaks in the file over those stated, which must be the same."""
+    """Return the ratios of actual to stated peaks; raise if they differ."""
     stated = {found["component"]: found["peak"] for found in _PEAKS.finditer(header.require(_PEAK))}
     ratios = []
     for column, component in enumerate(_COMPONENTS):
@@ -186,7 +172,7 @@ def _peak_ratios(header: _Header, table: NDArray[np.float64]) -> list[float]:
 
 
 def _start_time(stated: str) -> str:
-    """Time of the first sample, ISO 8601 UTC; empty unless stated in GMT."""
+    """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in GMT."""
     time, _, zone = stated.partition(" (")
     if zone != "GMT)":
         return ""

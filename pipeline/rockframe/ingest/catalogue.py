@@ -1,4 +1,4 @@
-"""Facts about records that stand beside the files, in a `catalogue.csv`."""
+"""Metadata of records from a `catalogue.csv` in the same folder."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rockframe.record import Record
 
 #: Name of the catalogue in a folder of records.
 CATALOGUE: Final = "catalogue.csv"
-#: Its columns; all must be there, in any order, but for `VS30`.
+#: Required columns, in any order.
 COLUMNS: Final = (
     "file",
     "event",
@@ -26,28 +26,28 @@ COLUMNS: Final = (
     "epicentral_distance_km",
     "source",
 )
-#: A further column, that may be there.
+#: Optional column.
 VS30: Final = "vs30_m_s"
 
 
 @dataclass(frozen=True, kw_only=True)
 class CatalogueEntry:
-    """What a catalogue states of one file; unknown is NaN or an empty string.
+    """Metadata of one file from a catalogue; unknown values are NaN or empty.
 
     Parameters
     ----------
     file : str
         Name of the file.
     event, station, network : str
-        Names.
+        Names of event, station and network.
     magnitude : float
         Magnitude of the event [1].
     epicentral_distance : float
         Distance to the epicentre [km].
     vs30 : float
-        Mean velocity of shear waves in the uppermost 30 m of the ground [m s-1].
+        Mean shear-wave velocity of the uppermost 30 m [m s-1].
     source : str
-        Where the facts come from.
+        Source of the metadata.
 
     Examples
     --------
@@ -66,23 +66,23 @@ class CatalogueEntry:
 
 
 def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
-    r"""Read a catalogue: CSV with the columns of `COLUMNS`, one row a file.
+    r"""Return the entries of a catalogue: CSV with the columns `COLUMNS`, one row per file.
 
     Parameters
     ----------
     path : str or Path
-        The catalogue, in UTF-8.
+        Catalogue in UTF-8.
 
     Returns
     -------
     dict
-        From the name of a file to what is stated of it.
+        Entry of each file, by file name.
 
     Raises
     ------
     InputError
         If the file cannot be read, a column is unknown or missing, a file is named twice, or a
-        number is none.
+        number is invalid.
 
     Examples
     --------
@@ -113,19 +113,19 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
 
 
 def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
-    """Write a catalogue that `read_catalogue` reads; unknown is an empty cell.
+    """Write a catalogue that `read_catalogue` reads; unknown values become empty cells.
 
     Parameters
     ----------
     path : Path
-        Where to write it.
+        File to write.
     entries : iterable of CatalogueEntry
-        One a file.
+        One entry per file.
 
     Raises
     ------
     InputError
-        If it cannot be written.
+        If the file cannot be written.
 
     Examples
     --------
@@ -146,16 +146,16 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
 
 
 def with_facts(record: Record, entry: CatalogueEntry) -> Record:
-    """Return a record with what a catalogue states of its file.
+    """Return a record with the metadata that a catalogue states for its file.
 
-    A stated name takes the place of the header's; what the catalogue leaves empty stays.
+    A value in the catalogue overrides that of the file; empty values do not.
 
     Parameters
     ----------
     record : Record
         As read from the file.
     entry : CatalogueEntry
-        What is stated of it.
+        Catalogue entry of the file.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Files and folders into records; every file ends as records, as a rejection, or as unread."""
+"""Read files and folders; each file gives records, a rejection, or a note that it was skipped."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
-from rockframe.ingest.attempt import Outcome, Rejection, Unread, attempt
 from rockframe.ingest.catalogue import CatalogueEntry, with_facts
 from rockframe.ingest.containers import printable
 from rockframe.ingest.identify import other_ids
+from rockframe.ingest.isolation import Limits, Served, serve, worker_count
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.quarantine import Limits, Served, serve, worker_count
+from rockframe.ingest.read_outcome import Outcome, Rejection, Unread, read_outcomes
 from rockframe.ingest.sources import Source, sources_of
 from rockframe.record import Record
 
 Catalogue = Mapping[str, CatalogueEntry]
-#: Identifiers in lower case, each with the file of its record and that file's SHA-256.
+#: File and SHA-256 of the record that has each identifier; identifiers in lower case.
 Owners = dict[str, tuple[str, str]]
 
 
@@ -32,44 +32,45 @@ def collect(
     limits: Limits | None = None,
     strict: bool = False,
 ) -> Generator[Record | Rejection | Unread, None, None]:
-    r"""Read files, archives and folders of records; memory does not grow with their number.
+    r"""Read files, archives and folders; memory does not grow with the number of files.
 
-    The records of one archive, of 1,000 members at most, are held together. Close the iterator
-    (`contextlib.closing`) to end the workers early.
+    The records of one archive (at most 1,000 members) are held in memory together. Close the
+    iterator (`contextlib.closing`) to end the workers early.
 
     Parameters
     ----------
     paths : iterable of str or Path
-        Files, ZIP and gzip archives, and folders of such, down to the last one within them.
+        Files, ZIP and gzip archives, and folders, which are searched recursively.
     options : ReadOptions
-        Units and time step of files that do not state them.
+        Values that the files do not state, such as units and time step.
     catalogue : mapping of str to CatalogueEntry, optional
-        Facts by name of file; an archive's are its members'. By default a folder's own
-        `catalogue.csv`, for the files in it.
+        Metadata by file name; the entry of an archive applies to its members (default: the
+        `catalogue.csv` of each folder, for the files in it).
     progress : callable, optional
         Called with the name of each file, in the order of the paths.
     workers : int, optional
-        Most worker processes that read at once, so that a crash, a hang or a lack of memory is a
-        rejection; None is one for each core, 0 reads in this process. The result is the same.
+        Number of worker processes. A crash, a timeout or lack of memory in a worker rejects the
+        file only. None means one per core, 0 reads in this process. The result does not depend on
+        it.
     limits : Limits, optional
-        Time and memory of a worker.
+        Time and memory limits of a worker.
     strict : bool
-        Let the first rejection be an error.
+        True to raise an error at the first rejection.
 
     Yields
     ------
     Record, Rejection or Unread
-        In the order of the paths. Rejected are files of unknown format, damaged ones, those with a
-        record identifier that an earlier file has, and files that a folder's own catalogue names
-        but the folder lacks. Unread are catalogues, StationXML, what `rockframe fetch` leaves
-        beside records, hidden files, and outputs. Of two files whose names differ by their endings
-        or folders only, the second one's records are called by its whole name.
+        In the order of the paths. Files are rejected if their format is unknown, they are
+        corrupted, their record identifier is already in use, or the catalogue of a folder names
+        them but they are missing. Catalogues, StationXML, other files of `rockframe fetch`, hidden
+        files and outputs are skipped. If two files differ only in their extensions or folders, the
+        identifiers of the second contain its whole name.
 
     Raises
     ------
     InputError
-        If a path does not exist, a folder holds no files, or its catalogue cannot be read; and if
-        `strict`, for the first file that is rejected.
+        If a path does not exist, a folder holds no files, its catalogue cannot be read, or `strict`
+        is set and a file is rejected.
     ParameterError
         If the number of workers is negative.
 
@@ -102,12 +103,12 @@ def collect_sources(
     limits: Limits | None = None,
     strict: bool = False,
 ) -> Generator[Record | Rejection | Unread, None, None]:
-    """Read files that have been found; as `collect`, and with its other parameters.
+    """Read the files of `sources_of`; the other parameters are those of `collect`.
 
     Parameters
     ----------
     sources : sequence of Source
-        As `sources_of` gives them.
+        Files to read.
     """
     files = [source.path for source in sources if source.is_read]
     owners: Owners = {}
@@ -116,7 +117,7 @@ def collect_sources(
             if progress is not None and source.is_read:
                 progress(source.name)
             for outcome in next(outcomes) if source.is_read else [_unopened(source)]:
-                yield from _settled(outcome, source, owners, strict=strict)
+                yield from _assign_ids(outcome, source, owners, strict=strict)
 
 
 def sorted_out(
@@ -127,7 +128,7 @@ def sorted_out(
     Parameters
     ----------
     outcomes : iterable of Record, Rejection or Unread
-        As `collect` gives them; all are held in memory.
+        Output of `collect`; all of it is held in memory.
 
     Examples
     --------
@@ -147,19 +148,19 @@ def sorted_out(
 def _outcomes(
     files: Sequence[Path], options: ReadOptions, workers: int, limits: Limits | None
 ) -> Generator[list[Outcome], None, None]:
-    """What became of each file, in their order."""
+    """Yield the outcomes of each file, in order."""
     if workers == 0:
         for path in files:
-            yield list(attempt(path, options))
+            yield list(read_outcomes(path, options))
         return
     calls = [(path, options) for path in files]
-    with closing(serve(attempt, calls, workers, limits or Limits())) as served:
+    with closing(serve(read_outcomes, calls, workers, limits or Limits())) as served:
         for path, of_file in zip(files, served, strict=True):
             yield _received(path, of_file)
 
 
 def _received(path: Path, served: Served[Outcome]) -> list[Outcome]:
-    # An array comes out of a pickle writable; a record makes it read-only again.
+    # Unpickled arrays are writable; `replace` makes them read-only again.
     outcomes: list[Outcome] = [
         outcome if isinstance(outcome, Rejection) else [replace(record) for record in outcome]
         for outcome in served.values
@@ -175,10 +176,10 @@ def _unopened(source: Source) -> Rejection | Unread:
     return Rejection(name, source.refusal) if source.refusal else Unread(name, source.note)
 
 
-def _settled(
+def _assign_ids(
     outcome: Outcome | Unread, source: Source, owners: Owners, *, strict: bool
 ) -> list[Record] | list[Rejection | Unread]:
-    """What becomes of a file, named as tables name it; new identifiers are noted."""
+    """Return the outcome of a file under its display name, and register new identifiers."""
     if not isinstance(outcome, Rejection | Unread):
         known = [_placed(record, source) for record in outcome]
         outcome = _altered(known, source) or _distinct(known, owners)
@@ -192,7 +193,7 @@ def _settled(
 
 
 def _altered(records: list[Record], source: Source) -> Rejection | None:
-    """The reason why a file is not the one that was fetched, if it is not."""
+    """Return a rejection if the file differs from the one that was fetched."""
     if not source.sha256 or all(record.source_sha256 == source.sha256 for record in records):
         return None
     found = records[0].source_sha256[:12]
@@ -204,7 +205,7 @@ def _altered(records: list[Record], source: Source) -> Rejection | None:
 
 
 def _within(file: str, source: Source) -> str:
-    """The name of a file, or of a member of it, within the folder that was asked for."""
+    """Return the display name of a file or archive member, relative to the requested folder."""
     return source.name + file.removeprefix(printable(source.path.name))
 
 
@@ -218,7 +219,7 @@ def _placed(record: Record, source: Source) -> Record:
 
 
 def _distinct(records: list[Record], owners: Owners) -> list[Record] | Rejection:
-    """The records under identifiers that no earlier file has, if there are any."""
+    """Return the records under unused identifiers, or a rejection if there are none."""
     names = [record.record_id for record in records]
     taken = next((owners[n.casefold()] for n in names if n.casefold() in owners), None)
     if taken is None:

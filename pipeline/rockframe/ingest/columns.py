@@ -1,4 +1,4 @@
-"""Samples in fixed columns, as Fortran writes them: the numbers may touch."""
+"""Samples in fixed-width columns, as Fortran writes them, without blanks between numbers."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from rockframe.ingest.lines import are_finite, is_number
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a line of samples.
+    """Layout of a line of samples.
 
     Parameters
     ----------
     count : int
-        Numbers a line.
+        Numbers per line.
     width : int
-        Characters a number.
+        Characters per number.
     integers : bool
-        Whether the numbers are whole ones, without a decimal point.
+        True if the numbers are integers without a decimal point.
 
     Examples
     --------
@@ -38,27 +38,23 @@ class Columns:
 
     @property
     def line_width(self) -> int:
-        """Characters of a full line."""
+        """Number of characters of a full line."""
         return self.count * self.width
 
 
 def read_columns(
     path: Path, rows: list[bytes], columns: Columns, count: int, line: int
 ) -> NDArray[np.float64]:
-    """Read samples from fixed columns.
+    """Return the samples in fixed-width columns.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     rows : list of bytes
-        The lines of samples, without line ends.
-    columns : Columns
-        Their layout.
+        Lines of samples without line ends.
     count : int
-        Samples that the header states.
+        Number of samples that the header states.
     line : int
-        Number in the file of the line that states them; the samples follow it.
+        Line number of that statement in the file; the samples follow it.
 
     Returns
     -------
@@ -67,9 +63,9 @@ def read_columns(
     Raises
     ------
     InputError
-        If a line is not as wide as the columns, there are more or fewer samples than stated, or a
-        column holds no finite number with a decimal point (Fortran would put in a point there), or
-        no whole number where whole ones are stated.
+        If a line has the wrong width, the number of samples differs from the stated one, or a
+        column does not hold a finite number with a decimal point (an integer if
+        `columns.integers`). Fortran would insert a missing decimal point.
 
     Examples
     --------
@@ -91,11 +87,11 @@ def read_columns(
 
 
 def _fields(text: bytes, width: int) -> list[bytes]:
-    """The tokens of all columns, each of which must hold one."""
+    """Return the token of each column; raise ValueError if a column is empty."""
     columns = np.frombuffer(text, dtype=np.uint8).reshape(-1, width)
     if not (columns > ord(" ")).any(axis=1).all():
         raise ValueError("an empty column")
-    # Numbers that touch come apart by a blank between the columns.
+    # A blank between the columns separates numbers that touch.
     apart = np.full((len(columns), width + 1), ord(" "), dtype=np.uint8)
     apart[:, 1:] = columns
     return apart.tobytes().split()
@@ -104,19 +100,14 @@ def _fields(text: bytes, width: int) -> list[bytes]:
 def require_layout(
     path: Path, rows: list[bytes], columns: Columns, count: int, line: int
 ) -> list[bytes]:
-    """Return the lines of samples without blanks at their ends, if they are as many as stated.
+    """Return the lines of samples without trailing blanks, after checking their number and width.
 
-    The numbers themselves are not looked at.
-
-    Parameters
-    ----------
-    path, rows, columns, count, line
-        As of `read_columns`.
+    The numbers themselves are not checked. Parameters are those of `read_columns`.
 
     Raises
     ------
     InputError
-        If a line is not as wide as the columns, or there are more or fewer samples than stated.
+        If a line has the wrong width, or the number of samples differs from the stated one.
 
     Examples
     --------

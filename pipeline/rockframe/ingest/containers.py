@@ -1,4 +1,4 @@
-"""ZIP and gzip archives of record files, expanded in memory, one member at a time, within caps."""
+"""Expand ZIP and gzip archives in memory, one member at a time, within size limits."""
 
 from __future__ import annotations
 
@@ -15,43 +15,43 @@ from typing import Final
 
 from rockframe.errors import InputError
 
-#: Largest file that is read, and largest member of an archive after expansion [bytes].
+#: Size limit of a file, and of an archive member after expansion [bytes].
 LARGEST: Final = 256_000_000
-#: Most members of an archive.
+#: Largest number of members in an archive.
 MOST_MEMBERS: Final = 1000
-#: All members of an archive together, after expansion [bytes].
+#: Size limit of all members of an archive together, after expansion [bytes].
 LARGEST_TOTAL: Final = 2_000_000_000
-#: Bytes a compressed byte may expand to; text of samples gives 3 to 10, a silent record 80.
+#: Largest expansion ratio; text of samples has 3 to 10, a record of zeros 80.
 LARGEST_RATIO: Final = 100
-#: Below this size no ratio is too large [bytes].
+#: The ratio is not checked below this size [bytes].
 _SMALL: Final = 1_000_000
-#: Expanded at a time [bytes].
+#: Size of the blocks in which data are expanded [bytes].
 _BLOCK: Final = 1 << 20
 
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
 _GZIP: Final = b"\x1f\x8b"
 _OTHER_ARCHIVES: Final = (b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd")
 _DRIVE: Final = re.compile(r"[A-Za-z]:")
-#: What the standard library raises on damaged archives.
+#: Exceptions that the standard library raises on corrupted archives.
 _DAMAGE: Final = (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError)
 
 
 @dataclass(frozen=True)
 class Content:
-    """The bytes of one record file, or why they are not to be had.
+    """The bytes of one record file, or the reason why it was rejected.
 
     Parameters
     ----------
     where : Path
-        The file, or ``archive:member``; for errors.
+        The file, or ``archive:member``; for error messages.
     name : str
-        The same without the folder, of printable characters alone; for tables.
+        The same without the folder and with escaped unprintable characters; for tables.
     path : Path
-        The file, or the member alone; for the identifiers of its records.
+        The file, or the member without the archive; for record identifiers.
     data : bytes
-        The contents, expanded.
+        Expanded contents.
     refusal : str
-        Why a member was not expanded; empty if it was.
+        Reason why a member was not expanded; empty if it was.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class Content:
 
 
 def is_archive(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a ZIP or gzip archive.
+    r"""Return whether the head of a file is that of a ZIP or gzip archive.
 
     Parameters
     ----------
@@ -83,12 +83,12 @@ def is_archive(head: bytes) -> bool:
 
 
 def printable(name: str) -> str:
-    r"""Return a file's name with characters that do not print as escapes, for tables.
+    r"""Return a file name in which unprintable characters are escaped, for tables.
 
     Parameters
     ----------
     name : str
-        As the file system or an archive gives it; it may hold line ends and broken Unicode.
+        Name from the file system or an archive; may contain line ends and invalid Unicode.
 
     Examples
     --------
@@ -101,24 +101,24 @@ def printable(name: str) -> str:
 
 
 def contents(path: Path, data: bytes) -> Iterator[Content]:
-    r"""Give the record files in a file: itself, or one by one the members of an archive.
+    r"""Yield the contents of a file, or of each member if it is an archive.
 
     Parameters
     ----------
     path : Path
-        The file, for names and errors.
+        The file, for names and error messages.
     data : bytes
-        Its contents.
+        Contents of the file.
 
     Yields
     ------
     Content
-        In the order of the archive; a refused member with its refusal and without data.
+        In the order of the archive. A rejected member has a `refusal` and no data.
 
     Raises
     ------
     InputError
-        If an archive is damaged, holds no member or too many, or expands beyond the caps.
+        If an archive is corrupted, has no members or too many, or exceeds the size limits.
 
     Examples
     --------
@@ -191,7 +191,7 @@ def _zip_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -
 
 
 def _refusal(member: zipfile.ZipInfo) -> str:
-    """Why a member is not to be expanded; empty if it may be."""
+    """Return why a member must not be expanded; empty if it may be."""
     name = member.orig_filename
     mode = member.external_attr >> 16
     cap = _cap(member.compress_size)
@@ -232,7 +232,7 @@ def _is_other_archive(data: bytes) -> bool:
 
 
 def _cap(compressed: int) -> int:
-    """Bytes that so many compressed ones may expand to."""
+    """Return the expanded size that is allowed for a compressed size [bytes]."""
     return min(LARGEST, max(_SMALL, LARGEST_RATIO * compressed))
 
 

@@ -1,7 +1,8 @@
-"""COSMOS strong-motion format, version 1.20: V0 (counts), V1, V2 and V2c; several channels a file.
+"""Reader of the COSMOS strong-motion format, version 1.20: V0 (counts), V1, V2 and V2c.
 
-Item numbers are those of the integer and real headers of the format's description (COSMOS, 2001),
-counted from 1. Velocity and displacement beside acceleration are passed over; alone, refused.
+Item numbers of the integer and real headers follow the format description (COSMOS, 2001) and are
+counted from 1. A file may hold several channels. Velocity and displacement are skipped if
+there is acceleration, and rejected otherwise.
 """
 
 from __future__ import annotations
@@ -55,12 +56,7 @@ _UNITS_OF: Final = {2: "g", 4: "cm/s2", 10: "gal"}
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a COSMOS file.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a COSMOS file.
 
     Examples
     --------
@@ -72,22 +68,13 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read every channel of acceleration of a COSMOS file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the headers.
+    """Return the acceleration channels of a COSMOS file.
 
     Raises
     ------
     InputError
-        If a section is not as stated, no channel is acceleration, counts come without a
-        sensitivity, or number, interval or peak of the samples differ from what is stated.
+        If a section differs from its heading, no channel is an acceleration, counts have no
+        sensitivity, or number, time step or peak of the samples differ from the header.
 
     Examples
     --------
@@ -173,7 +160,7 @@ def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
 
 
 def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, ...]]:
-    """What turns the samples into m s-2, and what is to be said of it."""
+    """Return the factor from samples to m s-2, and a note for `processing`."""
     code = int(channel.heading["code"])
     if channel.integer(_UNITS) != code:
         raise InputError(
@@ -197,7 +184,7 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
 
 
 def _time_step(channel: Channel, stage: int) -> float:
-    """Interval [s]: of raw data item 34 in s, of processed data item 62 in ms."""
+    """Return the time step [s]: item 34 [s] for raw data, item 62 [ms] for processed data."""
     raw, processed = channel.real(_RAW_STEP), channel.real(_STEP)
     if stage == _RAW and raw is not None:
         if processed and abs(1e-3 * processed.value - raw.value) > 1e-3 * processed.unit + raw.unit:
@@ -218,7 +205,7 @@ def _time_step(channel: Channel, stage: int) -> float:
 
 
 def _require_length(channel: Channel, length: float, step: float) -> None:
-    """Compare samples times interval with the stated length, which some count one step less."""
+    """Compare the length with the stated one, which may be one step shorter."""
     stated = channel.real(_LENGTH)
     if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
         raise InputError(
@@ -230,7 +217,7 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
 
 
 def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
-    """One unit of the last printed digit of the largest sample, in the units of the file."""
+    """Return one unit of the last printed digit of the largest sample, in file units."""
     largest = float(np.abs(samples).max())
     exponent = channel.layout.exponent and largest > 0.0
     power = math.floor(math.log10(largest)) + 1 if exponent else 0
@@ -240,7 +227,7 @@ def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
 def _peak_ratio(
     channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, signed: bool
 ) -> float:
-    """The peak in the file over the stated one, which must be the same."""
+    """Return the ratio of actual to stated peak; raise if they differ."""
     value = channel.real(_PEAK)
     if value is None or not samples.any():
         return math.nan
@@ -249,7 +236,7 @@ def _peak_ratio(
         time=channel.real(_PEAK_TIME),
         units=channel.heading["units"] or "counts",
         line=channel.real_line,
-        # Raw files state the size of the peak.
+        # Raw files state the absolute value of the peak.
         signed=signed,
     )
     return require_peak(channel.path, samples, step, peak, resolution)

@@ -1,4 +1,4 @@
-"""What a COSMOS channel states twice, in words and in numbers: both must agree."""
+"""Check that the text and the numeric headers of a COSMOS channel agree."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Orientation
 
-#: Item of the integer header that states the stage of processing, and the words for it.
+#: Item of the integer header with the processing stage, and the names of the stages.
 _STAGE: Final = 1
 _STAGES: Final = {"raw": 0, "uncorrected": 1, "corrected": 2}
-#: Item of the integer header that states the quantity, and what its codes mean.
+#: Item of the integer header with the quantity, and the meaning of its codes.
 QUANTITY: Final = 2
 QUANTITIES: Final = {
     1: "acceleration",
@@ -31,15 +31,15 @@ QUANTITIES: Final = {
     12: "angular displacement",
 }
 _QUANTITY_WORD: Final = re.compile(r"\b(accel|veloc|displ)", re.I)
-#: Item of the integer header that states the azimuth [degree], or by a code up or down.
+#: Item of the integer header with the azimuth [degree], or a code for up or down.
 _AZIMUTH: Final = 54
 _UPRIGHT: Final = {400: Orientation.VERTICAL, 401: Orientation.DOWNWARD}
-#: Codes of units, by the names that the line above the samples gives them.
+#: Codes of units, by their names in the line above the samples.
 _GAL: Final = ("cm/sec2", "cm/sec/sec", "cm/s/s", "cm/s2", "gal", "gals")
 _CODES: Final = {"g": {2}, "counts": {50}, **{name: {4, 10} for name in _GAL}}
-#: Items of the real header: corners of the high-pass and of the low-pass [Hz].
+#: Items of the real header with the corners of high-pass and low-pass [Hz].
 _CORNERS: Final = (54, 57)
-#: Indices of the lines that state the largest raw and the largest processed sample.
+#: Indices of the text lines with the largest raw and the largest processed sample.
 _RAW_MAX, _MAX = 9, 10
 _MAXIMUM: Final = re.compile(
     r"\bmax\s*=\s*(?P<peak>[-+]?\d+\.?\d*)\s*(?P<units>[^\s,]*?)\s*,?\s+at\s+"
@@ -49,17 +49,12 @@ _MAXIMUM: Final = re.compile(
 
 
 def require_quantity(channel: Channel) -> None:
-    """Refuse a channel whose title or heading names another quantity than the integer header.
-
-    Parameters
-    ----------
-    channel : Channel
-        With its headers.
+    """Reject a channel if its title or heading contradicts the quantity in the integer header.
 
     Raises
     ------
     InputError
-        If they differ: what is taken for velocity would be passed over without a word.
+        If they differ. Otherwise acceleration mistaken for velocity would be skipped silently.
     """
     code = channel.integer(QUANTITY)
     name = QUANTITIES.get(code or 0, "unknown")
@@ -80,18 +75,16 @@ def require_quantity(channel: Channel) -> None:
 def require_agreement(
     channel: Channel, samples: NDArray[np.float64], step: float, resolution: float
 ) -> None:
-    """Refuse a channel of acceleration whose words and numbers contradict each other.
+    """Reject an acceleration channel whose text and numeric headers contradict each other.
 
     Parameters
     ----------
-    channel : Channel
-        With its headers.
     samples : array, shape (samples,)
-        In the units of the file.
+        Samples in file units.
     step : float
-        Interval between them [s].
+        Time step [s].
     resolution : float
-        One unit of their last printed digit.
+        One unit of the last printed digit of the samples.
 
     Raises
     ------
@@ -113,23 +106,16 @@ def require_agreement(
 
 
 def direction_of(channel: Channel, component: str) -> tuple[Orientation, float]:
-    """Return orientation and azimuth [degree] of a channel, by its name and the integer header.
-
-    Parameters
-    ----------
-    channel : Channel
-        With its headers.
-    component : str
-        Its name.
+    """Return orientation and azimuth [degree] of a channel from its name and the integer header.
 
     Raises
     ------
     InputError
-        If name and integer header state different azimuths, or one of them up, the other down.
+        If name and integer header contradict each other.
     """
     orientation, azimuth = direction(component)
     if orientation is Orientation.UNSTATED and component == seed_name(channel.comments).channel:
-        # Of the three letters of a channel in SEED, Z alone says a direction for certain.
+        # In a SEED channel code, only the letter Z states a direction for certain.
         orientation, azimuth = direction(component[-1] if component.endswith("Z") else "")
     stated = channel.integer(_AZIMUTH)
     sense: Orientation | None = orientation
@@ -168,14 +154,14 @@ def _require_maximum(
     if not stated:
         return
     name, code = stated["units"].lower(), int(channel.heading["code"])
-    if code not in _CODES.get(name, set()):  # in other units, or in none
+    if code not in _CODES.get(name, set()):  # stated in other units, or without units
         return
     peak = StatedPeak(
         value=Printed.of(stated["peak"]),
         time=Printed.of(stated["time"]),
         units=stated["units"],
         line=channel.first_line + index,
-        # The size of raw counts is stated.
+        # For raw counts the absolute value is stated.
         signed=not raw,
     )
     require_peak(channel.path, samples, step, peak, resolution)

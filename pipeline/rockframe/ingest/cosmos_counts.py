@@ -1,4 +1,4 @@
-"""COSMOS V0: from counts to acceleration, by what the real header states of recorder and sensor."""
+"""Convert the counts of COSMOS V0 files to acceleration with the sensitivity in the real header."""
 
 from __future__ import annotations
 
@@ -8,31 +8,25 @@ from rockframe.errors import InputError
 from rockframe.ingest.cosmos_sections import Channel
 from rockframe.units import GRAVITY
 
-#: Items of the real header: one count [uV], full scale of the recorder [V]; sensitivity [V/g],
-#: output [V] and acceleration [g] at full scale, and gain of the sensor.
+#: Items of the real header: one count [uV] and full scale [V] of the recorder; sensitivity [V/g],
+#: full-scale output [V] and acceleration [g], and gain of the sensor.
 _COUNT, _RECORDER_SCALE = 22, 23
 _SENSITIVITY, _SENSOR_OUTPUT, _SENSOR_SCALE, _GAIN = 42, 43, 44, 47
-#: Item of the integer header that states the length of a sample [bit], and the usual length.
+#: Item of the integer header with the sample length [bit], and the usual length.
 _BITS: Final = 35
 _USUAL_BITS: Final = 24
-#: Largest relative difference between what is stated and what follows from other items: full
-#: scales are nominal, and in real files differ by up to 0.5 %.
+#: Largest relative difference between stated and derived values. Full scales are nominal and differ
+#: by up to 0.5 % in real files.
 _SAME_SCALE: Final = 0.02
 
 
 def factor_of_counts(channel: Channel) -> tuple[float, tuple[str, ...]]:
-    """Return the acceleration of one count [m s-2], and how it was found.
-
-    Parameters
-    ----------
-    channel : Channel
-        Of raw counts.
+    """Return the acceleration of one count [m s-2], and a note for `processing`.
 
     Raises
     ------
     InputError
-        If one count or the sensitivity is unknown or not positive, or contradicts the full scale
-        of the recorder or of the sensor.
+        If a value is missing or not positive, or contradicts the full scale of recorder or sensor.
     """
     count = _required(channel, _COUNT, "microvolts a count")
     sensitivity = _required(channel, _SENSITIVITY, "sensitivity [V/g]")
@@ -65,7 +59,7 @@ def _required(channel: Channel, item: int, name: str) -> float:
 
 
 def _require_recorder(channel: Channel, count: float) -> None:
-    """Compare all counts together with the full scale: of both signs, or of one as some state."""
+    """Compare the range of counts with the full scale, which may be stated for one sign only."""
     stated = _stated(channel, _RECORDER_SCALE)
     bits = {_USUAL_BITS, channel.integer(_BITS) or _USUAL_BITS}
     spans = {length: 1e-6 * count * 2.0**length for length in sorted(bits) if 8 <= length <= 32}
@@ -95,7 +89,7 @@ def _require_sensor(channel: Channel, sensitivity: float) -> None:
 
 
 def _stated(channel: Channel, item: int) -> float:
-    """A full scale; 0 if unknown."""
+    """Return a full scale; 0 if unknown."""
     number = channel.real(item)
     return max(number.value, 0.0) if number else 0.0
 

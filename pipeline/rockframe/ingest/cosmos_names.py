@@ -1,4 +1,4 @@
-"""What the lines of text of a COSMOS channel say of station, component, event, time and filters."""
+"""Parse station, component, event, start time and filters from the text of a COSMOS channel."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FILTER: Final = re.compile(
 
 @dataclass(frozen=True)
 class Name:
-    """Codes of a channel; empty if unstated.
+    """Network, station and channel codes; empty if unstated.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class Name:
 
 
 def station_of(line: str) -> Name | None:
-    """Return the codes of the line that names the station, if it states them.
+    """Return the codes in the station line, or None.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def station_of(line: str) -> Name | None:
 
 
 def seed_name(comments: Sequence[str]) -> Name:
-    """Return the codes in SEED that a comment states.
+    """Return the SEED codes stated in a comment.
 
     Examples
     --------
@@ -69,14 +69,7 @@ def seed_name(comments: Sequence[str]) -> Name:
 
 
 def component_of(line: str, seed: Name) -> str:
-    """Return azimuth of three digits or name of the vertical; else the channel in SEED, or as told.
-
-    Parameters
-    ----------
-    line : str
-        The line that names the channel.
-    seed : Name
-        Its codes in SEED.
+    """Return the component: three-digit azimuth, name of the vertical, SEED channel, or raw label.
 
     Examples
     --------
@@ -96,7 +89,7 @@ def component_of(line: str, seed: Name) -> str:
 
 
 def event_of(line: str) -> str:
-    """Return the event that the second line names.
+    """Return the event named in the second line.
 
     Examples
     --------
@@ -108,7 +101,7 @@ def event_of(line: str) -> str:
 
 
 def start_time_of(line: str) -> str:
-    """Return the time of the first sample, ISO 8601 UTC; empty unless stated in UTC.
+    """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in UTC.
 
     Examples
     --------
@@ -123,7 +116,7 @@ def start_time_of(line: str) -> str:
 
 
 def corners_of(lines: Sequence[str]) -> tuple[float, float]:
-    """Return the corners [Hz] of the archive's filter; NaN where no line states them.
+    """Return the corners of the archive's filter [Hz]; NaN if unstated.
 
     Examples
     --------
@@ -138,7 +131,7 @@ def corners_of(lines: Sequence[str]) -> tuple[float, float]:
 
 
 def filters_of(lines: Sequence[str]) -> tuple[str, ...]:
-    """Return what is to be said of the archive's filter, if a line states its corners.
+    """Return the note for `processing` about the archive's filter, if one is stated.
 
     Examples
     --------

@@ -1,7 +1,8 @@
-"""The sections of a channel in the COSMOS strong-motion format, version 1.20.
+"""Split a COSMOS file (version 1.20) into channels and their sections.
 
-Lines of text as many as the first one says, integers, reals, comments, samples, an end line: each
-section under a line that states how many values or lines follow, and in which Fortran format.
+A channel has text lines (their number is in the first one), integers, reals, comments, samples and
+an end line. The line above each section states its number of values or lines and, for numbers, the
+Fortran format.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from rockframe.ingest.lines import bad_number, is_number
 from rockframe.ingest.peaks import Printed
 
 _TEXT_LINES: Final = 13
-#: The first line of a channel.
+#: First line of a channel.
 TOP: Final = re.compile(
     r"\s*(?P<what>\S.*?)\s*\(Format\s+v\s*(?P<version>\d{1,3}\.\d+)\s+with\s+(?P<lines>\d{1,3})\s+"
     r"text lines\)",
     re.I,
 )
-#: The line above the samples.
+#: Line above the samples.
 SAMPLES: Final = re.compile(
     r"\s*(?P<count>\d{1,9})\s+(?P<what>\S.*?)\s*pts\s*,.*?units\s*=\s*(?P<units>[^(]*?)\s*"
     r"\(\s*(?P<code>\d{1,3})\s*\)\s*,\s*Format\s*=\s*(?P<format>\S.*?)\s*",
@@ -46,16 +47,16 @@ _UNKNOWN: Final = re.compile(r"unknown.*?:\s*(?P<integer>-?\d+)\s*,\s*(?P<real>-
 
 @dataclass(frozen=True)
 class Layout:
-    """The Fortran format of a section.
+    """Fortran format of a section.
 
     Parameters
     ----------
     columns : Columns
-        Its columns.
+        Number and width of the columns.
     places : int
         Digits after the decimal point.
     exponent : bool
-        Whether the numbers have exponents.
+        True if the numbers have exponents.
 
     Examples
     --------
@@ -69,12 +70,12 @@ class Layout:
 
     @classmethod
     def of(cls, path: Path, text: str, line: int) -> Layout:
-        """Return the layout that a format states.
+        """Parse a Fortran format.
 
         Raises
         ------
         InputError
-            If it is none of one kind of numbers.
+            If the format is not a single repeated number format.
         """
         stated = _FORMAT.fullmatch(text)
         if not stated:
@@ -88,28 +89,28 @@ class Layout:
 
 @dataclass(frozen=True)
 class Channel:
-    """The sections of one channel; items are counted from 1.
+    """Sections of one channel; items are counted from 1.
 
     Parameters
     ----------
     path : Path
         The file.
     first_line : int
-        Number in the file of the channel's first line.
+        Line number of the first line of the channel.
     text : list of str
-        Lines of text.
+        Text lines.
     integers, reals : list of str
-        Fields of the headers, each a number.
+        Numbers of the headers as printed.
     real_line, sample_line : int
-        Number in the file of the line above the reals, and above the samples.
+        Line numbers of the headings of reals and samples.
     comments : list of str
-        Comments without their bar.
+        Comments without the leading bar.
     heading : re.Match
-        The line above the samples.
+        Line above the samples.
     layout : Layout
-        The format of the samples.
+        Format of the samples.
     rows : list of bytes
-        The lines of samples.
+        Lines of samples.
     """
 
     path: Path
@@ -126,30 +127,23 @@ class Channel:
 
     @property
     def unknown(self) -> tuple[float, float]:
-        """The integer and the real that mean "unknown"."""
+        """Integer and real that mean "unknown"."""
         stated = _UNKNOWN.search(self.text[-1])
         return (float(stated["integer"]), float(stated["real"])) if stated else (-999.0, -999.0)
 
     def integer(self, item: int) -> int | None:
-        """One item of the integer header; None if unknown."""
+        """Return an item of the integer header; None if unknown."""
         value = int(self.integers[item - 1])
         return None if value == self.unknown[0] else value
 
     def real(self, item: int) -> Printed | None:
-        """One item of the real header as it is printed; None if unknown."""
+        """Return an item of the real header as printed; None if unknown."""
         number = Printed.of(self.reals[item - 1])
         return None if number.value == self.unknown[1] else number
 
 
 def channels_of(path: Path, lines: list[bytes]) -> list[Channel]:
-    """Return the channels of a file, with their sections counted.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for errors.
-    lines : list of bytes
-        Its lines.
+    """Return the channels of a file; the number of lines in each section is checked.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the headers of CSMIP/CDMG volumes 1 and 2 have in common."""
+"""Header of a CSMIP/CDMG channel: the parts that volumes 1 and 2 have in common."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from rockframe.ingest.site import site_of_location, site_of_station
 from rockframe.ingest.timing import utc_time
 from rockframe.record import SiteType
 
-#: The line that names a channel, and an example of it for errors.
+#: Line that names a channel, and an example of it for error messages.
 CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
 CHANNEL_EXAMPLE: Final = "Chan 1: 90 Deg"
-#: How a line of channels at the station says how many the file should hold.
+#: Number of channels that the file should hold, in the line about the station.
 CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d{1,4})\s*Chns", re.I)
-#: Item of the integer header that states the year, counted from 1.
+#: Item of the integer header with the year, counted from 1.
 _YEAR: Final = 24
-#: Lines of a channel's header, counted from the line of its name.
+#: Header lines relative to the line that names the channel.
 _START_LINE, _STATION_LINE = -3, -2
 
 _LOCATION: Final = re.compile(r"\bLocation:\s*(?P<location>\S.*?)\s*$", re.I)
@@ -47,20 +47,20 @@ _RAMPS: Final = re.compile(
 
 @dataclass(frozen=True)
 class Header:
-    """The header of one channel.
+    """Header of one channel; items are counted from 1.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        The file, for error messages.
     lines : sequence of str
-        The lines of the header.
+        Header lines.
     first_line : int
-        Number in the file of the first.
+        Line number of the first header line.
     name_index : int
         Index of the line that names the channel.
     integers_index, reals_index : int
-        Index of the first line of integers (16I5), and of reals (8F10).
+        Indices of the first lines of integers (16I5) and reals (8F10).
 
     Examples
     --------
@@ -78,31 +78,31 @@ class Header:
     reals_index: int
 
     def line(self, index: int) -> int:
-        """Number in the file of a line of the header."""
+        """Return the line number in the file of a header line."""
         return self.first_line + index
 
     @property
     def component(self) -> str:
-        """Azimuth of three digits, or the channel's name."""
+        """Three-digit azimuth, or the name of the channel."""
         named = CHANNEL.match(self.lines[self.name_index])
         if not named:
             return ""
         degrees = _DEGREES.match(named["label"])
         if degrees:
             return f"{int(degrees['azimuth']):03d}"
-        # A structure's channels say after wide blanks where they are.
+        # Channels of structures state their location after two or more blanks.
         name = re.split(r"\s{2,}", named["label"])[0]
         return name.upper() if direction(name)[0].upright else name
 
     @property
     def network(self) -> str:
-        """Code of the network, if the channel is named as in SEED."""
+        """Network code, if the channel has a SEED name."""
         named = _NETWORK.match(self.lines[self.name_index + _START_LINE])
         return named["network"] if named else ""
 
     @property
     def station(self) -> str:
-        """Code or number of the station."""
+        """Station code or number."""
         stated = _NETWORK.match(self.lines[self.name_index + _START_LINE]) or _STATION.match(
             self.lines[self.name_index + _STATION_LINE]
         )
@@ -110,7 +110,7 @@ class Header:
 
     @property
     def site_type(self) -> SiteType:
-        """Where the sensor stood, by the place of the channel, else by the name of the station."""
+        """Site type from the location of the channel, otherwise from the station name."""
         place = _LOCATION.search(self.lines[self.name_index])
         site = site_of_location(place["location"]) if place else SiteType.UNKNOWN
         name = self.lines[self.name_index - 1]
@@ -118,7 +118,7 @@ class Header:
 
     @property
     def start_time(self) -> str:
-        """Time of the first sample, ISO 8601 UTC; empty unless in UTC with a certain year."""
+        """Start time (ISO 8601, UTC); empty unless stated in UTC and the year is known."""
         stated = _START.search(self.lines[self.name_index + _START_LINE])
         year = self.item(_YEAR)
         if not stated or year is None or year % 100 != int(stated[3]):
@@ -127,14 +127,14 @@ class Header:
         return utc_time((year, month, day), hour, minute, f"{int(stated[6]):02d}{stated[7] or ''}")
 
     def item(self, item: int) -> int | None:
-        """One item of the integer header, counted from 1; None if it is not filled in as one."""
+        """Return an item of the integer header; None if it is not filled in."""
         row, column = divmod(item - 1, 16)
         lines = self.lines[self.integers_index + row : self.integers_index + row + 1]
         field = lines[0][5 * column : 5 * column + 5] if lines else ""
         return int(field) if re.fullmatch(r" *-?\d+", field) else None
 
     def real(self, item: int) -> Printed | None:
-        """One item of the real header as printed, counted from 1; None if it is not filled in."""
+        """Return an item of the real header as printed; None if it is not filled in."""
         row, column = divmod(item - 1, 8)
         lines = self.lines[self.reals_index + row : self.reals_index + row + 1]
         field = lines[0][10 * column : 10 * column + 10].strip() if lines else ""
@@ -143,7 +143,7 @@ class Header:
         return Printed.of(field)
 
     def require_counts(self, count: int, others: dict[str, int], line: int) -> None:
-        """Refuse a header whose statements of the number of samples disagree.
+        """Reject a header that states different numbers of samples.
 
         Raises
         ------
@@ -161,7 +161,7 @@ class Header:
             raise InputError(self.path, f"{count} samples stated. Must be 2 or more.", line=line)
 
     def stated_counts(self, items: Sequence[int]) -> dict[str, int]:
-        """Numbers of samples in the integer header; items not filled in are 0 or -999."""
+        """Return the numbers of samples in the integer header; 0 and -999 mean not filled in."""
         return {
             f"item {item} of the integer header": value
             for item in items
@@ -170,9 +170,9 @@ class Header:
 
 
 def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
-    """Refuse a file that holds some, but not all, of the channels that its header states.
+    """Reject a file that holds several but not all of the channels in its header.
 
-    One channel alone is a file cut up by its owner; some of several are a file cut short.
+    A single channel is accepted, because archives are often split into one file per channel.
 
     Raises
     ------
@@ -202,25 +202,23 @@ def require_header(
     count: int,
     expected: Sequence[tuple[int, re.Pattern[str], str]],
 ) -> None:
-    """Refuse a channel's header that is cut short or lacks a line.
+    """Reject a channel header that is too short or lacks an expected line.
 
     Parameters
     ----------
-    path : Path
-        The file.
     header : sequence of str
-        Lines of the header that there are.
+        Header lines that are present.
     line : int
-        Number in the file of the first.
+        Line number of the first one.
     count : int
-        Lines that a header has.
+        Number of lines of a complete header.
     expected : sequence of tuple
-        Index of a line, the pattern that it must match from its beginning, and an example.
+        Index of a line, the pattern that its beginning must match, and an example.
 
     Raises
     ------
     InputError
-        With the line and the example.
+        With the line number and the example.
 
     Examples
     --------
@@ -244,12 +242,7 @@ def require_header(
 
 
 def filter_corners(filters: str) -> tuple[float, float]:
-    """Return the corners [Hz] of the archive's band-pass; of ramps the inner ends. NaN if unstated.
-
-    Parameters
-    ----------
-    filters : str
-        The line of the band-pass.
+    """Return the corners [Hz] of the archive's band-pass, of ramps the inner ends; NaN if unstated.
 
     Examples
     --------
@@ -263,12 +256,7 @@ def filter_corners(filters: str) -> tuple[float, float]:
 
 
 def stated_processing(filters: str, corrections: str) -> tuple[str, ...]:
-    """Return what the header of a corrected channel states of the archive's processing.
-
-    Parameters
-    ----------
-    filters, corrections : str
-        The line of the band-pass, and that of the corrected data.
+    """Return the processing steps that the header of a corrected channel states.
 
     Examples
     --------

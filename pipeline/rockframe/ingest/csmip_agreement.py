@@ -1,4 +1,4 @@
-"""What a CSMIP channel states twice: direction, number and length must agree."""
+"""Check that direction, number and length, each stated twice in a CSMIP channel, agree."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.lines import is_number
 from rockframe.record import Orientation
 
-#: Item of the integer header that states the azimuth [degree], or above 360 a vertical.
+#: Item of the integer header with the azimuth [degree], or a code above 360 for a vertical.
 _DIRECTION: Final = 27
 _UPRIGHT: Final = {500: Orientation.VERTICAL, 600: Orientation.DOWNWARD}
 _LENGTH: Final = re.compile(r"Record Length\s*=\s*(?P<length>[\d.]+)\s*sec", re.I)
@@ -19,22 +19,20 @@ _CHANNEL_IN_LINE: Final = re.compile(r"\bChan\s+(?P<number>\d+)\s*:", re.I)
 
 
 def require_agreement(header: Header, length_index: int, length: float, step: float) -> None:
-    """Refuse a channel whose header contradicts itself or its samples.
+    """Reject a channel whose header contradicts itself or the samples.
 
     Parameters
     ----------
-    header : Header
-        Of the channel.
     length_index : int
         Index of the line that states the length of the record.
     length, step : float
-        Samples times interval, and interval [s].
+        Number of samples times time step, and time step [s].
 
     Raises
     ------
     InputError
-        If first line and name state different channels, or the length is more than two steps from
-        that of the samples.
+        If two channel numbers differ, or the stated length differs from that of the samples by more
+        than two steps.
     """
     _require_number(header)
     stated = _LENGTH.search(header.lines[length_index])
@@ -48,21 +46,16 @@ def require_agreement(header: Header, length_index: int, length: float, step: fl
 
 
 def direction_of(header: Header) -> tuple[Orientation, float]:
-    """Return orientation and azimuth [degree] of a channel, by its name and the integer header.
-
-    Parameters
-    ----------
-    header : Header
-        Of the channel.
+    """Return orientation and azimuth [degree] of a channel from its name and the integer header.
 
     Raises
     ------
     InputError
-        If the two state different directions, or one of them up, the other down.
+        If name and integer header contradict each other.
     """
     stated = header.item(_DIRECTION)
     orientation, azimuth = direction(header.component)
-    # An item that is not filled in is 0 or -999.
+    # 0 and -999 mean that the item is not filled in.
     if stated is None or stated <= 0 or orientation is Orientation.UNSTATED:
         return orientation, azimuth
     sense: Orientation | None = orientation

@@ -1,7 +1,7 @@
-"""CSMIP/CDMG volume 1 (V1): uncorrected acceleration in g, several channels in a file.
+"""Reader of CSMIP/CDMG volume 1 (V1): uncorrected acceleration in g, several channels per file.
 
-Each channel has 13 lines of text, 7 of integers (16I5), 7 of reals, one that states number, rate,
-units and columns of the samples, the samples in those columns, and a line `/& ... End of Data`.
+A channel has 13 lines of text, 7 of integers (16I5), 7 of reals, one line with number, rate, units
+and columns of the samples, the samples, and a line `/& ... End of Data`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _FIRST_INTEGERS: Final = 13
 _FIRST_REALS: Final = 20
 _NAME: Final = 6
 _UNITS_LINE: Final = 11
-#: Items of the integer header that state the number of samples, counted from 1.
+#: Items of the integer header with the number of samples, counted from 1.
 _COUNTS: Final = (28, 33)
 
 _TOP: Final = re.compile(r"\s*Uncorrected Accelerogram Data\b", re.I)
@@ -48,7 +48,7 @@ _SAMPLES: Final = re.compile(
     r"\.(?P<places>\d{1,2})\)",
     re.I,
 )
-#: Items of the real header: the largest sample [g], and its time [s].
+#: Items of the real header with the largest sample [g] and its time [s].
 _PEAK: Final = (7, 8)
 _PEAK_IN_TEXT: Final = re.compile(
     r".*\bMax\s*=\s*(?P<peak>[-+\d.]+)\s*g\s*,\s*at\s+(?P<time>[\d.]+)\s*sec", re.I
@@ -63,18 +63,13 @@ _EXPECTED: Final = (
 
 @dataclass(frozen=True)
 class _Channel(Header):
-    """The header of one channel, and its lines of samples."""
+    """Header and lines of samples of one channel."""
 
     body: list[bytes]
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a CSMIP volume 1 file.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a CSMIP volume 1 file.
 
     Examples
     --------
@@ -90,20 +85,11 @@ def sniff(head: bytes) -> bool:
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """Read every channel of a CSMIP volume 1 file.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the headers.
-
     Raises
     ------
     InputError
-        If a header is not of 28 lines, its statements of the number of samples or of the peak
-        differ from each other or from the samples present, or a column holds no number.
+        If a header does not have 28 lines, stated numbers of samples or peaks differ from each
+        other or from the samples, or a column does not hold a number.
 
     Examples
     --------
@@ -120,7 +106,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
-    """Cut the file where its `/&` lines and its headers say."""
+    """Split a file into channels, which end with a `/&` line or before the next header."""
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
@@ -187,7 +173,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
 
 
 def _peaks(channel: _Channel) -> list[StatedPeak]:
-    """The peak as the real header states it, finely, and as the text does; where they do."""
+    """Return the peaks stated in the real header and in the text, if any."""
     value, time = (channel.real(item) for item in _PEAK)
     stated = [(value, time, _FIRST_REALS)] if value and time else []
     text = _PEAK_IN_TEXT.match(channel.lines[_UNITS_LINE])
@@ -200,7 +186,7 @@ def _peaks(channel: _Channel) -> list[StatedPeak]:
 
 
 def _count_and_rate(channel: _Channel, samples: re.Match[str]) -> tuple[int, float]:
-    """Number of samples and samples per second, compared wherever the header states them."""
+    """Return number of samples and sampling rate [Hz] after comparing all statements of them."""
     points = _POINTS.match(channel.lines[10])
     assert points  # noqa: S101 - the header was required to have it
     line = channel.line(27)

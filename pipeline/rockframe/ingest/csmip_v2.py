@@ -1,9 +1,10 @@
-"""CSMIP/CDMG volume 2 (V2): corrected acceleration in cm/s2, several channels in a file.
+"""Reader of CSMIP/CDMG volume 2 (V2): corrected acceleration in cm/s2, several channels per file.
 
-Each channel has 25 lines of text, 7 of integers (16I5), 13 of reals (8F10), blocks of acceleration,
-velocity and displacement, each under a line that states number, interval and units, and a line
-`/& ... End of data`. Velocity and displacement are counted and passed over. The header prints the
-peak with its sign. Trigger times are no start times: a recorder may keep what came before.
+A channel has 25 lines of text, 7 of integers (16I5), 13 of reals (8F10), blocks of acceleration,
+velocity and displacement, and a line `/& ... End of data`. A heading above each block states
+number, time step and units. Velocity and displacement are counted but not read. The header prints
+the peak with its sign. Trigger times are not used as start times, because recorders keep samples
+from before the trigger.
 """
 
 from __future__ import annotations
@@ -37,11 +38,11 @@ _HEADER_LINES: Final = 45
 _FIRST_INTEGERS: Final = 25
 _FIRST_REALS: Final = 32
 _NAME: Final = 7
-#: Items of the integer header that state the number of samples, counted from 1.
+#: Items of the integer header with the number of samples, counted from 1.
 _COUNTS: Final = (53,)
-#: Item of the real header that states the time step [s].
+#: Item of the real header with the time step [s].
 _STEP: Final = 61
-_COLUMNS: Final = Columns(8, 10)  # of blocks whose heading names none
+_COLUMNS: Final = Columns(8, 10)  # default if the heading states no format
 
 _TOP: Final = re.compile(r"\s*Corrected Accelerogram\b", re.I)
 _SPECTRA: Final = re.compile(r"\s*Response and Fourier amplitude spectra\b", re.I)
@@ -81,7 +82,7 @@ _EXPECTED: Final = (
 
 @dataclass(frozen=True)
 class _Block:
-    """A block of samples: its heading, the heading's number in the file, and its lines."""
+    """A block of samples: its heading, the line number of the heading, and its lines."""
 
     heading: re.Match[str]
     line: int
@@ -98,18 +99,13 @@ class _Block:
 
 @dataclass(frozen=True)
 class _Channel(Header):
-    """The header of one channel, and its blocks: acceleration, velocity, displacement."""
+    """Header of one channel, and its blocks of acceleration, velocity and displacement."""
 
     blocks: list[_Block]
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a CSMIP volume 2 file, or of its sibling volume 3.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a CSMIP volume 2 or 3 file.
 
     Examples
     --------
@@ -127,21 +123,12 @@ def sniff(head: bytes) -> bool:
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """Read every channel of a CSMIP volume 2 file.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the headers.
-
     Raises
     ------
     InputError
-        If it is volume 3, a header or a block is not as the format says, its statements of the
-        number of samples, the interval or the peak differ from each other or from the samples, or a
-        column holds no number.
+        If the file is volume 3, a header or block does not follow the format, stated numbers of
+        samples, time steps or peaks differ from each other or from the samples, or a column does
+        not hold a number.
 
     Examples
     --------
@@ -186,7 +173,7 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
 
 
 def _block(path: Path, lines: list[bytes], start: int, quantity: str) -> _Block:
-    """The block that starts at a line, up to the next heading."""
+    """Return the block that starts at a line and ends before the next heading."""
     text = lines[start].decode("latin-1") if start < len(lines) else ""
     heading = _BLOCK.match(text)
     if not heading or heading["quantity"].lower() != quantity:
@@ -257,7 +244,7 @@ def _require_counts(channel: _Channel) -> None:
 
 
 def _time_step(channel: _Channel) -> float:
-    """Interval [s] as stated with the most digits, compared wherever it is stated."""
+    """Return the time step [s] with the most digits after comparing all statements of it."""
     block = channel.blocks[0]
     interval = _INTERVAL.match(channel.lines[16])
     assert interval  # noqa: S101 - the header was required to have it
@@ -274,7 +261,7 @@ def _time_step(channel: _Channel) -> float:
         if abs(other.value - step.value) > 0.5 * step.unit + 1e-9:
             message = f"interval {step.value:g} s stated, but {other.value:g} s in {place}."
             raise InputError(channel.path, f"{message} Must be equal.", line=block.line)
-    # Three places do not hold 1/240 s, the seven of the real header almost do.
+    # Three decimals are too few for 1/240 s; the seven digits of the real header almost suffice.
     same = not item or math.isclose(item.value, step.value, rel_tol=1e-6)
     return step.value if same or not item else item.value
 

@@ -1,4 +1,4 @@
-"""ESM and ITACA, DYNA 1.2 ASCII: 64 lines `KEY: value`, then one column of samples in cm/s2."""
+"""Reader of ESM and ITACA files (DYNA 1.2 ASCII): 64 lines `KEY: value`, then samples in cm/s2."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from rockframe.units import acceleration_factor
 
 _KEY: Final = re.compile(r"(?P<key>[A-Z][A-Z0-9_^/]*):(?P<value>.*)")
 _MARKS: Final = ("NDATA:", "SAMPLING_INTERVAL_S:", "HEADER_FORMAT:")
-#: The header has 64 lines; a file without samples is searched no further than this.
+#: Largest number of header lines to read; a valid header has 64.
 _LONGEST_HEADER: Final = 100
-#: Numbers of fixed decimals that touch: a sign right behind a digit begins the next one.
+#: Boundary of two numbers without a blank between them: a sign directly after a digit.
 _TOUCHING: Final = re.compile(rb"(?<=\d)(?=[-+])")
 _NEEDED: Final = (
     "HEADER_FORMAT",
@@ -41,7 +41,7 @@ _NEEDED: Final = (
 
 @dataclass(frozen=True)
 class _Header:
-    """Values by key, as printed, with the line of each, and the number of lines."""
+    """Header values as printed and their line numbers, by key; and the number of lines."""
 
     path: Path
     values: Mapping[str, str]
@@ -52,7 +52,7 @@ class _Header:
         return self.values.get(key, "")
 
     def number(self, key: str) -> float:
-        """A number that may be left out: NaN if it is."""
+        """Return an optional number; NaN if missing."""
         token = self.get(key)
         if not token:
             return math.nan
@@ -70,12 +70,7 @@ class _Header:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of an ESM or ITACA file, of acceleration or its siblings.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of an ESM or ITACA file of any quantity.
 
     Examples
     --------
@@ -91,22 +86,13 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    r"""Read the one component of an ESM or ITACA file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the header.
+    r"""Return the record of an ESM or ITACA file.
 
     Raises
     ------
     InputError
-        If the header is no DYNA 1.2 of acceleration in cm/s2, a key is missing, or NDATA, duration
-        or PGA are not those of the samples.
+        If the file is not DYNA 1.2 acceleration in cm/s2, a key is missing, or NDATA, duration or
+        PGA differ from the samples.
 
     Examples
     --------
@@ -129,7 +115,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         samples,
         "cm/s2",
         line,
-        # Headers of published files state negative peaks too.
+        # Headers of published files contain negative peaks.
         signed=True,
         time=header.get("TIME_PGA_S"),
         time_step=step,
@@ -186,7 +172,7 @@ def _header(path: Path, text: bytes) -> _Header:
 
 
 def _samples(header: _Header, text: bytes) -> NDArray[np.float64]:
-    """Samples [cm/s2]."""
+    """Return the samples [cm/s2]."""
     rest = text.split(b"\n", header.count)
     body = rest[header.count] if len(rest) > header.count else b""
     if _TOUCHING.search(body):
@@ -202,7 +188,7 @@ def _require_count(header: _Header, samples: int, step: float) -> None:
         message = f"NDATA {stated} in the header, {samples} samples in the file. Must be equal."
         raise InputError(header.path, message, line=header.lines["NDATA"])
     duration = header.number("DURATION_S")
-    # The last sample may or may not be counted; durations are printed to 5 ms.
+    # Durations may be one step shorter, and are rounded to 5 ms.
     if abs(duration - samples * step) > 1.5 * step + 0.005:
         message = (
             f"DURATION_S {duration:g} in the header, {samples} samples at {step:g} s in the file, "
@@ -217,7 +203,7 @@ def _corner(header: _Header, key: str) -> float:
 
 
 def _is_uncorrected(header: _Header) -> bool:
-    """Whether the header says that nothing was done; if it says nothing, whether a baseline was."""
+    """Return whether PROCESSING is none or, if it is empty, the baseline was not removed."""
     processing = header.get("PROCESSING").lower()
     if processing:
         return processing.startswith("none")
@@ -225,7 +211,7 @@ def _is_uncorrected(header: _Header) -> bool:
 
 
 def _start_time(stated: str) -> str:
-    """Time of the first sample, ISO 8601 UTC, as finely as stated; empty if none is."""
+    """Return the start time (ISO 8601, UTC) with the stated decimals; empty if unstated."""
     day, _, time = stated.partition(".")
     try:
         start = datetime.strptime(day, "%Y%m%d_%H%M%S").replace(tzinfo=UTC)

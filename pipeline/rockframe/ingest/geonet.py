@@ -1,7 +1,7 @@
-"""GeoNet (New Zealand) V1A and V2A: three components a file, in mm/s2, ten columns of eight.
+"""Reader of GeoNet (New Zealand) V1A and V2A: three components per file, in mm/s2.
 
-Each component has 16 lines of text, 4 of integers (10I8), 6 of reals (10F8), then the samples: of
-acceleration alone in V1A, of acceleration, velocity and displacement in V2A.
+A component has 16 lines of text, 4 of integers (10I8), 6 of reals (10F8), and the samples (10
+columns of 8): acceleration in V1A; acceleration, velocity and displacement in V2A.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ from rockframe.units import acceleration_factor
 _TEXT_LINES: Final = 16
 _HEADER_LINES: Final = 26
 _COLUMNS: Final = Columns(10, 8)
-#: First lines of the blocks of integers and reals, counted from 0.
+#: Indices of the first lines of integers and reals.
 _INTEGERS: Final = 16
 _REALS: Final = 20
-#: Items of the integer header, counted from 1: buffer start, direction, counts of the blocks.
+#: Items of the integer header, counted from 1: start of the buffer, direction, number of prepended
+#: samples, numbers of samples in the blocks.
 _START: Final = (9, 10, 19, 20, 39, 40)
 _DIRECTION: Final = 28
 _PREPENDED: Final = 32
 _COUNTS: Final = (34, 35, 36)
-#: Item of the real header: interval of the samples [s].
+#: Item of the real header with the time step [s].
 _STEP: Final = 26
 
 _TOP: Final = re.compile(r"(?P<kind>Unc|C)orrected accelerogram\b", re.I)
@@ -64,7 +65,7 @@ _MAGNITUDE: Final = re.compile(r"\bM[A-Z]?\s+(?P<magnitude>\d+(?:\.\d+)?)\s*$", 
 
 @dataclass(frozen=True)
 class _Component:
-    """The lines of one component, and the number in the file of its first."""
+    """Lines of one component, and the line number of the first."""
 
     path: Path
     header: list[str]
@@ -106,12 +107,7 @@ class _Component:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a GeoNet V1A or V2A file.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a GeoNet V1A or V2A file.
 
     Examples
     --------
@@ -123,22 +119,13 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read the acceleration of the three components of a GeoNet file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the headers.
+    """Return the acceleration records of the three components of a GeoNet file.
 
     Raises
     ------
     InputError
-        If there are not three components, a header's counts, time steps, bearing or peak disagree
-        with each other or with the samples, or a column holds no number.
+        If there are not three components; counts, time steps, bearing or peak disagree with each
+        other or with the samples; or a column does not hold a number.
 
     Examples
     --------
@@ -158,7 +145,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _components(path: Path, lines: list[bytes]) -> list[_Component]:
-    """Cut the file where its headers begin."""
+    """Split a file into components at their headers."""
     tops = [i for i, line in enumerate(lines) if _TOP.match(line[:40].decode("latin-1"))]
     if not tops or tops[0] != 0:
         shown = lines[0].decode("latin-1").strip()[:40]
@@ -192,7 +179,7 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
         signed=True,
         time=peak["time"],
         time_step=step,
-        # Times are counted from the first sample that was recorded, behind those put before it.
+        # Times are counted from the first recorded sample, which follows the prepended ones.
         first=-step * max(component.integer(_PREPENDED), 0),
     )
     filtered = _FILTER.match(component.header[11])
@@ -219,7 +206,7 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
 
 
 def _step(component: _Component) -> float:
-    """Interval of the samples [s]: as in the text, and as in the real header."""
+    """Return the time step [s] after comparing text and real header."""
     if component.uncorrected:
         stated = component.matched(
             10, _RAW, "Raw readings in units of 1.00 mm/s/s  at intervals of 0.005 s"
@@ -240,7 +227,7 @@ def _step(component: _Component) -> float:
 
 
 def _samples(component: _Component, step: float) -> NDArray[np.float64]:
-    """Acceleration [mm/s2]; velocity and displacement are only counted."""
+    """Return the acceleration [mm/s2]; velocity and displacement are only counted."""
     counts = [component.integer(item) for item in _COUNTS]
     points = component.matched(9, _POINTS, "Number of points  5800    Duration 115.98 sec")
     if int(points["count"]) != counts[0] or counts[0] < 2:
@@ -250,7 +237,7 @@ def _samples(component: _Component, step: float) -> NDArray[np.float64]:
         )
         raise component.error(9, message)
     duration = float(points["duration"]) if is_number(points["duration"].encode()) else math.nan
-    # The last sample may or may not be counted; durations are printed to 10 ms.
+    # Durations may be one step shorter, and are rounded to 10 ms.
     if not abs(duration - counts[0] * step) <= 1.5 * step + 0.01:
         message = (
             f"{points['duration']} s stated, but {counts[0]} points at {step:g} s. Must agree."
@@ -273,7 +260,7 @@ def _samples(component: _Component, step: float) -> NDArray[np.float64]:
 
 
 def _direction(component: _Component) -> tuple[Orientation, float]:
-    """Direction by the name, which must be that of the integer header for a horizontal."""
+    """Return the direction from the name; for a horizontal it must match the integer header."""
     orientation, azimuth = direction(component.name)
     stated = component.integer(_DIRECTION)
     turn = abs((azimuth - stated + 180.0) % 360.0 - 180.0)
@@ -287,7 +274,7 @@ def _direction(component: _Component) -> tuple[Orientation, float]:
 
 
 def _start_time(component: _Component) -> str:
-    """Start of the buffer, ISO 8601 UTC; empty if samples were put before it, or it is no time."""
+    """Return the start of the buffer (ISO 8601, UTC); empty if invalid or padded in front."""
     year, month, day, hour, minute, milliseconds = (component.integer(item) for item in _START)
     if component.integer(_PREPENDED):
         return ""

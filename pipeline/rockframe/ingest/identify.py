@@ -1,4 +1,4 @@
-"""Names: identifiers of records, and what the name of a component says about its direction."""
+"""Record identifiers, and the direction of a component from its name."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ _BEARING: Final = re.compile(r"([NS])(\d{1,2})([EW])")
 
 
 def record_ids(path: Path, components: Sequence[str]) -> list[str]:
-    """Return identifiers for the channels of a file.
+    """Return an identifier for each channel of a file.
 
     Parameters
     ----------
     path : Path
-        The file; its name without the suffix is the stem. Letters and digits of any script stay;
-        other characters than points, hyphens and underscores become underscores, and the stem is
-        cut so that the identifier has at most 64.
+        The file. Its name without the suffix is the stem. Characters other than letters and digits
+        of any script, points, hyphens and underscores become underscores. The stem is shortened so
+        that the identifier has at most 64 characters.
     components : sequence of str
-        One name a channel. A single channel is called by the stem alone; channels of equal name
-        are numbered.
+        Name of each channel. The identifier of a single channel is the stem; channels with equal
+        names are numbered.
 
     Examples
     --------
@@ -68,20 +68,20 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
 
 
 def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
-    """Give further identifiers for the channels of a file whose first ones are taken.
+    """Yield alternative identifiers for the channels of a file if the first ones are in use.
 
     Parameters
     ----------
     ids : sequence of str
-        As `record_ids` gave them.
+        Identifiers from `record_ids`.
     name : str
-        The file within the folder that was asked for, or ``archive:member``.
+        Path of the file relative to the requested folder, or ``archive:member``.
 
     Yields
     ------
     list of str
-        With the whole name of the file instead of its stem, then with the folder before the stem,
-        then before the whole name. The name of an archive stands for a folder.
+        Identifiers with the whole file name instead of the stem, then with the folder before the
+        stem, then with the folder before the whole name. An archive counts as a folder.
 
     Examples
     --------
@@ -98,19 +98,12 @@ def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
 
 
 def require_distinct(path: Path, records: Sequence[Record]) -> None:
-    """Refuse a file that holds a channel twice.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for the error.
-    records : sequence of Record
-        Its channels.
+    """Reject a file that contains a channel twice.
 
     Raises
     ------
     InputError
-        If two of the same component have the same samples.
+        If two records have the same component and samples.
 
     Examples
     --------
@@ -129,17 +122,15 @@ def require_distinct(path: Path, records: Sequence[Record]) -> None:
 
 
 def with_ending(path: Path, endings: Sequence[str]) -> Path:
-    """Return a path whose stem is the whole name, but for an ending that is one of the format's.
+    """Return a path whose stem is the file name without the usual extensions of the format.
 
-    What stands behind the last point of a name may be a component or a day; cutting it off would
-    give several files one identifier.
+    Other text after the last point may be a component or a day. Removing it would give several
+    files the same identifier.
 
     Parameters
     ----------
-    path : Path
-        The file.
     endings : sequence of str
-        Endings of the format, in lower case, with the point.
+        Extensions of the format, in lower case, with the point.
 
     Examples
     --------
@@ -152,12 +143,7 @@ def with_ending(path: Path, endings: Sequence[str]) -> Path:
 
 
 def seed_direction(code: str) -> tuple[Orientation, float]:
-    """Return what a SEED channel code says of its direction: its third letter, if Z, N or E.
-
-    Parameters
-    ----------
-    code : str
-        The code, as in ``HNE``.
+    """Return the direction of a SEED channel code such as ``HNE``: its third letter, if Z, N or E.
 
     Returns
     -------
@@ -175,7 +161,7 @@ def seed_direction(code: str) -> tuple[Orientation, float]:
 
 
 def direction(component: str) -> tuple[Orientation, float]:
-    """Return what a component's name says of its direction; nothing is guessed.
+    """Return the direction that the name of a component states; nothing is guessed.
 
     Parameters
     ----------
@@ -213,19 +199,19 @@ def direction(component: str) -> tuple[Orientation, float]:
 
 
 def upright_sense(component: str, coded: Orientation) -> Orientation | None:
-    """Return the sense of a vertical by its name and by a header's code for up or down.
+    """Return the sense of a vertical from its name and a header code for up or down.
 
     Parameters
     ----------
     component : str
-        Its name; one that tells no sense, as ``VERT``, leaves it to the code.
+        Name of the component. If it states no sense, such as ``VERT``, the code decides.
     coded : Orientation
-        What the code says.
+        Sense according to the code.
 
     Returns
     -------
     Orientation or None
-        None if name and code contradict each other.
+        Sense of the vertical; None if name and code contradict each other.
 
     Examples
     --------
@@ -240,7 +226,7 @@ def upright_sense(component: str, coded: Orientation) -> Orientation | None:
 
 
 def _shared(one: str, other: str) -> int:
-    """Number of characters with which both begin."""
+    """Return the length of the common beginning."""
     pairs = takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False))
     return sum(1 for _ in pairs)
 
@@ -255,11 +241,11 @@ def _safe(name: str) -> str:
 
 
 def _begun(name: str) -> str:
-    """A safe name from its first letter or digit on."""
+    """Return a safe name without leading points, hyphens and underscores."""
     return "".join(dropwhile(lambda c: not is_record_id(c), _safe(name)))
 
 
 def _cut(stem: str, end: str = "") -> str:
-    """A stem and its end within the length of an identifier, which as a file name has room too."""
+    """Join stem and end; shorten the stem to fit both an identifier and a file name (in bytes)."""
     room = LONGEST_ID - len(end)
     return stem[:room].encode()[: 3 * room].decode(errors="ignore") + end

@@ -1,7 +1,7 @@
-"""K-NET and KiK-net ASCII: counts with a scale factor, one component a file.
+"""Reader of K-NET and KiK-net ASCII: counts with a scale factor, one component per file.
 
-obspy's reader takes files that are cut, or hold NaN, without a word; so the header is held against
-the samples before it, and the stated peak against the result after it. The offset is left as it is.
+The reader of obspy silently accepts truncated files and NaN. The header is therefore compared with
+the samples before it is used, and the stated peak with its result. The offset is not removed.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, record_ids, with_ending
 from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.obspy_readers import read_stream
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
-from rockframe.ingest.through_obspy import read_stream
 from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
 
-#: The lines of the header, in their order.
+#: Keys of the header lines, in order.
 _KEYS: Final = (
     "Origin Time",
     "Lat.",
@@ -44,18 +44,18 @@ _KEYS: Final = (
     "Last Correction",
     "Memo.",
 )
-#: Numbers of KiK-net's six directions: 1 to 3 in the borehole, 4 to 6 on the surface.
+#: Names of the six KiK-net directions: 1 to 3 in the borehole, 4 to 6 on the surface.
 _KIK_NET: Final = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
 _PLACES: Final = {"1": " (borehole)", "2": " (surface)"}
 _SCALE: Final = re.compile(r"(?P<gal>[\d.]+)\(gal\)/(?P<counts>[\d.]+)")
 _RATE: Final = re.compile(r"(?P<rate>\d{1,5})\s*Hz", re.I)
-#: Characters of a sample, with the blank between two.
+#: Characters per sample, including the blank between two.
 _WIDTH: Final = 9
 
 
 @dataclass(frozen=True)
 class _Header:
-    """Values by key, as printed."""
+    """Header values as printed, by key."""
 
     path: Path
     values: Mapping[str, str]
@@ -81,12 +81,7 @@ class _Header:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a K-NET or KiK-net file.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a K-NET or KiK-net file.
 
     Examples
     --------
@@ -98,23 +93,13 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read the one component of a K-NET or KiK-net file, its offset left as it is.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the header.
+    """Return the record of a K-NET or KiK-net file; its offset is not removed.
 
     Raises
     ------
     InputError
-        If a line of the header is missing or not as it must be, the samples are other in number
-        than duration and rate say, one is no number, or their peak without the mean is not the
-        stated one to its last printed digit.
+        If a header line is missing or invalid, the number of samples contradicts duration and rate,
+        a sample is not a number, or the peak without the mean differs from the stated one.
 
     Examples
     --------
@@ -146,7 +131,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             component=component,
             orientation=orientation,
             azimuth=azimuth,
-            # K-NET and the upper sensors of KiK-net stand on free ground.
+            # K-NET and the surface sensors of KiK-net are in the free field.
             site_type=SiteType.BOREHOLE if component.endswith("1") else SiteType.FREE_FIELD,
             event=f"{header.values['Origin Time']} JST",
             station=station + _PLACES.get(component[-1], ""),
@@ -176,7 +161,7 @@ def _header(path: Path, text: bytes) -> _Header:
 
 
 def _scale(header: _Header) -> float:
-    """Acceleration of one count [gal]."""
+    """Return the acceleration of one count [gal]."""
     stated = header.matched("Scale Factor", _SCALE, "3920(gal)/6182761")
     tokens = stated["gal"], stated["counts"]
     if not all(is_number(token.encode()) and float(token) > 0.0 for token in tokens):
@@ -198,9 +183,9 @@ def _require_count(header: _Header, samples: int, rate: int) -> None:
 
 
 def _require_columns(path: Path, body: bytes) -> None:
-    """Refuse lines in which a number is longer or shorter than its column: a digit is lost."""
+    """Reject lines with numbers that do not fill their columns, because a digit was lost."""
     rows = [row.rstrip() for row in body.rstrip().split(b"\n")]
-    # The blank that follows each number is cut off at the end, or stands before the number.
+    # The blank of a column either follows the number (and is stripped at the end) or precedes it.
     short = len(rows[0]) % _WIDTH == _WIDTH - 1
     for line, row in enumerate(rows, len(_KEYS) + 1):
         must = _WIDTH * len(row.split()) - short
@@ -218,7 +203,7 @@ def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> ND
 
 
 def _peak_ratio(header: _Header, acceleration: NDArray[np.float64]) -> float:
-    """The peak in the file without its mean over the stated one, which must be the same."""
+    """Return the ratio of actual peak without the mean to stated peak; raise if they differ."""
     key = "Max. Acc. (gal)"
     gal = (acceleration - acceleration.mean()) / acceleration_factor("gal")
     return require_printed_peak(header.path, header.values[key], gal, "gal", header.line(key))

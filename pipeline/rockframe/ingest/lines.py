@@ -1,4 +1,4 @@
-"""Bytes of a text file into lines and numbers, with the line of the first bad number."""
+"""Split text files into lines and numbers; errors state the line of the first bad number."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from rockframe.cells import decimal
 from rockframe.errors import InputError
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
-#: DOS ends a text with one or more of these, up to a whole sector.
+#: End-of-file mark of DOS, which may fill a whole sector.
 _END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
-#: No acceleration or time is as large in any unit; products of smaller ones stay finite.
+#: No acceleration or time is this large in any unit, and products of smaller numbers are finite.
 _LARGEST: Final = 1e30
-#: So many numbers of one form before the last show that it should have that form.
+#: If this many numbers before the last have the same form, the last must have it too.
 _ENOUGH: Final = 10
-#: Numbers are parsed in pieces of this many bytes, so that memory stays flat.
+#: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
 
 
 def is_utf16(head: bytes) -> bool:
-    r"""Whether a file begins with the byte order mark of UTF-16.
+    r"""Return whether a file begins with the byte order mark of UTF-16.
 
     Examples
     --------
@@ -36,9 +36,9 @@ def is_utf16(head: bytes) -> bool:
 
 
 def unify_line_ends(data: bytes) -> bytes:
-    r"""Return text whose lines end with LF, without the mark of UTF-8.
+    r"""Return text with LF line ends, without the byte order mark of UTF-8.
 
-    CR-LF, CR-CR-LF (text sent twice through a DOS conversion) and CR alone are line ends.
+    CR-LF, CR-CR-LF (text converted twice for DOS) and CR are line ends.
 
     Examples
     --------
@@ -52,19 +52,12 @@ def unify_line_ends(data: bytes) -> bytes:
 
 
 def text_of(path: Path, data: bytes) -> bytes:
-    r"""Return the text of a file with unified line ends, without the end marks of DOS.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for the error.
-    data : bytes
-        Its contents.
+    r"""Return the text of a file with LF line ends, without the end-of-file marks of DOS.
 
     Raises
     ------
     InputError
-        If it is UTF-16 or holds a NUL byte.
+        If the file is UTF-16 or contains a NUL byte.
 
     Examples
     --------
@@ -82,12 +75,7 @@ def text_of(path: Path, data: bytes) -> bytes:
 
 
 def head_lines(head: bytes) -> list[str]:
-    r"""Return the first lines of a text file, or none if it is binary.
-
-    Parameters
-    ----------
-    head : bytes
-        The file's beginning; its last line may be cut.
+    r"""Return the lines in the head of a text file, the last of which may be cut; none if binary.
 
     Examples
     --------
@@ -100,7 +88,7 @@ def head_lines(head: bytes) -> list[str]:
 
 
 def is_number(token: bytes) -> bool:
-    """Whether a token is a finite decimal number, below 1e30 in size.
+    """Return whether a token is a decimal number with an absolute value below 1e30.
 
     Examples
     --------
@@ -114,12 +102,7 @@ def is_number(token: bytes) -> bool:
 
 
 def are_finite(values: NDArray[np.float64]) -> bool:
-    """Whether all numbers of an array are finite, and below 1e30 in size.
-
-    Parameters
-    ----------
-    values : array
-        Numbers in any unit, any shape.
+    """Return whether all absolute values of an array are below 1e30 (and none is NaN).
 
     Examples
     --------
@@ -142,7 +125,7 @@ def bad_number(path: Path, token: bytes, line: int, quantity: str = "acceleratio
 
 
 def blocks(body: bytes) -> Iterator[bytes]:
-    r"""Cut a text into pieces of some megabytes that end with whole lines.
+    r"""Yield blocks of a few megabytes that consist of whole lines.
 
     Examples
     --------
@@ -157,14 +140,12 @@ def blocks(body: bytes) -> Iterator[bytes]:
 
 
 def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float64]:
-    r"""Read all numbers of a text, separated by white space.
+    r"""Return all numbers of a text, separated by white space.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     body : bytes
-        The text, with LF line ends.
+        Text with LF line ends.
     first_line : int
         Line number of its first line in the file.
 
@@ -175,7 +156,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
     Raises
     ------
     InputError
-        With the line and the token, if one is not a finite number; if the text ends within one.
+        If a token is not a finite number, or the text ends within a number.
 
     Examples
     --------
@@ -187,7 +168,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
     except ValueError:
         raise _first_bad_number(path, body, first_line) from None
     values = np.concatenate([np.empty(0), *pieces])
-    # float() takes the underscores of Python's own literals; no archive writes them.
+    # float() accepts underscores, as in Python literals; no archive writes them.
     if b"_" in body or not are_finite(values):
         raise _first_bad_number(path, body, first_line)
     require_whole_end(path, body, first_line)
@@ -195,26 +176,24 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
 
 
 def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1) -> None:
-    r"""Refuse a text that ends within its last number, which would read as another number.
+    r"""Reject a text that was cut within its last number, which would be read as another number.
 
-    Only a text without a last line end is looked at, whose numbers before the last are all printed
-    with as many digits, the last with fewer.
+    A number counts as cut if no line end follows and it has fewer digits than the numbers before
+    it, which all have the same number of digits.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     body : bytes
         Numbers separated by white space or commas.
     first_line : int
-        Line number of the first of them.
+        Line number of the first number.
     columns : int
-        Columns of a table; those of the last are compared.
+        Number of columns of a table; only the last column is compared.
 
     Raises
     ------
     InputError
-        With the line and the number.
+        If the text ends within a number.
 
     Examples
     --------
@@ -238,7 +217,7 @@ def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1
 
 
 def _digits(token: bytes) -> tuple[int, int]:
-    """Characters after the decimal point, and of the exponent."""
+    """Return the number of decimals and the length of the exponent."""
     number, _, exponent = token.lower().partition(b"e")
     return len(number.partition(b".")[2]), len(exponent)
 

@@ -1,7 +1,7 @@
-"""miniSEED 2: counts, which the StationXML beside the file turns into acceleration.
+"""Reader of miniSEED 2: counts, converted to acceleration with the StationXML of the instrument.
 
-obspy's reader skips what is no record and drops a last one that is cut; so the records are walked
-through before it, and their samples counted.
+The reader of obspy silently skips invalid data records and drops a truncated last one. The data
+records are therefore checked and their samples counted before it is used.
 """
 
 from __future__ import annotations
@@ -19,33 +19,28 @@ from rockframe.errors import InputError
 from rockframe.ingest.containers import printable
 from rockframe.ingest.identify import record_ids, with_ending
 from rockframe.ingest.lines import are_finite
+from rockframe.ingest.obspy_readers import read_stream
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.stationxml import ChannelResponse, find_response
-from rockframe.ingest.through_obspy import read_stream
 from rockframe.record import Record
 
 _ENDINGS: Final = (".mseed", ".miniseed", ".ms", ".msd", ".seed")
 _FIXED_HEADER: Final = 48
-#: Bytes of the number of a record in its sequence.
+#: Length of the sequence number of a data record [bytes].
 _SEQUENCE: Final = 6
-#: Place of the flags of data quality, and their bits: saturated or clipped; missing or padded.
+#: Offset of the data quality flags, and their bits: saturated or clipped; missing or padded.
 _QUALITY, _CLIPPED, _PADDED = 38, 0b11, 0b10000
 _LENGTH_BLOCKETTE: Final = 1000
-#: Second letter of a channel code: seismometers of high gain record velocity.
+#: Second letter of a channel code: high-gain seismometers, which record velocity.
 _SEISMOMETER: Final = "H"
-#: Relative difference of sample rates that are the same; clocks are corrected in the last digits.
+#: Relative tolerance of sample rates, whose last digits depend on clock corrections.
 _SAME_RATE: Final = 1e-4
-#: Share of each end of a record that is tapered before its full response is taken out.
+#: Share of the record tapered at each end before the response is removed.
 _TAPER: Final = 0.05
 
 
 def sniff(head: bytes) -> bool:
-    """Whether a file's beginning is that of a miniSEED 2 record.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    """Return whether the head of a file is that of a miniSEED 2 record.
 
     Examples
     --------
@@ -61,23 +56,16 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read the channels of a miniSEED file, in m s-2 by the StationXML of their instruments.
+    """Return the channels of a miniSEED file in m s-2, using the StationXML of their instruments.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors; the ``*.xml`` in its folder are looked at.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        The StationXML, if it is elsewhere, and the water level, if the full response is to be
-        taken out and not the sensitivity alone.
+    Without `options.station_xml`, the ``*.xml`` files of the folder are searched. The samples are
+    divided by the sensitivity or, if `options.water_level` is given, the full response is removed.
 
     Raises
     ------
     InputError
-        If a record is damaged or cut, or says that its data are padded, a channel has a gap or an
-        overlap, records velocity, or has no StationXML of its time, or the rates of the two differ.
+        If a data record is corrupted, truncated or flagged as padded; or a channel has a gap or an
+        overlap, records velocity, has no StationXML for its time, or has another sample rate there.
 
     Examples
     --------
@@ -101,7 +89,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
-    """Place and number of samples of each record, all of which must be whole."""
+    """Yield offset and number of samples of each data record; raise if one is not complete."""
     start = 0
     while start < len(data):
         header = data[start : start + _FIXED_HEADER]
@@ -123,9 +111,9 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _said(path: Path, data: bytes, places: Sequence[tuple[int, int]]) -> tuple[str, ...]:
-    """What the headers say of the whole: where the sequence begins, and of the data quality.
+    """Return notes for `processing` about sequence number and data quality flags.
 
-    Nothing in a file says what came before its first record or after its last one.
+    A file does not state whether data records before its first or after its last one are missing.
     """
     first = data[:_SEQUENCE].decode("ascii").lstrip(" 0")
     said = (
@@ -138,7 +126,7 @@ def _said(path: Path, data: bytes, places: Sequence[tuple[int, int]]) -> tuple[s
 
 
 def _length(data: bytes, start: int, order: str) -> int | None:
-    """Length of a record by its blockette 1000, if it has one."""
+    """Return the length of a data record from its blockette 1000, or None."""
     offset = struct.unpack_from(f"{order}H", data, start + 46)[0]
     seen = 0
     while offset > seen and start + offset + 8 <= len(data):
@@ -151,7 +139,7 @@ def _length(data: bytes, start: int, order: str) -> int | None:
 
 
 def _require_whole(path: Path, traces: list[Any]) -> None:
-    """Refuse channels in pieces, with the times where they break."""
+    """Reject channels with gaps or overlaps."""
     last: dict[str, Any] = {}
     for trace in sorted(traces, key=lambda piece: (piece.id, piece.stats.starttime)):
         before = last.get(trace.id)
@@ -223,7 +211,7 @@ def _converted(
     instrument: ChannelResponse,
     water_level: float | None,
 ) -> tuple[NDArray[np.float64], str]:
-    """Acceleration [m s-2], and what was done to get it."""
+    """Return the acceleration [m s-2] and a note for `processing`."""
     if water_level is None:
         return counts / instrument.counts, (
             f"divided by the sensitivity of {instrument.counts:g} counts per m/s2 "
@@ -248,7 +236,7 @@ def _response_removed(
         message = f"no stages of {trace.id} in {instrument.source}. Must be there for the response."
         raise InputError(path, message)
     begins = str(stages[0].input_units)
-    # A first stage of velocity would be differentiated, whatever the sensitivity says.
+    # obspy would differentiate if the first stage is a velocity, whatever the sensitivity is.
     if begins.lower() != instrument.units.lower():
         raise InputError(
             path,
@@ -261,7 +249,7 @@ def _response_removed(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            # obspy scales stages per nm/s**2 and the like to SI by itself.
+            # obspy converts stages in nm/s**2 and similar units to SI.
             piece.remove_response(
                 output="ACC", water_level=water_level, taper=True, taper_fraction=_TAPER
             )

@@ -1,6 +1,4 @@
-"""Records as obspy streams, and the question whether a file is of a format. This file alone imports
-obspy.
-"""
+"""Convert records to obspy streams. Only this module imports obspy at module level."""
 
 from __future__ import annotations
 
@@ -17,7 +15,7 @@ from rockframe.ingest.registry import FORMATS, HEAD, Format, read_bytes, sniff_f
 from rockframe.record import Record
 
 with warnings.catch_warnings():
-    # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
+    # obspy 1.5 reads its entry points through an interface that Python 3.11 deprecates.
     warnings.simplefilter("ignore", DeprecationWarning)
     from obspy import Stream, Trace, UTCDateTime
     from obspy.core import AttribDict
@@ -25,19 +23,19 @@ with warnings.catch_warnings():
 Source = str | Path | BinaryIO
 
 _BY_NAME: Final = {known.name: known for known in FORMATS}
-#: Longest station code of SEED; a longer one is a name, and stands in the format's own stats.
+#: Longest SEED station code. A longer name is kept in the stats of the format.
 _LONGEST_STATION: Final = 5
 
 
 def is_format(file: Source, name: str) -> bool:
-    r"""Whether a file is of a format; never raises.
+    r"""Return whether a file has a format; never raises an exception.
 
     Parameters
     ----------
     file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
+        The file; at most 4096 bytes are read. The position of a stream is restored.
     name : str
-        Our name of the format.
+        Name of the format in `FORMATS`.
 
     Examples
     --------
@@ -47,7 +45,7 @@ def is_format(file: Source, name: str) -> bool:
     """
     try:
         return sniff_format(_head(file)).name == name
-    # obspy asks this of whatever its user hands it, and wants no exception.
+    # obspy calls this with whatever the user passes to it, and expects no exception.
     except (InputError, OSError, AttributeError, TypeError, ValueError):
         return False
 
@@ -66,23 +64,23 @@ def _head(file: Source) -> bytes:
 def read_stream(
     file: Source, name: str, headonly: bool = False, options: ReadOptions = NO_OPTIONS
 ) -> Stream:
-    r"""Read a file of a format into a stream of one trace a record.
+    r"""Read a file of a format into a stream with one trace per record.
 
     Parameters
     ----------
     file : str, Path or binary stream
         The file.
     name : str
-        Our name of the format.
+        Name of the format in `FORMATS`.
     headonly : bool
-        Leave out the samples.
+        True to omit the samples.
     options : ReadOptions
-        Units and time step, if the file does not state them.
+        Values that the file does not state.
 
     Raises
     ------
     InputError
-        As the reader of the format.
+        If the file cannot be read.
 
     Examples
     --------
@@ -123,7 +121,7 @@ def _trace(record: Record, file_format: Format, headonly: bool) -> Trace:
     }
     if record.start_time:
         header["starttime"] = UTCDateTime(record.start_time)
-    # obspy works on its arrays in place; a record's are read-only.
+    # obspy modifies arrays in place; those of a record are read-only.
     data = np.empty(0) if headonly else record.acceleration.copy()
     trace = Trace(data=data, header=header)
     trace.stats.npts = record.acceleration.size

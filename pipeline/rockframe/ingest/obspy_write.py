@@ -1,4 +1,4 @@
-"""Writing PEER AT2 files as an obspy plug-in: `stream.write("a.AT2", format="PEERAT2")`."""
+"""obspy plug-in that writes PEER AT2 files: `stream.write("a.AT2", format="PEERAT2")`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.units import GRAVITY, acceleration_factor
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
-#: What obspy notes of a trace whose samples became another quantity than was read.
+#: Processing notes of obspy that mean that the samples are no longer the original quantity.
 _OTHER_QUANTITY: Final = re.compile(r"\b(?:integrate|differentiate)\(")
 _COLUMNS: Final = 5
 
@@ -27,26 +27,26 @@ _COLUMNS: Final = 5
 def write_peer_at2(
     stream: Stream, filename: str | Path | BinaryIO, units: str | None = None, **_: object
 ) -> None:
-    """Write a stream of one trace of acceleration as a PEER AT2 file, with eight digits a sample.
+    """Write a stream with one acceleration trace as a PEER AT2 file, with eight digits per sample.
 
-    The title holds event, station and component: those of a reader of ours, else station and
-    channel of the trace. An event without a date gets that of the trace's start. AT2 has no place
-    for the rest.
+    The title contains event, station and component if the trace was read by this package, otherwise
+    station and channel of the trace. If the event has no date, the start date of the trace is
+    added. AT2 files cannot store other metadata.
 
     Parameters
     ----------
     stream : Stream
         One trace without gaps.
     filename : str, Path or binary stream
-        Where it goes; a file is whole or absent.
+        Output file; an incomplete file is never left behind.
     units : str, optional
-        Acceleration units of the trace; known if it was read by one of our plug-ins.
+        Acceleration units of the trace; required unless it was read by a plug-in of this package.
 
     Raises
     ------
     ParameterError
-        If there are more traces than one, the samples are not known to be accelerations, one is
-        none or not finite, or a name cannot stand in the title.
+        If there is not exactly one trace, the samples are not known to be accelerations, a sample
+        is missing or not finite, or a name cannot be written in the title.
     InputError
         If the file cannot be written.
 
@@ -74,7 +74,7 @@ def write_peer_at2(
 
 
 def _factor(trace: Trace, units: str | None) -> float:
-    """One unit of the samples [m s-2]."""
+    """Return the size of one unit of the samples [m s-2]."""
     if units is not None:
         return acceleration_factor(units)
     if _own(trace).get("units") != "m s-2":
@@ -92,7 +92,7 @@ def _factor(trace: Trace, units: str | None) -> float:
 
 
 def _own(trace: Trace) -> dict[str, Any]:
-    """What one of our readers left in the trace."""
+    """Return the stats that a reader of this package stored in the trace."""
     found = trace.stats.get(str(trace.stats.get("_format", "")).lower())
     return dict(found) if isinstance(found, dict) or hasattr(found, "keys") else {}
 
@@ -149,7 +149,7 @@ def _title(trace: Trace) -> str:
 
 
 def _printable(trace: Trace, name: str) -> str:
-    """The name on one line, as the Latin-1 that readers of AT2 take."""
+    """Return a name on one line, or raise if it is not printable Latin-1, as AT2 readers expect."""
     line = " ".join(name.split())
     try:
         line.encode("latin-1")

@@ -1,4 +1,4 @@
-"""What the user adds when a file does not state it; it never overrules what a file states."""
+"""Values that the user states for files that lack them; they never override a file."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Final
 from rockframe.errors import InputError, ParameterError
 from rockframe.units import acceleration_factor
 
-#: Relative difference up to which two stated time steps are the same number.
+#: Relative tolerance of two stated time steps.
 _SAME_STEP: Final = 1e-9
 
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Units and time step of files that do not state them, and the response of their instrument.
+    """Values that files may lack: units, time step, and instrument response.
 
     Parameters
     ----------
@@ -25,15 +25,15 @@ class ReadOptions:
     time_step : float, optional
         Interval between samples [s].
     station_xml : Path, optional
-        StationXML file of the stations of miniSEED files; without it, those beside each file.
+        StationXML file for miniSEED files (default: the StationXML files in the same folder).
     water_level : float, optional
-        If given, the full response is taken out of miniSEED records, with this water level [dB];
-        without it, samples are divided by the sensitivity alone.
+        Remove the full response from miniSEED records with this water level [dB] (default: divide
+        by the sensitivity).
 
     Raises
     ------
     ParameterError
-        If the units are unknown, or the time step or the water level not positive and finite.
+        If the units are unknown, or time step or water level are not positive and finite.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class ReadOptions:
             raise ParameterError(f"Invalid water level {level!r} dB. Must be positive and finite.")
 
     def stated(self) -> dict[str, str | float | None]:
-        """Return what is stated as JSON has it, with units in the names."""
+        """Return the values for JSON, with units in the names."""
         return {
             "station_xml": self.station_xml.name if self.station_xml else None,
             "time_step_s": self.time_step,
@@ -66,30 +66,26 @@ class ReadOptions:
         }
 
 
-#: Nothing added: files must state everything themselves.
+#: Options without any values: files must state everything themselves.
 NO_OPTIONS: Final = ReadOptions()
 
 
 def settle_units(
     path: Path, stated: str | None, options: ReadOptions, line: int | None = None
 ) -> str:
-    """Return the acceleration units of a file: as stated there, else as given by the user.
+    """Return the acceleration units of a file: those it states, otherwise those of the user.
 
     Parameters
     ----------
-    path : Path
-        The file.
     stated : str or None
-        Units stated in the file, if any.
-    options : ReadOptions
-        What the user gave.
+        Units stated in the file.
     line : int, optional
-        Line where the file states its units.
+        Line number of that statement.
 
     Raises
     ------
     InputError
-        If there are none, or the two disagree.
+        If neither states units, or they disagree.
 
     Examples
     --------
@@ -118,23 +114,12 @@ def settle_units(
 def settle_time_step(
     path: Path, stated: float, options: ReadOptions, line: int | None = None
 ) -> float:
-    """Return the time step that a header states [s], after comparing it with the user's.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    stated : float
-        Time step stated in the header [s].
-    options : ReadOptions
-        What the user gave.
-    line : int, optional
-        Line where the header states it.
+    """Return the time step that a header states [s], after comparing it with that of the user.
 
     Raises
     ------
     InputError
-        If it is not positive and finite, or the user gave another one.
+        If it is not positive and finite, or the user stated another one.
 
     Examples
     --------

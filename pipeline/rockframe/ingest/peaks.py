@@ -1,4 +1,4 @@
-"""The peak that a header states, compared with the samples."""
+"""Compare the peak stated in a header with the samples."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.ingest.lines import bad_number, is_number
 
-#: Headers and samples may come from different roundings of a number in single precision.
+#: Relative tolerance: header and samples may be rounded differently from single precision.
 _SINGLE: Final = 2.0**-22
 
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as it is printed.
+    """A printed number and its resolution.
 
     Parameters
     ----------
     value : float
-        The number.
+        Value of the number.
     unit : float
         One unit of its last printed digit.
 
@@ -40,12 +40,12 @@ class Printed:
 
     @classmethod
     def of(cls, token: str) -> Printed:
-        """Return the number that a decimal token prints.
+        """Parse a decimal token.
 
         Raises
         ------
         ValueError
-            If it prints none.
+            If the token is not a number.
         """
         digits, _, exponent = re.sub("[dD]", "e", token.strip()).lower().partition("e")
         places = len(digits.partition(".")[2])
@@ -60,16 +60,16 @@ class StatedPeak:
     Parameters
     ----------
     value : Printed
-        The peak, in the units of the file.
+        Peak in file units.
     time : Printed, optional
-        Its time since the first sample [s].
+        Time of the peak since the first sample [s].
     units : str
-        The file's name of its units, for the error.
+        Units as the file names them, for error messages.
     line : int
-        Line of the file that states it.
+        Line number of the statement.
     signed : bool
-        Whether the sign is that of the sample. Some headers print sizes: there a plus says nothing,
-        but a minus does.
+        True if the sign is that of the sample. Some headers print absolute values; there a plus
+        has no meaning, but a minus does.
 
     Examples
     --------
@@ -91,35 +91,31 @@ def require_peak(
     stated: StatedPeak,
     resolution: float,
 ) -> float:
-    """Refuse a file whose header states another peak than its samples have.
+    """Return the ratio of actual to stated peak; reject a file in which they differ.
 
-    The stated number and the samples may differ by one unit of the last digit of either. The time
-    may be off by one step, as some archives count it from the first step. Of samples that are as
-    large as the largest, each may be the one stated.
+    Stated value and samples may differ by one unit of the last digit of either. The time may differ
+    by one step, because some archives count from the first step. If several samples are as large as
+    the largest, any of them may be the stated one.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     samples : array, shape (samples,)
-        The samples, in the units of the file.
+        Samples in file units.
     time_step : float
-        Interval between them [s].
-    stated : StatedPeak
-        What the header states.
+        Interval between samples [s].
     resolution : float
-        One unit of the last printed digit of the samples, in the same units.
+        One unit of the last printed digit of the samples, in file units.
 
     Returns
     -------
     float
-        The peak in the file over the stated one [1], of their sizes if the header's has no sign;
-        NaN if that is zero.
+        Ratio of actual to stated peak [1], of absolute values if the header states no sign; NaN if
+        the stated peak is zero.
 
     Raises
     ------
     InputError
-        With both numbers, if size, sign or time of the peak disagree.
+        If absolute value, sign or time of the peak disagree.
 
     Examples
     --------
@@ -171,36 +167,25 @@ def require_printed_peak(
     time_step: float = 1.0,
     first: float = 0.0,
 ) -> float:
-    """Refuse samples whose peak is not the one that the header prints.
+    """Return the ratio of actual to printed peak; reject a file in which they differ.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     stated : str
-        The peak as printed in the header.
+        Peak as printed in the header.
     samples : array, shape (samples,)
-        Acceleration, in the units of the stated peak.
-    units : str
-        These units, for the error.
-    line : int
-        Line of the header.
-    signed : bool
-        As of `StatedPeak`.
+        Acceleration in the units of the stated peak.
+    units, line, signed
+        As in `StatedPeak`.
     time : str
-        Time of the peak since the first sample as printed [s]; empty if none is.
+        Printed time of the peak since the first sample [s]; empty if unstated.
     time_step, first : float
-        Interval between samples, and the first one's time as the header counts it [s].
-
-    Returns
-    -------
-    float
-        As `require_peak`.
+        Interval between samples, and time of the first one as the header counts it [s].
 
     Raises
     ------
     InputError
-        If the stated peak or its time is no number, or is another one.
+        If the stated peak or its time is not a number or differs from the samples.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""PEER strong-motion database files (AT2): acceleration in g behind a few lines of header.
+"""Reader of PEER strong-motion database files (AT2): a few header lines, then acceleration in g.
 
-The header's last line states NPTS and DT; the styles of the database's releases differ in it and in
-the columns of the data, so numbers are taken one by one, however many stand on a line.
+The last header line states NPTS and DT. Its style and the columns of samples differ between
+releases of the database, so numbers are read one by one, independent of the line layout.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from rockframe.ingest.site import site_of_station
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
-#: The header ends within this many lines; four in every release known.
+#: Largest number of header lines; all known releases have four.
 _LONGEST_HEADER: Final = 12
 #: `NPTS=   5093, DT=   .0100 SEC,` and `4096    0.0100    NPTS, DT`.
 _SIZES: Final = re.compile(
@@ -40,7 +40,7 @@ _OTHER_QUANTITY: Final = re.compile(r"\b(?P<quantity>VELOCITY|DISPLACEMENT)\s+TI
 _PEAK: Final = re.compile(r"\bPGA\s*=\s*(?P<peak>[^\s,]+)\s*(?P<units>[^\s,]*)", re.I)
 _NUMBER: Final = r"(?P<hertz>\d{1,6}\.?\d{0,9}|\.\d{1,9})\s*HZ"
 #: `FILTER POINTS: HP=0.1 Hz LP=40.0 Hz`, and `0 POLE @ 40. HZ, -5 POLE @ .05 HZ`: negative poles
-#: are those of the high-pass, and none is no filter.
+#: belong to the high-pass, and 0 poles mean no filter.
 _POINTS: Final = re.compile(rf"\b(?P<kind>HP|LP)\s*=\s*{_NUMBER}", re.I)
 _POLES: Final = re.compile(rf"(?P<poles>-?\d{{1,3}})\s+POLES?\s*@\s*{_NUMBER}", re.I)
 _DATE: Final = re.compile(r"\b\d{1,2}/\d{1,2}/(?:\d{4}|\d{2})\b")
@@ -50,12 +50,12 @@ _COMPONENT: Final = re.compile(r"[A-Za-z0-9-]{1,6}")
 
 @dataclass(frozen=True)
 class Title:
-    """What the title line says for certain; the rest is empty.
+    """Unambiguous contents of the title line; the rest is empty.
 
     Parameters
     ----------
     event, station, component : str
-        As given; the event with its date.
+        Names as printed; the event includes its date.
 
     Examples
     --------
@@ -69,12 +69,7 @@ class Title:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a PEER file, of acceleration or its siblings.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a PEER file of any quantity.
 
     Examples
     --------
@@ -89,22 +84,13 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    r"""Read the one record of a PEER AT2 file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the header.
+    r"""Return the record of a PEER AT2 file.
 
     Raises
     ------
     InputError
-        If it is velocity or displacement, does not state g, has samples other than NPTS or another
-        peak than stated, or a number is none.
+        If the file is velocity or displacement, does not state g, its number of samples or peak
+        differs from the header, or a number is invalid.
 
     Examples
     --------
@@ -151,15 +137,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def read_title(line: str) -> Title:
-    """Return event, station and component of a title line, as far as they are unambiguous.
+    """Return event, station and component of a title line, if they are unambiguous.
 
-    The line is `event, date, station, component` or `event date time, station, component`, with a
-    remark in parentheses at the end; event and station may hold commas.
-
-    Parameters
-    ----------
-    line : str
-        The header's second line.
+    The line is `event, date, station, component` or `event date time, station, component`,
+    optionally with a remark in parentheses at the end. Event and station may contain commas.
 
     Examples
     --------
@@ -181,12 +162,7 @@ def read_title(line: str) -> Title:
 
 
 def filter_corners(header: Sequence[str]) -> tuple[float, float]:
-    """Return the corners [Hz] of the filters that a header states; NaN if it states none.
-
-    Parameters
-    ----------
-    header : sequence of str
-        Its lines.
+    """Return the filter corners [Hz] stated in the header lines; NaN if unstated.
 
     Examples
     --------
@@ -210,7 +186,7 @@ def filter_corners(header: Sequence[str]) -> tuple[float, float]:
 
 
 def _peak_ratio(path: Path, header: list[str], samples: NDArray[np.float64]) -> float:
-    """The peak in the file over the stated one, which must be the same; NaN if none is stated."""
+    """Return the ratio of actual to stated peak; raise if they differ; NaN if unstated."""
     for number, line in enumerate(header, 1):
         stated = _PEAK.search(line)
         if stated:
@@ -226,7 +202,7 @@ def _sizes(line: str) -> re.Match[str] | None:
 
 
 def _header(path: Path, text: bytes) -> list[str]:
-    """Lines up to that which states NPTS and DT."""
+    """Return the lines up to the one that states NPTS and DT."""
     lines = [line.decode("latin-1") for line in text.split(b"\n", _LONGEST_HEADER)]
     for number, line in enumerate(lines[:_LONGEST_HEADER], 1):
         if _sizes(line):

@@ -1,4 +1,4 @@
-"""Files, plain or in archives, from the disk into records."""
+"""Read files, plain or in archives, from disk."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ def read_content(
     options: ReadOptions = NO_OPTIONS,
     file_format: Format | None = None,
 ) -> list[Record]:
-    r"""Read the records of a file, or of a member of an archive.
+    r"""Return the records of a file or an archive member.
 
     Parameters
     ----------
     content : Content
-        As `rockframe.ingest.containers.contents` gives it.
+        From `rockframe.ingest.containers.contents`.
     options, file_format
-        As for `read_bytes`.
+        As in `read_bytes`.
 
     Raises
     ------
     InputError
-        As `read_bytes`; and if the member was refused.
+        If the member was rejected or cannot be read.
 
     Examples
     --------
@@ -52,21 +52,21 @@ def read_file(
     options: ReadOptions = NO_OPTIONS,
     file_format: Format | None = None,
 ) -> list[Record]:
-    r"""Read the records of a file: one, or one a channel; of an archive, those of all members.
+    r"""Return the records of a file, one per channel; of an archive, those of all members.
 
     Parameters
     ----------
     path : str or Path
-        A regular file of at most 256 MB, or a ZIP or gzip archive of such.
+        A regular file of at most 256 MB, or a ZIP or gzip archive of record files.
     options : ReadOptions
-        Units and time step, if the file does not state them.
+        Values that the file does not state, such as units and time step.
     file_format : Format, optional
-        The reader to use; by default that of the one format that recognises the file.
+        Format of the file (default: identified from its contents).
 
     Raises
     ------
     InputError
-        If the file is missing, empty, too large, of unknown format, or damaged.
+        If the file is missing, empty, too large, corrupted, or of unknown format.
 
     Examples
     --------
@@ -92,12 +92,12 @@ def load(path: Path) -> bytes:
     Parameters
     ----------
     path : Path
-        The file.
+        File to load.
 
     Raises
     ------
     InputError
-        If it is missing, no regular file, too large, or cannot be read.
+        If the file is missing, not a regular file, too large, or cannot be read.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The formats, one visible line each; exactly one must recognise a file before it is read."""
+"""The list of formats. A file is read if exactly one of them recognises it."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from rockframe.ingest.lines import head_lines, is_utf16
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.record import Record
 
-#: Formats are recognised by at most this many bytes.
+#: Number of bytes from which a format is identified.
 HEAD: Final = 4096
 
-#: The first lines of tapes that no reader knows: text, and numbers of records such as IIA001.
+#: First lines of Caltech tapes, which cannot be read: text, and record numbers such as IIA001.
 _CALTECH_I: Final = re.compile(r"\bof uncorrected accelerogram data of\b", re.I)
 _CALTECH_II: Final = re.compile(r"\bII[A-Z]{1,2}\d{3}\b")
 
@@ -43,17 +43,18 @@ class Format:
     Parameters
     ----------
     name : str
-        What `source_format` says.
+        Name in `source_format`.
     obspy_name : str
-        What obspy calls it.
+        Name of the obspy plug-in.
     description : str
-        One line for people.
+        One line of description.
     extensions : tuple of str
-        Usual endings of file names; they decide nothing.
+        Usual extensions of file names; not used for identification.
     sniff : callable
-        Whether the first 4096 bytes are of this format.
+        Given at most the first 4096 bytes of a file, returns whether it has this format.
     read : callable
-        The records of a file, given its path (for names and errors), its bytes and the options.
+        Given the path of a file (for names and error messages), its bytes and the options, returns
+        its records. Options must not contradict what the file states.
 
     Examples
     --------
@@ -175,14 +176,14 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     Parameters
     ----------
     head : bytes
-        The file's beginning; at most 4096 bytes of it are looked at.
+        Beginning of the file, of which at most 4096 bytes are used.
     source : str or Path
-        The file, for the error.
+        The file, for error messages.
 
     Raises
     ------
     InputError
-        If no format recognises it, or several do.
+        If no format or more than one recognises the file.
 
     Examples
     --------
@@ -213,23 +214,23 @@ def read_bytes(
     options: ReadOptions = NO_OPTIONS,
     file_format: Format | None = None,
 ) -> list[Record]:
-    r"""Read the records of a file whose bytes are at hand.
+    r"""Return the records in the bytes of a file.
 
     Parameters
     ----------
     path : str or Path
-        The file, for names and errors; it is not opened.
+        The file, for names and error messages; it is not opened.
     data : bytes
-        Its contents.
+        Contents of the file.
     options : ReadOptions
-        Units and time step, if the file does not state them.
+        Values that the file does not state, such as units and time step.
     file_format : Format, optional
-        The reader to use; by default that of the one format that recognises the file.
+        Format of the file (default: identified from its contents).
 
     Raises
     ------
     InputError
-        If the bytes are none, or cannot be read as the format says.
+        If there are no bytes, or they do not follow the format.
 
     Examples
     --------
@@ -250,7 +251,7 @@ def read_bytes(
 
 
 def _caltech_volume(head: bytes) -> str:
-    """The volume of Caltech's and USC's tapes that a file is of; empty if it is of none."""
+    """Return the volume (I or II) of a Caltech/USC tape file; empty for other files."""
     first = "\n".join(head_lines(head)[:2])
     if _CALTECH_I.search(first):
         return "I"

@@ -1,8 +1,7 @@
-"""SAC, binary of either byte order and alphanumeric: one evenly sampled series a file.
+"""Reader of SAC files, binary (either byte order) and alphanumeric: one evenly sampled series each.
 
-The format has a field for the kind of quantity (IDEP) but none for its units that archives keep to:
-units are the user's to state. Nor does it say what was done to the samples: those that lie about
-another value than zero have had no baseline correction.
+The header states the kind of quantity (IDEP) but not its units, so the user must. It does not state
+the processing either: a series with an offset counts as uncorrected.
 """
 
 from __future__ import annotations
@@ -29,24 +28,24 @@ _INTEGERS: Final = 40
 _HEADER_BYTES: Final = 632
 _HEADER_LINES: Final = 30
 _UNDEFINED: Final = "-12345"
-#: Places among the floats.
+#: Indices of header floats.
 _DELTA, _DEPMIN, _DEPMAX, _SCALE, _B, _E, _MAGNITUDE = 0, 1, 2, 3, 5, 6, 39
 _DEPMEN, _AZIMUTH, _INCIDENCE = 56, 57, 58
-#: Places among the integers; the first six are the reference time.
+#: Indices of header integers; the first six are the reference time.
 _VERSION, _COUNT, _FILE_TYPE, _QUANTITY, _EVEN = 6, 9, 15, 16, 35
-#: Places of the names, by character of the last 192.
+#: Character ranges of the names within the last 192 characters of the header.
 _STATION, _EVENT, _COMPONENT, _NETWORK = (0, 8), (8, 24), (160, 168), (168, 176)
 _TIME_SERIES: Final = 1
-#: Share of the peak up to which a mean is no offset; corrected records stay below a thousandth.
+#: Largest mean of a corrected record as a share of the peak; in practice it is below 0.001.
 _NO_OFFSET: Final = 0.01
-#: A component with the letter N or E lies so near north or east [degree].
+#: Largest deviation from north or east of a component with the letter N or E [degree].
 _ASKEW: Final = 5.0
 _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
 
 
 @dataclass(frozen=True)
 class _Sac:
-    """Header as floats, shape (70,), integers, shape (40,), and 192 characters; and the samples."""
+    """Header floats, shape (70,), integers, shape (40,), and 192 characters; and the samples."""
 
     floats: NDArray[np.float64]
     integers: tuple[int, ...]
@@ -54,23 +53,18 @@ class _Sac:
     samples: NDArray[np.float64]
 
     def stated(self, place: int) -> float:
-        """A float of the header; NaN if undefined."""
+        """Return a header float; NaN if undefined."""
         value = float(self.floats[place])
         return value if math.isfinite(value) and value != float(_UNDEFINED) else math.nan
 
     def name(self, place: tuple[int, int]) -> str:
-        # Some writers end a name with NUL and leave what was behind it.
+        # Some writers end a name with NUL, and leave old characters after it.
         name = self.names[slice(*place)].split("\0")[0].strip()
         return "" if name.startswith(_UNDEFINED) or not name.isprintable() else name
 
 
 def sniff(head: bytes) -> bool:
-    """Whether a file's beginning is that of a SAC file, binary or alphanumeric.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    """Return whether the head of a file is that of a SAC file, binary or alphanumeric.
 
     Examples
     --------
@@ -81,23 +75,14 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read the one series of a SAC file; uncorrected if its mean is above 1 % of its peak.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Units are needed: a SAC file does not state them.
+    """Return the record of a SAC file; it is uncorrected if its mean exceeds 1 % of its peak.
 
     Raises
     ------
     InputError
-        If units are not given, NPTS is not the number of samples, IDEP says velocity or
-        displacement, SCALE is not 1, the samples are uneven or not finite, their extremes or mean
-        not those stated, or component and direction contradict each other.
+        If the user states no units, NPTS differs from the number of samples, IDEP is velocity or
+        displacement, SCALE is not 1, samples are uneven or not finite, their extremes or mean
+        differ from the header, or component and direction contradict each other.
 
     Examples
     --------
@@ -111,7 +96,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     file = _binary(path, data, order) if order else _alphanumeric(path, data)
     _require_acceleration(path, file)
     step = float(file.floats[_DELTA])
-    # A step given in full is that of the header if it is so in single precision.
+    # The header is in single precision: compare the time step of the user in it, but use all
+    # digits.
     if options.time_step is None or np.float32(options.time_step) != np.float32(step):
         step = settle_time_step(path, step, options)
     _require_end(path, file)
@@ -142,7 +128,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _byte_order(head: bytes) -> str | None:
-    """The byte order in which version, file type and evenness make sense, if there is one."""
+    """Return the byte order in which version, file type and evenness are valid, or None."""
     if len(head) < _HEADER_BYTES:
         return None
     for order in "<", ">":
@@ -157,7 +143,7 @@ def _byte_order(head: bytes) -> str | None:
 
 
 def _is_alphanumeric(head: bytes) -> bool:
-    """Whether there are 14 lines of five floats of 15 characters and 8 of five integers of 10."""
+    """Return whether it begins with 14 lines of floats (5F15.7) and 8 of integers (5I10)."""
     lines = head_lines(head)
     if len(lines) < _HEADER_LINES:
         return False
@@ -188,7 +174,7 @@ def _binary(path: Path, data: bytes, order: str) -> _Sac:
 
 
 def _doubles(data: bytes, order: str, count: int, start: int) -> NDArray[np.float64]:
-    # A NaN of the signalling kind would warn; those among the samples are refused in words.
+    # A signalling NaN would cause a warning; NaN among the samples are rejected later.
     with np.errstate(invalid="ignore"):
         return np.frombuffer(data, f"{order}f4", count, start).astype(np.float64)
 
@@ -198,7 +184,7 @@ def _alphanumeric(path: Path, data: bytes) -> _Sac:
     header = [line.decode("latin-1") for line in lines[:_HEADER_LINES]]
     floats = [value for line in header[:14] for value in _fields(line, 15) or []]
     integers = tuple(int(value) for line in header[14:22] for value in _fields(line, 10) or [])
-    # Three names of eight characters a line; the second name is sixteen long.
+    # Each line has three names of eight characters; the second name of the header has sixteen.
     names = "".join(line.ljust(24)[:24] for line in header[22:])
     body = lines[_HEADER_LINES] if len(lines) > _HEADER_LINES else b""
     samples = parse_numbers(path, body, _HEADER_LINES + 1)
@@ -212,7 +198,7 @@ def _alphanumeric(path: Path, data: bytes) -> _Sac:
 
 
 def _require_acceleration(path: Path, file: _Sac) -> None:
-    """Refuse what is no even series of acceleration, or not the one that the header is about."""
+    """Reject files that are not evenly sampled acceleration, or differ from their header."""
     integers = file.integers
     if integers[_QUANTITY] in _OTHER_QUANTITIES:
         quantity = _OTHER_QUANTITIES[integers[_QUANTITY]]
@@ -247,7 +233,7 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
 
 
 def _require_end(path: Path, file: _Sac) -> None:
-    """Refuse a time step that does not lead from B to E, within one and a half of it."""
+    """Reject a time step that does not lead from B to E within 1.5 steps."""
     step, end = float(file.floats[_DELTA]), file.stated(_E)
     begin = file.stated(_B)
     found = begin + (file.samples.size - 1) * step
@@ -260,13 +246,13 @@ def _require_end(path: Path, file: _Sac) -> None:
 
 
 def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
-    """Direction as CMPINC (from the vertical up) and CMPAZ state it, else as the name does."""
+    """Return the direction from CMPINC (measured from up) and CMPAZ, otherwise from the name."""
     incidence, azimuth = file.stated(_INCIDENCE), file.stated(_AZIMUTH)
     orientation, named = seed_direction(component)
     upright = incidence in (0.0, 180.0)
     if not (upright or (incidence == 90.0 and not math.isnan(azimuth))):
         return orientation, named
-    # Positive motion may be toward the opposite side.
+    # Positive motion may be in the opposite direction.
     askew = 0.0 if upright else abs((azimuth - named + 90.0) % 180.0 - 90.0)
     stated = orientation is not Orientation.UNSTATED
     if stated and (orientation.upright != upright or askew > _ASKEW):
@@ -278,7 +264,7 @@ def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, flo
 
 
 def _start_time(file: _Sac) -> str:
-    """Reference time and B, ISO 8601 UTC; empty if undefined."""
+    """Return reference time plus B (ISO 8601, UTC); empty if undefined."""
     year, day, hour, minute, second, millisecond = file.integers[:6]
     begin = file.stated(_B)
     try:

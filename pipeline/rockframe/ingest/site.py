@@ -1,4 +1,4 @@
-"""Where a sensor stood, by the words of a header: free field, a structure, or a borehole."""
+"""Site type of a sensor from header texts and codes: free field, structure, or borehole."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Final
 
 from rockframe.record import SiteType
 
-#: Depth from which a sensor is in a borehole, and no longer in a vault near the surface [m].
+#: Depth from which a sensor counts as in a borehole instead of in a shallow vault [m].
 _DEEP: Final = 3.0
 
 _FREE_FIELD: Final = re.compile(r"\bfree[- ]?field\b|\bFF\b", re.I)
 _BOREHOLE: Final = re.compile(r"\b(bore|down) ?hole\b", re.I)
 _STORY: Final = r"\b\d+(st|nd|rd|th)\s+(fl(oo)?r?|level|stor(e?y|ies))\b"
-#: Words that are parts of structures even within the name of a station.
+#: Words that mean a part of a structure, even in the name of a station.
 _STRUCTURE: Final = re.compile(rf"{_STORY}|\b(floor|roof|penthouse|basement|deck)\b", re.I)
-#: Words that are parts of structures where a header states the place of the sensor: in the name of
-#: a station, "Pier" or "Crest" may be a street, and "Dam" what stands nearby.
+#: Words that mean a part of a structure only in the location of a sensor. In the name of a station,
+#: "Pier" or "Crest" may be a street, and "Dam" a nearby landmark.
 _PART: Final = re.compile(
     r"\b(abut(ment)?|base of|bent|building|bldg|cable|column|crest|footing|foundation|gallery|"
     r"girder|level|mezzanine|mid-?span|pier|pile|span|story|tower|wall)\b",
@@ -24,21 +24,16 @@ _PART: Final = re.compile(
 )
 _GROUND: Final = re.compile(r"\s*ground\s*", re.I)
 
-#: Types of station of the COSMOS format (table 6): shelters, sensors set in the ground, reference
-#: stations, free field, small vaults; base of a building, building, bridge, dam, wharf, tunnel,
-#: other structures. Large vaults, the sea floor and arrays say neither.
+#: Station types of the COSMOS format (table 6). Free field: shelters, sensors set in the ground,
+#: reference stations, free field, small vaults. Structure: base of a building, building, bridge,
+#: dam, wharf, tunnel, other structures. Large vaults, the sea floor and arrays are ambiguous.
 _COSMOS_TYPES: Final = dict.fromkeys((1, 2, 3, 4, 6, 8), SiteType.FREE_FIELD) | dict.fromkeys(
     (5, 10, 11, 12, 13, 14, 15, 20), SiteType.STRUCTURE
 )
 
 
 def site_of_station(name: str) -> SiteType:
-    """Return where a sensor stood, if the name of its station says so.
-
-    Parameters
-    ----------
-    name : str
-        As the header has it.
+    """Return the site type according to the name of a station.
 
     Examples
     --------
@@ -47,7 +42,7 @@ def site_of_station(name: str) -> SiteType:
     >>> site_of_station("Pacoima Dam (upper left abut)").name
     'UNKNOWN'
     """
-    # "Roof and free field" may name all places of a station; where one is told, it is not that.
+    # A name such as "Roof and free field" lists several locations, so it is ambiguous.
     told = [
         site
         for pattern, site in (
@@ -61,12 +56,7 @@ def site_of_station(name: str) -> SiteType:
 
 
 def site_of_location(location: str) -> SiteType:
-    """Return where a sensor stood, by what a header states of its place.
-
-    Parameters
-    ----------
-    location : str
-        As the header has it.
+    """Return the site type according to the location of a sensor.
 
     Examples
     --------
@@ -86,15 +76,15 @@ def site_of_location(location: str) -> SiteType:
 def site_of_smc(
     station: str, structure: int | None, bridge: int | None, dam: int | None
 ) -> SiteType:
-    """Return where a sensor stood, by the header of an SMC file.
+    """Return the site type according to the header of an SMC file.
 
     Parameters
     ----------
     station : str
-        Name of the station.
+        Station name.
     structure, bridge, dam : int or None
-        Codes of the kind of structure, and of the place on a bridge or on a dam, where 0 is the
-        free field; None if undefined.
+        Codes of the kind of structure and of the position on a bridge or dam, where 0 means free
+        field; None if undefined.
 
     Examples
     --------
@@ -109,14 +99,14 @@ def site_of_smc(
 
 
 def site_of_cosmos(location: str, station: str, code: int | None) -> SiteType:
-    """Return where a sensor stood, by the header of a COSMOS channel.
+    """Return the site type according to the header of a COSMOS channel.
 
     Parameters
     ----------
     location, station : str
-        Place of the channel, and the line that names the station.
+        Location of the channel, and the line that names the station.
     code : int or None
-        Type of the station: that of an array may have channels in the free field, too.
+        Station type, used last because a station may also have channels in the free field.
 
     Examples
     --------
@@ -130,7 +120,7 @@ def site_of_cosmos(location: str, station: str, code: int | None) -> SiteType:
 
 
 def site_of_depth(metres: float) -> SiteType:
-    """Return where a sensor stood, by its depth below the surface [m]; NaN if that is unknown.
+    """Return the site type according to the depth below the surface [m]; NaN if unknown.
 
     Examples
     --------

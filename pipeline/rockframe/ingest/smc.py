@@ -1,9 +1,9 @@
-"""USGS SMC: acceleration in cm/s2, one component in a file.
+"""Reader of USGS SMC files: acceleration in cm/s2, one component per file.
 
 A file has 11 lines of text, 6 of integers (8I10), 10 of reals (5E15.7), comments that begin with a
-bar, and the samples: eight of ten characters a line (8E10.4E1), or five of fourteen in the precise
-variant. The first integer and the first real are those that mean "undefined". An uncorrected file
-without a sampling rate holds pairs of time [s] and acceleration instead of samples.
+bar, and the samples: 8 columns of 10 characters (8E10.4E1), or 5 of 14 in the precise variant. The
+first integer and the first real are the values that mean "undefined". An uncorrected file without
+sampling rate contains pairs of time [s] and acceleration instead of samples.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ _REALS: Final = Columns(5, 15)
 
 _PLAIN: Final = Columns(8, 10)
 _PRECISE: Final = Columns(5, 14)
-#: What item 47 of the integer header says of the precise variant.
+#: Value of item 47 of the integer header in the precise variant.
 _PRECISE_CODE: Final = 8
-#: Significant digits of the samples of each variant.
+#: Number of significant digits of the samples in each variant.
 _DIGITS: Final = {_PLAIN: 5, _PRECISE: 8}
 
 _TYPE: Final = re.compile(
@@ -51,13 +51,13 @@ _STATION: Final = re.compile(
 )
 _EVENT: Final = re.compile(r"\s*\d{4}\s+\d{1,2}\s+\d{1,2}(?:\s+\d{4})?\s+(?P<event>\D.*?)\s*")
 _INTEGER: Final = re.compile(rb" *-?\d+")
-#: The undefined real is larger than any number that a sample may have.
+#: Not checked with `is_number`, because the undefined real exceeds its limit.
 _REAL: Final = re.compile(rb" *[-+]?(\d+\.\d*|\.\d+)E[-+]\d{1,2}")
 
 
 @dataclass(frozen=True)
 class _Header:
-    """The header: its lines of text, its integers and its reals; NaN and None are undefined."""
+    """Text lines, integers and reals of the header; items are counted from 1."""
 
     path: Path
     text: list[str]
@@ -65,33 +65,28 @@ class _Header:
     reals: list[str]
 
     def integer(self, item: int) -> int | None:
-        """One item of the integer header, counted from 1."""
+        """Return an item of the integer header; None if undefined."""
         value = self.integers[item - 1]
         return None if value == self.integers[0] else value
 
     def printed(self, item: int) -> Printed | None:
-        """One item of the real header as it is printed, counted from 1."""
+        """Return an item of the real header as printed; None if undefined."""
         number = Printed.of(self.reals[item - 1])
         return None if math.isclose(number.value, float(self.reals[0]), rel_tol=1e-6) else number
 
     def real(self, item: int) -> float:
-        """One item of the real header, counted from 1."""
+        """Return an item of the real header; NaN if undefined."""
         number = self.printed(item)
         return math.nan if number is None else number.value
 
     def positive(self, item: int) -> float:
-        """One item of the real header that means nothing unless positive."""
+        """Return an item of the real header; NaN unless positive."""
         value = self.real(item)
         return value if value > 0.0 else math.nan
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of an SMC file, of acceleration or its siblings.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of an SMC file of any quantity.
 
     Examples
     --------
@@ -103,23 +98,13 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    """Read the one record of an SMC file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Must agree with the header.
+    """Return the record of an SMC file.
 
     Raises
     ------
     InputError
-        If it is not acceleration, its header is not as the format says, its statements of the
-        number of samples or the peak differ from the samples, a number is none, or its times are
-        uneven.
+        If the file is not acceleration, its header does not follow the format, the number of
+        samples or the peak differs from the header, a number is invalid, or times are uneven.
 
     Examples
     --------
@@ -169,7 +154,7 @@ def _header(path: Path, lines: list[bytes]) -> _Header:
 
 
 def _fields(path: Path, rows: list[bytes], columns: Columns, first_line: int) -> list[str]:
-    """The fields of header lines, each of them a number."""
+    """Return the fields of header lines; raise if one is not a number."""
     fields = []
     for line, row in enumerate(rows, first_line):
         for start in range(0, columns.line_width, columns.width):
@@ -181,7 +166,7 @@ def _fields(path: Path, rows: list[bytes], columns: Columns, first_line: int) ->
 
 
 def _comments(header: _Header, lines: list[bytes]) -> int:
-    """Number of comment lines, as stated and as found."""
+    """Return the number of comment lines; raise if it differs from the stated one."""
     stated = header.integer(16) or 0
     found = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
     if stated != found:
@@ -215,7 +200,7 @@ def _time_step(header: _Header) -> float:
 def _pairs(
     header: _Header, rows: list[bytes], columns: Columns, line: int, options: ReadOptions
 ) -> tuple[NDArray[np.float64], float]:
-    """Accelerations [cm s-2] and time step [s] of pairs of time and acceleration."""
+    """Return acceleration [cm s-2] and time step [s] from pairs of time and acceleration."""
     columns = Columns(columns.count - columns.count % 2, columns.width)
     numbers = read_columns(header.path, rows, columns, 2 * _count(header), line)
     text = b"".join(row.rstrip() for row in rows)
@@ -223,7 +208,7 @@ def _pairs(
     try:
         step = time_step_of(header.path, numbers[::2], lambda: printed, 0, options.time_step)
     except InputError as error:
-        # Times are counted one a line there, and stand several in a line here.
+        # `time_step_of` counts one time per line; here a line holds several.
         where = None if error.line is None else line + 1 + error.line // (columns.count // 2)
         raise InputError(header.path, error.reason, line=where) from None
     return numbers[1::2], step
@@ -232,7 +217,7 @@ def _pairs(
 def _peak_ratio(
     header: _Header, samples: NDArray[np.float64], step: float, columns: Columns
 ) -> float:
-    """The peak in the file over the larger of the stated extremes, which must be the same."""
+    """Return the ratio of actual to stated peak, the larger extreme; raise if they differ."""
     extremes = [(header.printed(item), item) for item in (30, 32)]
     stated = [(value, item) for value, item in extremes if value is not None]
     largest = float(np.abs(samples).max())
@@ -241,7 +226,7 @@ def _peak_ratio(
     value, item = max(stated, key=lambda pair: abs(pair[0].value))
     resolution = 10.0 ** (math.floor(math.log10(largest)) + 1 - _DIGITS[columns])
     line = _TEXT_LINES + _INTEGER_LINES + 1 + (item - 1) // _REALS.count
-    # The time of an extreme stands before it.
+    # The item before an extreme is its time.
     peak = StatedPeak(value=value, time=header.printed(item - 1), units="cm/s2", line=line)
     return require_peak(header.path, samples, step, peak, resolution)
 
@@ -285,7 +270,7 @@ def _record(
         magnitude=header.real(6),
         epicentral_distance=header.real(17),
         peak_ratio=ratio,
-        # Uncorrected files have corners too: of filters to come.
+        # Corners in uncorrected files are those of filters that were not yet applied.
         filter_low=math.nan if uncorrected else header.positive(33),
         filter_high=math.nan if uncorrected else header.positive(35),
         processing=("archive: problem flagged",) if header.integer(18) == 1 else (),
@@ -293,7 +278,7 @@ def _record(
 
 
 def _start_time(header: _Header) -> str:
-    """Time of the first sample, ISO 8601 UTC; empty unless stated to the millisecond."""
+    """Return the start time (ISO 8601, UTC); empty unless stated to the millisecond."""
     year, day, hour, minute, second, millisecond = map(header.integer, range(2, 8))
     if None in (year, day, hour, minute, second, millisecond):
         return ""

@@ -1,4 +1,4 @@
-"""The files that a list of paths means: those of folders too, down to the last one."""
+"""List the files of paths and, recursively, of folders."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rockframe.provenance import read_json
 Catalogue = Mapping[str, CatalogueEntry]
 
 _REQUEST: Final = "request.json"
-#: What is said of files of a folder that tell of records and hold none.
+#: Notes on files that accompany records and are not read as records.
 _BESIDE: Final = {
     CATALOGUE: "catalogue: facts about the files beside it.",
     _REQUEST: "what a fetch asked for: not needed to read the records.",
@@ -33,23 +33,23 @@ _LINK: Final = "a link to a folder, which is not followed. Must be asked for by 
 
 @dataclass(frozen=True)
 class Source:
-    """A file that is asked for, or met in a folder that is.
+    """A requested file, or a file in a requested folder.
 
     Parameters
     ----------
     path : Path
         The file.
     name : str
-        What tables call it, of printable characters alone: its path within the folder that was
-        asked for, behind that folder's own name if several paths were asked for.
+        Display name with escaped unprintable characters: the path within the requested folder,
+        preceded by the name of that folder if several paths were requested.
     facts : CatalogueEntry, optional
-        What a catalogue states of it.
+        Metadata of the file from a catalogue.
     note : str
-        Why it is not read for records of its own; empty if it is.
+        Why the file is skipped; empty if it is not.
     refusal : str
-        Why it cannot be read, where that shows before it is opened.
+        Why the file is rejected without opening it; empty if it is not.
     sha256 : str
-        What it must be, as `rockframe fetch` received it; empty if nothing says so.
+        Expected SHA-256, if the file was received by `rockframe fetch`; otherwise empty.
     """
 
     path: Path
@@ -61,7 +61,7 @@ class Source:
 
     @property
     def is_read(self) -> bool:
-        """Whether it is to be opened as a file of records."""
+        """True if the file is to be read."""
         return not (self.note or self.refusal)
 
 
@@ -70,29 +70,29 @@ def sources_of(
     catalogue: Catalogue | None = None,
     outputs: Collection[Path] = (),
 ) -> list[Source]:
-    r"""Return the files of paths, of folders all that is in them and in their folders.
+    r"""Return the requested files, and all files in requested folders and their subfolders.
 
     Parameters
     ----------
     paths : iterable of str or Path
         Files and folders.
     catalogue : mapping of str to CatalogueEntry, optional
-        Facts by name of file; by default each folder's own `catalogue.csv`, for the files in it.
+        Metadata by file name (default: the `catalogue.csv` of each folder, for the files in it).
     outputs : collection of Path
-        Files that are about to be written: in a folder they are passed over.
+        Files that are about to be written; they are skipped in folders.
 
     Returns
     -------
     list of Source
-        In the order of the paths; of a folder in the order of names, its own files first. What is
-        hidden, is no record, cannot be opened, or is named by a folder's catalogue and missing has
-        a word to it.
+        In the order of the paths; within a folder in the order of names, files before subfolders.
+        Files that are skipped or rejected, and files that are missing although the catalogue of a
+        folder names them, have a note or refusal.
 
     Raises
     ------
     InputError
-        If one of the paths does not exist or cannot be listed, there is no file at all in a
-        folder, or its catalogue cannot be read.
+        If a path does not exist or cannot be listed, a folder contains no files of records, or its
+        catalogue cannot be read.
 
     Examples
     --------
@@ -123,12 +123,12 @@ def sources_of(
 
 
 def folder_names(paths: Iterable[Path]) -> list[str]:
-    r"""Return what lists call each of several folders: its name; of two of one name with a number.
+    r"""Return a unique display name for each folder: its name, with a number if it is repeated.
 
     Parameters
     ----------
     paths : iterable of Path
-        Folders, and files that lie between them; a link is called as it is named.
+        Folders and files. A link keeps its own name.
 
     Examples
     --------
@@ -154,7 +154,7 @@ def _within(
     catalogue: Catalogue | None,
     replaced: Collection[Path],
 ) -> Iterator[Source]:
-    """What is in a folder, its own files first."""
+    """Yield the files of a folder, then those of its subfolders."""
     present = {path.name for path in entries}
     own: Catalogue = {}
     if catalogue is None and CATALOGUE in present and not _refusal(folder / CATALOGUE):
@@ -169,7 +169,7 @@ def _within(
         else:
             facts = (own if catalogue is None else catalogue).get(path.name)
             yield Source(path, name, facts, note, refusal, received.get(path.name, ""))
-    # A misspelt name must not lose its facts unseen.
+    # Metadata under a misspelt file name must not be lost silently.
     for missing in {**own, **received}:
         if missing not in present:
             path = folder / missing
@@ -185,7 +185,7 @@ def _within(
 
 
 def _said(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
-    """Note and refusal of an entry of a folder; neither, if it is to be read or listed."""
+    """Return note and refusal of an entry of a folder; both empty if it is to be read or listed."""
     if path.name.startswith("."):
         return _HIDDEN, ""
     refusal = _refusal(path)
@@ -195,12 +195,12 @@ def _said(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
 
 
 def _refusal(path: Path) -> str:
-    """Why an entry of a folder is not opened, as far as the system tells; else empty."""
+    """Return why an entry of a folder cannot be opened; empty if it can."""
     try:
         mode = path.stat().st_mode
-    except FileNotFoundError:  # a link to nowhere
+    except FileNotFoundError:  # broken link
         return _IRREGULAR
-    except OSError as error:  # a link to itself, or a folder that is closed
+    except OSError as error:  # link to itself, or no permission
         return _closed(path, error).reason
     if stat.S_ISDIR(mode):
         return _LINK if path.is_symlink() else ""
@@ -208,13 +208,13 @@ def _refusal(path: Path) -> str:
 
 
 def _received(request: Path) -> dict[str, str]:
-    """SHA-256 of the files that a fetch left beside its request, by name."""
+    """Return the SHA-256 of the files of a fetch by name, from its request.json."""
     try:
         document = read_json(request.read_bytes())
         files = document["files"]
         return {str(name): str(file["sha256"]) for name, file in files.items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        return {}  # there is none, or one of another making
+        return {}  # missing, or written by another program
 
 
 def _note(path: Path) -> str:

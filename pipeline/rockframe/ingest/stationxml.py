@@ -1,4 +1,4 @@
-"""The response of an instrument, from the StationXML that stands beside a waveform."""
+"""Instrument response of a channel from StationXML."""
 
 from __future__ import annotations
 
@@ -16,50 +16,50 @@ from rockframe.errors import InputError
 from rockframe.ingest.site import site_of_depth
 from rockframe.record import Orientation, SiteType
 
-#: How the first bytes of a StationXML file are known.
+#: Text that identifies a StationXML file.
 _MARK: Final = b"<FDSNStationXML"
 _HEAD: Final = 4096
 #: Largest StationXML file that is read [bytes].
 _LARGEST: Final = 64_000_000
-#: Metres per second squared of one unit, by prefix of the metre.
+#: Size of a unit [m s-2], by the prefix of the metre.
 _PREFIXES: Final = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 _UNITS: Final = re.compile(
     r"(?P<prefix>[cmun]?)m/(?P<per>s(?:ec)?(?P<square>\*\*2|\^2|2|/s(?:ec)?)?|\(s\*\*2\))", re.I
 )
 _COUNTS: Final = frozenset(["count", "counts"])
 #: Largest relative difference between the sensitivity and the product of the stage gains. Rounding
-#: makes 1e-3 at most, and an accelerometer's gain is the same at all frequencies at which gains are
-#: stated; a wrong digit or a missing gain makes more.
+#: causes at most 1e-3, and the gain of an accelerometer is the same at all stated frequencies; a
+#: wrong digit or a missing gain causes more.
 _SAME_GAIN: Final = 0.01
-#: What reading damaged XML raises, beside obspy's own; lxml's errors are syntax errors.
+#: Exceptions on corrupted XML, in addition to those of obspy; lxml raises syntax errors.
 _JUNK: Final = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
-#: Dips up to this are horizontal, from the next on vertical [degree].
+#: Largest dip of a horizontal, and smallest dip of a vertical component [degree].
 _FLAT: Final = 10.0
 _STEEP: Final = 80.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelResponse:
-    """What StationXML states of a channel.
+    """Description of a channel in StationXML.
 
     Parameters
     ----------
     source, sha256 : str
-        Name of the StationXML file, and its SHA-256.
+        Name and SHA-256 of the StationXML file.
     counts : float
-        Counts of one m s-2 [counts s2 m-1].
+        Sensitivity [counts s2 m-1].
     units : str
-        Units of acceleration as stated.
+        Acceleration units as stated.
     sample_rate : float
-        Samples per second [Hz]; NaN if unstated.
+        Sampling rate [Hz]; NaN if unstated.
     orientation : Orientation
-        By the dip.
+        Orientation according to the dip.
     azimuth : float
         Clockwise from north [degree]; NaN unless horizontal.
     site_type : SiteType
-        By the depth of the sensor.
+        Site type according to the depth of the sensor.
     response : obspy.core.inventory.Response
-        All stages.
+        Response with all stages.
 
     Examples
     --------
@@ -79,12 +79,7 @@ class ChannelResponse:
 
 
 def is_station_xml(path: Path) -> bool:
-    """Whether a file is StationXML, by what is in it; not if it cannot be read.
-
-    Parameters
-    ----------
-    path : Path
-        Any file.
+    """Return whether the contents of a file are StationXML; False if it cannot be read.
 
     Examples
     --------
@@ -101,22 +96,22 @@ def is_station_xml(path: Path) -> bool:
 
 
 def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
-    """Return the response of a trace's channel in the time of the trace.
+    """Return the response of the channel of an obspy trace at the time of the trace.
 
     Parameters
     ----------
     path : Path
-        The waveform's file; without a given StationXML, all those in its folder are looked at.
+        File of the waveform. If `given` is None, all StationXML files in its folder are searched.
     trace : obspy.Trace
         The waveform.
     given : Path or None
-        The StationXML to look at.
+        StationXML file to use.
 
     Raises
     ------
     InputError
-        If none describes the channel at that time, several do differently, the sensitivity is not
-        one of acceleration in counts, or the gains of the stages contradict it.
+        If no file describes the channel at that time, several describe it differently, the
+        sensitivity is not counts per acceleration, or the stage gains contradict it.
 
     Examples
     --------
@@ -130,7 +125,7 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
     except InputError as error:
         if error.path == path:
             raise
-        # The waveform is what is refused, and what a table of rejections names.
+        # The rejected file is the waveform, not the StationXML.
         raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
 
 
@@ -156,10 +151,10 @@ def _found(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
 
 
 def _candidates(path: Path, station: str) -> list[Path]:
-    """StationXML files of the folder that name the station."""
+    """Return the StationXML files in the folder that name the station."""
     try:
         beside = sorted(path.parent.iterdir())
-    except OSError:  # there is no folder, or it may not be listed
+    except OSError:  # no such folder, or no permission
         return []
     named = re.compile(rb"code\s*=\s*[\"']" + re.escape(station.encode()) + rb"[\"']")
     files = [file for file in beside if file.is_file() and is_station_xml(file)]
@@ -182,7 +177,7 @@ def _inventory(file: Path, content: bytes) -> Any:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(file, "XML with a document type. Must be plain StationXML.")
     with warnings.catch_warnings():
-        # obspy tells of odd but harmless entries, and Python of how obspy finds its readers.
+        # obspy warns of unusual but harmless entries; Python warns of how obspy finds its readers.
         warnings.simplefilter("ignore")
         from obspy import read_inventory
         from obspy.core.util.obspy_types import ObsPyException
@@ -202,7 +197,7 @@ def _sha256(content: bytes) -> str:
 
 
 def _channels(file: Path, trace: Any) -> list[Any]:
-    """Channels of the trace's four codes whose epoch holds the whole trace."""
+    """Return the channels with the four codes of the trace whose epoch covers it."""
     stats = trace.stats
     return [
         channel
@@ -261,10 +256,10 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
 
 
 def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
-    """Refuse a sensitivity [counts s2 m-1] that is not the product of the gains of all stages."""
+    """Reject a sensitivity [counts s2 m-1] that differs from the product of the stage gains."""
     stages = response.response_stages
     gains = [stage.stage_gain for stage in stages]
-    if not stages or None in gains:  # they state no product
+    if not stages or None in gains:  # the gains are incomplete
         return
     stated = str(response.instrument_sensitivity.input_units)
     units = str(stages[0].input_units or stated)
@@ -284,7 +279,7 @@ def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
 def _direction(channel: Any) -> tuple[Orientation, float]:
     if channel.dip is None:
         return Orientation.UNSTATED, math.nan
-    if abs(channel.dip) >= _STEEP:  # counted downwards from the horizontal
+    if abs(channel.dip) >= _STEEP:  # dip is positive downwards
         return Orientation.DOWNWARD if channel.dip > 0.0 else Orientation.VERTICAL, math.nan
     if abs(channel.dip) <= _FLAT:
         azimuth = math.nan if channel.azimuth is None else float(channel.azimuth)

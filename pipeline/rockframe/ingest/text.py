@@ -1,7 +1,7 @@
-"""Number tables, CSV or white space: time and acceleration, or acceleration alone.
+"""Reader of number tables (CSV or white space): time and acceleration, or acceleration alone.
 
-Comment lines (``#``, ``%``) may come first, then one line of column names, which states the units:
-``time_s,acc_g``, ``t, acceleration [m/s2]``, ``acc_cm_s2``. Nothing is assumed.
+Optional comment lines (``#``, ``%``) come first, then an optional line of column names, which
+states the units: ``time_s,acc_g``, ``t, acceleration [m/s2]``, ``acc_cm_s2``. No units are assumed.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.headings import (
+from rockframe.ingest.column_headers import (
     column_names,
     fields_of,
     is_known,
     is_row,
-    read_headings,
+    read_headers,
     units_in,
 )
 from rockframe.ingest.identify import record_ids
@@ -41,22 +41,22 @@ from rockframe.units import acceleration_factor
 
 Float = NDArray[np.float64]
 
-#: Rows parsed at a time, so that memory stays flat.
+#: Number of rows parsed at a time; limits memory.
 _ROWS: Final = 1 << 16
-#: Rows whose form is compared with that of the last.
+#: Number of rows before the last whose number of digits is compared with it.
 _ROWS_OF_END: Final = 20
 _STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
 _STATED_STEP: Final = re.compile(
     r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
     re.I,
 )
-#: Relative difference up to which two time steps are the same number, one of them rounded.
+#: Relative tolerance of two time steps, one of which is rounded.
 _SAME_STEP: Final = 1e-3
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """What stands before the rows of numbers, and how these are separated."""
+    """Comments and column names, and the rows of numbers with their separator."""
 
     comments: list[str]
     names: list[str]
@@ -71,12 +71,7 @@ class _Layout:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Whether a file's beginning is that of a table of one or two columns of numbers.
-
-    Parameters
-    ----------
-    head : bytes
-        At most the first 4096 bytes.
+    r"""Return whether the head of a file is that of a table of one or two columns of numbers.
 
     Examples
     --------
@@ -85,7 +80,7 @@ def sniff(head: bytes) -> bool:
     """
     lines = head_lines(head)
     start = _first_content(lines)
-    # The last line of the head may be cut; one damaged line is for the reader to report.
+    # The last line of the head may be cut. One invalid line does not matter: `read` reports it.
     rows = [line for line in lines[start:-1] or lines[start:] if line.strip()]
     if not rows:
         return False
@@ -99,23 +94,14 @@ def sniff(head: bytes) -> bool:
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    r"""Read the one record of a number table.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for names and errors.
-    data : bytes
-        Its contents.
-    options : ReadOptions
-        Units and time step, if the column names and times do not state them.
+    r"""Return the record of a number table.
 
     Raises
     ------
     InputError
-        If units or time step are unstated, a comment states other units, another step or number of
-        samples, a column is none of time and acceleration, rows differ in length, a number is none,
-        or the times are uneven.
+        If neither file nor options state units or time step, a comment contradicts units, time step
+        or number of samples, a column is not time or acceleration, rows differ in length, a number
+        is invalid, or times are uneven.
 
     Examples
     --------
@@ -125,7 +111,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     layout = _split(path, data)
     names_line = layout.names_line or layout.first_line
-    quantities, stated = read_headings(path, layout.names, layout.columns, names_line)
+    quantities, stated = read_headers(path, layout.names, layout.columns, names_line)
     factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
     taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
     _require_units(path, layout, factor, taken)
@@ -161,7 +147,7 @@ def _split(path: Path, data: bytes) -> _Layout:
 
 
 def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
-    """All numbers, shape (rows, columns)."""
+    """Return all numbers, shape (rows, columns)."""
     rows, columns = layout.rows, layout.columns
     try:
         parts = [
@@ -188,7 +174,7 @@ def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Flo
 
 
 def _tokens_a_line(text: bytes) -> NDArray[np.int64]:
-    """Tokens between white space, shape (lines,)."""
+    """Return the number of tokens in each line, shape (lines,)."""
     codes = np.frombuffer(text, dtype=np.uint8)
     blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
     starts = ~blank
@@ -268,7 +254,7 @@ def _decoded(line: bytes) -> str:
 
 
 def _first_content(lines: Iterable[str]) -> int:
-    """Number of comment lines and blank lines before anything else."""
+    """Return the number of leading comment lines and blank lines."""
     count = 0
     for line in lines:
         if line.strip() and not line.lstrip().startswith(("#", "%")):

@@ -1,4 +1,4 @@
-"""The time step of a printed column of times, and the time of a day."""
+"""Time step of a printed column of times, and ISO 8601 times."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from rockframe.errors import InputError
 
 Float = NDArray[np.float64]
 
-#: Times may come from a step and a product in single precision, however many digits are printed.
+#: Relative tolerance of times computed in single precision, however many digits are printed.
 _SINGLE: Final = 2.0**-23
-#: Rounding of the last operations on doubles.
+#: Relative tolerance of times in double precision.
 _DOUBLE: Final = 2.0**-50
-#: Relative difference up to which two steps are the same number.
+#: Relative tolerance of two time steps.
 _SAME_STEP: Final = 1e-9
-#: No recorder takes more samples a second than the reciprocal of this [s].
+#: Smallest time step for which a whole sampling rate is considered [s].
 _SHORTEST_STEP: Final = 1e-9
-#: No time step needs more decimals than a double holds.
+#: Largest number of decimals of a time step.
 _MOST_DECIMALS: Final = 20
 
 
 def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) -> str:
-    """Return a time as ISO 8601 UTC with its seconds as printed; empty if there is no such time.
+    """Return a time (ISO 8601, UTC) with its seconds as printed; empty if the time is invalid.
 
     Parameters
     ----------
     date : tuple of int
-        Year, month and day; the month is 0 if the day is that of the year.
+        Year, month and day; month 0 means that the day is the day of the year.
     hour, minute : int
         Time of the day.
     second : str
@@ -64,30 +64,29 @@ def time_step_of(
     first_line: int,
     given: float | None = None,
 ) -> float:
-    """Return the time step of evenly spaced times as they are printed [s].
+    """Return the time step of evenly spaced printed times [s].
 
-    Each printed time must be that of the first sample plus a whole number of steps, within its own
-    printed resolution: exactly if possible, else rounded, else cut off. Of the steps that fit, the
-    shortest decimal is taken. If it needs two places more than are printed, and exactly one whole
-    number of samples a second fits, the step is its reciprocal (1/240 s printed with four places).
+    Each time must equal the first one plus a whole number of steps within its printed resolution:
+    exactly, or if that is impossible rounded, or otherwise truncated. Among the steps that fit, the
+    shortest decimal is chosen. If it needs at least two more decimals than are printed, and exactly
+    one whole sampling rate [Hz] fits, the step is its reciprocal (for example 1/240 s with four
+    decimals).
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     times : array, shape (samples,)
-        The times [s], finite, two or more; one a line.
+        Two or more finite times [s], one per line.
     printed : callable
-        Returns the times as they are printed; called only if they are not even as numbers.
+        Returns the times as printed; called only if the numbers themselves are not even.
     first_line : int
-        Line number of the first.
+        Line number of the first time.
     given : float, optional
-        Time step that the user gave [s]; it is returned if it fits.
+        Time step stated by the user [s]; returned if it fits.
 
     Raises
     ------
     InputError
-        If the times do not increase, are uneven, or do not fit the given step.
+        If the times do not increase, are uneven, or do not fit the step of the user.
 
     Examples
     --------
@@ -125,7 +124,7 @@ def _require_increase(path: Path, times: Float, first_line: int) -> None:
 
 
 def _require_resolution(path: Path, times: Float, units: Float, first_line: int) -> None:
-    """Refuse uneven times printed so coarsely that a lost sample would pass for rounding."""
+    """Reject uneven times that are printed too coarsely to tell a lost sample from rounding."""
     steps = np.diff(times)
     typical = float(np.median(steps))
     odd = np.flatnonzero(np.abs(steps - typical) > 0.5 * units[1:])
@@ -135,7 +134,7 @@ def _require_resolution(path: Path, times: Float, units: Float, first_line: int)
 
 
 def _fitting_steps(times: Float, slack: Float) -> tuple[Float, Float]:
-    """Bounds of the steps that fit the first 2, 3, ... times, shape (times - 1,) each."""
+    """Return bounds of the steps that fit the first 2, 3, ... times, shape (times - 1,) each."""
     count = np.arange(1, times.size)
     shift = times[1:] - times[0]
     low = np.maximum.accumulate((shift - slack[1:]) / count)
@@ -172,7 +171,7 @@ def _fits(rate: int, low: float, high: float) -> bool:
 
 
 def _shortest_decimal(low: float, high: float) -> tuple[int, float]:
-    """The decimal of fewest places between the bounds, nearest to their middle."""
+    """Return the shortest decimal between the bounds that is nearest to their middle."""
     middle = 0.5 * (low + high)
     for decimals in range(_MOST_DECIMALS):
         step = round(middle, decimals)
@@ -191,7 +190,7 @@ def _uneven(path: Path, times: Float, where: int, expected: float, first_line: i
 
 
 def _decimals(token: bytes) -> int:
-    """Places after the decimal point; negative if the last digit printed is above the units."""
+    """Return the number of decimals; negative if the last printed digit is above the units."""
     digits, _, exponent = token.strip().lower().partition(b"e")
     point = digits.find(b".")
     places = len(digits) - point - 1 if point >= 0 else 0

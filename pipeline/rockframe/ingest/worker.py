@@ -1,8 +1,8 @@
-"""`python -m rockframe.ingest.worker SECONDS BYTES`: calls of functions, under limits.
+"""`python -m rockframe.ingest.worker SECONDS BYTES`: call functions under limits.
 
-Requests come in on standard input, pickled: a function and its arguments. Each value that the
-function yields goes out as ``(True, value)``, its end as ``(False, None)``. The end of the input,
-which the death of the parent is too, ends the process.
+Requests arrive on standard input, pickled: a function and its arguments. Each value that the
+function yields is sent as ``(True, value)``, the end as ``(False, None)``. The process ends when
+its input ends, which includes the death of the parent.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
-from rockframe.ingest.quarantine import OUT_OF_MEMORY
+from rockframe.ingest.isolation import OUT_OF_MEMORY
 
 
 def main() -> None:
     """Serve until the input ends."""
     seconds, memory = float(sys.argv[1]), int(sys.argv[2])
-    # Ctrl-C reaches the whole group; it is for the parent to end its workers.
+    # Ctrl-C reaches the whole process group, but the parent ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests = os.fdopen(os.dup(0), "rb")
     replies = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a reader prints must not fall among the replies
+    os.dup2(2, 1)  # output of a reader must not mix with the replies
     _limit_memory(memory)
     try:
         while requests.peek(1):
@@ -46,13 +46,13 @@ def _serve(requests: BinaryIO, replies: BinaryIO, seconds: float) -> None:
 
 
 def _set_alarm(seconds: float) -> None:
-    """Let the system end this process after so long, even in the midst of compiled code."""
+    """Let the system end this process after some time, even within compiled code."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
 def _limit_memory(size: int) -> None:
-    """Limit the address space to what is mapped now and `size` bytes, where the system can."""
+    """Limit the address space to its present size plus `size` bytes, if the system supports it."""
     mapped = Path("/proc/self/statm")
     if mapped.exists():
         import resource

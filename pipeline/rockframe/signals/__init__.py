@@ -1,4 +1,4 @@
-"""Signal processing of accelerograms, their intensity measures, and the passport of a record."""
+"""Processing of accelerograms, intensity measures, and the quality checks of a record."""
 
 from rockframe.signals.checks import CHECKS as CHECKS
 from rockframe.signals.checks import Check as Check

@@ -1,4 +1,4 @@
-"""The checks of a record: their names, units and directions, and what one says."""
+"""Quality checks of a record: names, units, limits and verdicts."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from enum import IntEnum
 from types import MappingProxyType
 from typing import Final
 
-#: Of each check, in their order, the unit, and whether the value must be at least the limit and
-#: not at most.
+#: Unit of each check, and whether the limit is a lower limit (otherwise an upper one); in order.
 CHECKS: Final[Mapping[str, tuple[str, bool]]] = MappingProxyType(
     {
         "peak_acceleration": ("m s-2", False),
@@ -31,7 +30,7 @@ CHECKS: Final[Mapping[str, tuple[str, bool]]] = MappingProxyType(
 
 
 class CheckVerdict(IntEnum):
-    """What a check says of a record; the values of the flag variable `passport`."""
+    """Verdict of a check; the values of the flag variable `passport`."""
 
     OK = 0
     WARN = 1
@@ -41,24 +40,24 @@ class CheckVerdict(IntEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a record.
+    """Result of one check of a record.
 
     Parameters
     ----------
     name : str
-        What was measured.
-    value : float
-        Its value; NaN if the record does not allow to measure it.
+        Name of the measured quantity.
+        value : float
+        Measured value; NaN if it cannot be measured on this record.
     limit : float
-        The limit that gave the verdict: that of rejection if the value is beyond it, else that of
-        the warning.
+        The limit that decided the verdict: the rejection limit if the value is beyond it, else the
+        warning limit.
     verdict : CheckVerdict
-        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which holds nothing against the record
-        and nothing in its favour.
+        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which counts neither for nor against the
+        record.
     unit : str
         Unit of value and limit.
     at_least : bool
-        Whether the value must not be below the limit; otherwise it must not be above.
+        True if the limit is a lower limit, False if it is an upper limit.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Intensity measures of an accelerogram, and signs of damage in its samples."""
+"""Intensity measures of an accelerogram, and indicators of clipping, gaps and late triggers."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
 
-#: The first and the last instants of a record [s]: a few samples at any usual rate, so that one
-#: that happens to be near zero hides nothing, and short beside the time of strong motion.
+#: Length of the windows at the beginning and end of a record [s]: several samples at any usual
+#: rate, so that a single sample near zero hides nothing, but short compared with strong motion.
 OPENING: Final = 0.1
-#: An extreme is one of the instrument's range only if it is comparable to the peak: the rest
-#: between and after the pulses of a one-sided motion is an extreme too.
+#: An extreme can be the limit of the instrument only if it is comparable to the peak. The rest
+#: level of a one-sided motion is an extreme too, but is not clipped.
 _COMPARABLE: Final = 0.5
 
 
@@ -48,7 +48,7 @@ def arias_intensity(acceleration: Float, time_step: float) -> float:
 def significant_duration(
     acceleration: Float, time_step: float, start: float = 0.05, end: float = 0.95
 ) -> tuple[float, float]:
-    """Return when the integral of the squared acceleration passes two shares of its final value.
+    """Return the times at which the Arias intensity passes two shares of its final value.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def significant_duration(
     time_step : float
         Interval between samples [s].
     start, end : float
-        The two shares [1]: 0.05 and 0.95 bound D5-95, 0.05 and 0.75 bound D5-75.
+        The two shares [1]: 0.05 and 0.95 for D5-95, 0.05 and 0.75 for D5-75.
 
     Returns
     -------
@@ -97,8 +97,8 @@ def significant_duration(
 def clipped_samples(acceleration: Float) -> int:
     """Return the longest run of equal samples at the largest or the smallest value.
 
-    An instrument that runs out of range repeats its last value; 1 is what an unclipped record has.
-    An extreme less than half as far from the median as the other one is not looked at.
+    A clipped instrument repeats its last value; an unclipped record gives 1. An extreme that is
+    less than half as far from the median as the other one is ignored.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def clipped_samples(acceleration: Float) -> int:
 
 
 def longest_constant(series: Float, time_step: float) -> float:
-    """Return the longest time over which a series does not change at all [s].
+    """Return the longest time during which a series does not change at all [s].
 
-    A gap that somebody filled, with zeros or with the last value, is such a time.
+    Gaps filled with zeros or with the last value appear as such times.
 
     Parameters
     ----------
@@ -141,14 +141,14 @@ def longest_constant(series: Float, time_step: float) -> float:
 
 
 def opening_share(acceleration: Float, time_step: float) -> float:
-    """Return the peak of the first 0.1 s over the peak of all [1].
+    """Return the peak of the first 0.1 s divided by the peak of the record [1].
 
-    A record that starts late opens in the midst of the motion.
+    A large value means that the record was triggered late, during the motion.
 
     Parameters
     ----------
     acceleration : array, shape (samples,)
-        Acceleration without offset, not tapered, in any unit.
+        Acceleration without offset, before any taper, in any unit.
     time_step : float
         Interval between samples [s].
 
@@ -167,14 +167,14 @@ def opening_share(acceleration: Float, time_step: float) -> float:
 
 
 def closing_share(acceleration: Float, time_step: float) -> float:
-    """Return the peak of the last 0.1 s over the peak of all [1].
+    """Return the peak of the last 0.1 s divided by the peak of the record [1].
 
-    A record that was cut ends in the midst of the motion.
+    A large value means that the record was cut off during the motion.
 
     Parameters
     ----------
     acceleration, time_step
-        As of `opening_share`.
+        As for `opening_share`.
 
     Raises
     ------
@@ -197,6 +197,6 @@ def _peak_of_motion(acceleration: Float) -> float:
 
 
 def _longest_run(held: NDArray[np.bool_]) -> int:
-    """Length of the longest row of truths."""
+    """Return the length of the longest run of True."""
     edges = np.flatnonzero(np.diff(np.r_[False, held, False]))
     return int((edges[1::2] - edges[::2]).max(initial=0))

@@ -1,4 +1,4 @@
-"""The noise before the event, and the band in which the motion stands out of it."""
+"""Pre-event noise, and the frequency band in which the motion exceeds it."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 
-#: The record's first seconds set the level that the motion must rise above [s].
+#: Length of the first window, which sets the noise level for detecting the onset [s].
 _LISTEN: Final = 2.0
-#: Times that level: twice what Gaussian noise reaches in ten thousand samples.
+#: Onset threshold in units of that level: twice what Gaussian noise reaches in 10,000 samples.
 _ONSET: Final = 8.0
-#: Fourier amplitudes are averaged over bands of this share of an octave.
+#: Bands per octave over which Fourier amplitudes are averaged.
 _BANDS_PER_OCTAVE: Final = 3
-#: Share of the time before the onset that is left to an emergent arrival.
+#: Share of the time before the onset that is not used, because the arrival may be emergent.
 _GUARD: Final = 0.2
-#: Noise is stationary: the levels of the four quarters of it differ by less than this factor. The
-#: tapered P waves of a record that was triggered differ by more.
+#: Noise is stationary: the levels of its four quarters differ by less than this factor. The tapered
+#: P waves of a triggered record differ by more.
 _STEADY: Final = 3.0
 _QUARTERS: Final = 4
-#: A band needs so many cycles in the window of noise to be judged.
+#: Least number of cycles in the noise window for which a band is judged.
 _CYCLES: Final = 2.0
-#: Share of a window under the cosine taper, both ends together.
+#: Share of a window that is tapered (cosine), both ends together.
 _TAPER: Final = 0.1
-#: Distance of the usable band from a filter's corner, as PEER states lowest usable frequencies.
+#: Factor between a filter corner and the usable band, as for PEER's lowest usable frequencies.
 CORNER_MARGIN: Final = 1.25
 
 
 def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
-    """Return the length [s] and the noise level [unit of the samples] of the time before the event.
+    """Return length [s] and level [unit of the samples] of the noise before the event.
 
-    The event begins with the first sample further from the mean of the first 2 s than eight times
-    their root mean square. The noise is what lies before it, but for the last fifth, which is left
-    to an emergent arrival; its level is the root mean square about the mean.
+    The event begins with the first sample that differs from the mean of the first 2 s by more than
+    eight times their root mean square. The noise window is the time before it without its last
+    fifth, because the arrival may be emergent. The level is the root mean square about the mean.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
     Returns
     -------
     length, level : float
-        0 and NaN if the event does not begin, begins within 2 s, or follows padding (samples all
-        equal) or a growing motion (quarters that differ by a factor of 3): then the noise is not
-        known.
+        0 and NaN if the noise is unknown: no event is found, it begins within 2 s, or the time
+        before it is padding (equal samples) or a growing motion (quarters that differ by a factor
+        of 3).
 
     Examples
     --------
@@ -78,10 +78,10 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
 def signal_to_noise_band(
     acceleration: Float, time_step: float, quiet: float, strong: tuple[float, float], ratio: float
 ) -> tuple[float, float]:
-    """Return the band in which Fourier amplitudes of motion exceed those of the noise [Hz].
+    """Return the band in which the Fourier amplitudes of the motion exceed those of the noise [Hz].
 
-    Both are root-mean-square amplitudes over thirds of an octave, the noise as it would be over
-    the time of the motion; the band is the unbroken one around the largest amplitude.
+    Both are root-mean-square amplitudes over thirds of an octave; the noise is scaled to the
+    duration of the motion. The band is the unbroken one around the largest amplitude.
 
     Parameters
     ----------
@@ -90,18 +90,18 @@ def signal_to_noise_band(
     time_step : float
         Interval between samples [s].
     quiet : float
-        Length of the noise at the beginning [s], as `pre_event` returns it.
+        Length of the noise window at the beginning [s], from `pre_event`.
     strong : (float, float)
-        Times at which the strong motion begins and ends [s].
+        Start and end of the strong motion [s].
     ratio : float
-        Least ratio of the amplitudes [1].
+        Smallest accepted ratio of the amplitudes [1].
 
     Returns
     -------
     low, high : float
-        Edges of the band [Hz]: 0 and infinity where nothing bounds it, because the lowest or the
-        highest band that can be judged (two cycles before the onset; the Nyquist frequency) still
-        stands out; both NaN if none does.
+        Edges of the band [Hz]. An edge is 0 or infinity if even the lowest or highest band that can
+        be judged exceeds the noise (two cycles in the noise window; the Nyquist frequency). Both
+        are NaN if no band exceeds the noise.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def signal_to_noise_band(
     known = np.isfinite(noise) & np.isfinite(motion)
     if not known.any():
         return 0.0, math.inf
-    # A band too narrow for a window's resolution says nothing against the others.
+    # A band that is too narrow to hold a Fourier line does not limit the others.
     stands_out = ~known | (motion >= ratio**2 * noise)
     top = int(np.where(known, motion, -1.0).argmax())
     if not stands_out[top]:
@@ -144,21 +144,23 @@ def usable_periods(
     corners: tuple[float, float],
     band: tuple[float, float],
 ) -> tuple[float, float]:
-    """Return the shortest and the longest period that a record is good for [s].
+    """Return the shortest and longest usable period of a record [s].
 
     Parameters
     ----------
     time_step, duration : float
-        Of the record [s]: no period below two steps, none above the duration.
+        Time step and duration of the record [s]; they limit the periods to two steps or more and to
+        the duration or less.
     corners : (float, float)
-        Corners of the band-pass [Hz], NaN where unknown; 1.25 times away from them is usable.
+        Corners of the band-pass [Hz], NaN if unknown; the usable band keeps a factor of 1.25 from
+        them.
     band : (float, float)
-        Band that stands out of the noise [Hz], as `signal_to_noise_band` returns it.
+        Band that exceeds the noise [Hz], from `signal_to_noise_band`.
 
     Returns
     -------
     shortest, longest : float
-        NaN where neither a corner nor the noise is known to bound it; both 0 if nothing is left.
+        NaN if neither corner nor noise limits it; both 0 if no period is usable.
 
     References
     ----------
@@ -173,7 +175,7 @@ def usable_periods(
     if math.isnan(low):
         return 0.0, 0.0
     shortest, longest = CORNER_MARGIN / corners[1], 1.0 / (CORNER_MARGIN * corners[0])
-    # fmax and fmin pass over a NaN.
+    # fmax and fmin ignore NaN.
     if high < math.inf:
         shortest = float(np.fmax(shortest, 1.0 / high))
     if low > 0.0:
@@ -183,7 +185,7 @@ def usable_periods(
 
 
 def _density(window: Float, time_step: float, edges: Float) -> Float:
-    """Mean power of each band per hertz and second; NaN where a band holds no Fourier line."""
+    """Return the mean power per hertz and second in each band; NaN where it has no Fourier line."""
     level = scipy.signal.detrend(window, type="linear")
     taper = scipy.signal.windows.tukey(window.size, _TAPER)
     power = np.abs(np.fft.rfft(level * taper)) ** 2 * time_step / np.square(taper).sum()

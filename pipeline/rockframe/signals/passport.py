@@ -1,4 +1,4 @@
-"""The passport of a record: what was measured on it, and what each check says of that."""
+"""Passport of a record: its measured quantities and the verdicts of the quality checks."""
 
 from __future__ import annotations
 
@@ -24,41 +24,41 @@ from rockframe.study import PassportLimits
 
 @dataclass(frozen=True, kw_only=True)
 class Measures:
-    """What is measured on a record; NaN is what the record does not allow to measure.
+    """Measured quantities of a record; NaN where one cannot be measured.
 
     Parameters
     ----------
     peak_acceleration : float
-        After processing [m s-2].
+        Peak acceleration after processing [m s-2].
     peak_velocity : float
-        After processing, from rest [m s-1].
+        Peak velocity after processing, integrated from rest [m s-1].
     arias_intensity : float
-        After processing [m s-1].
+        Arias intensity after processing [m s-1].
     strong_start, strong_end, strong_end_75 : float
         Times at which the Arias intensity passes 5, 95 and 75 % [s].
     end_velocity, end_displacement : float
-        At the end of the record [m s-1], [m]: the drift of the baseline. From rest, or from what
-        the filter has spread before the first sample of a record that is corrected here; rotated
-        motions are integrated from rest.
+        Velocity [m s-1] and displacement [m] at the end of the record: the drift of the baseline.
+        They are integrated from rest or, for records corrected here, from the start values that
+        `correct` returns. Rotated motions are integrated from rest.
     end_velocity_share, end_displacement_share : float
-        Their absolute values over the peaks of velocity and displacement [1].
+        Absolute values of the above divided by the peaks of velocity and displacement [1].
     clipped_samples : int
-        Longest run of equal samples at an extreme, before processing.
+        Length of the longest run of equal samples at an extreme, before processing.
     constant_time : float
         Longest time without change, before processing, between 5 and 95 % of the Arias
         intensity [s].
     opening_share : float
-        Peak of the first 0.1 s over the peak, before the taper [1].
+        Peak of the first 0.1 s divided by the peak, before the taper [1].
     closing_share : float
-        Peak of the last 0.1 s over the peak, before the taper [1].
+        Peak of the last 0.1 s divided by the peak, before the taper [1].
     pre_event : float
-        Length of the noise before the event [s]; 0 if there is none.
+        Length of the noise window before the event [s]; 0 if there is none.
     noise_level : float
-        Its root mean square [m s-2].
+        Root mean square of the noise [m s-2].
     stated_peak : float
-        Difference between the peak in the file and the one its header states, over the latter [1].
+        Relative difference between the peak of the samples and the peak stated in the header [1].
     usable_period_shortest, usable_period_longest : float
-        From the corners and the band above the noise [s]; both 0 if there is no such band.
+        Usable periods from the filter corners and the noise [s]; both 0 if there are none.
     """
 
     peak_acceleration: float
@@ -94,14 +94,14 @@ class Measures:
 
 @dataclass(frozen=True)
 class Passport:
-    """The measures of a record and the checks of them.
+    """Measured quantities of a record and the results of their checks.
 
     Parameters
     ----------
     measures : Measures
-        What was measured.
+        Measured quantities.
     checks : tuple of Check
-        Always the same ones, in the same order.
+        One result for each of `CHECKS`, in that order.
     """
 
     measures: Measures
@@ -109,23 +109,23 @@ class Passport:
 
     @property
     def verdict(self) -> CheckVerdict:
-        """The worst of the checks that could be made."""
+        """Worst verdict among the checks that could be measured."""
         made = (c.verdict for c in self.checks if c.verdict is not CheckVerdict.NOT_MEASURED)
         return max(made, default=CheckVerdict.NOT_MEASURED)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Names of the checks that warn."""
+        """Names of the checks with the verdict ``WARN``."""
         return tuple(c.name for c in self.checks if c.verdict is CheckVerdict.WARN)
 
     @property
     def rejections(self) -> tuple[Check, ...]:
-        """The checks that reject."""
+        """Checks with the verdict ``REJECT``."""
         return tuple(c for c in self.checks if c.verdict is CheckVerdict.REJECT)
 
     @property
     def late_trigger(self) -> bool:
-        """Whether the record seems to begin in the midst of the motion."""
+        """True if the record seems to begin during the motion."""
         (check,) = (c for c in self.checks if c.name == "opening_share")
         return check.verdict in (CheckVerdict.WARN, CheckVerdict.REJECT)
 
@@ -136,18 +136,18 @@ def passport(
     limits: PassportLimits,
     start: tuple[float, float] = (0.0, 0.0),
 ) -> Passport:
-    """Measure a record and hold it to the limits.
+    """Measure a record and compare the measures with the limits.
 
     Parameters
     ----------
     before, after : Record
-        The record as its archive hands it out, and after processing here; the same one if there
-        was none. Clipping, gaps, noise and late trigger show before a filter hides them; intensity
-        and drift are of what goes on to the next stage.
+        The record as published by the archive, and after processing by this package; the same one
+        if it was not processed. Clipping, gaps, noise and late triggers are measured before
+        processing, because a filter hides them; intensity and drift are measured after it.
     limits : PassportLimits
         Limits of warning and rejection.
     start : (float, float)
-        Velocity [m s-1] and displacement [m] at the first sample, as `correct` returns them.
+        Velocity [m s-1] and displacement [m] at the first sample, from `correct`.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def passport(
     >>> print(f"{result.measures.significant_duration:.2f} s")
     11.60 s
     """
-    # Squares of absurd numbers overflow; the check of the peak says what is wrong with them.
+    # Squares of absurdly large samples overflow; the check of the peak rejects them.
     with np.errstate(over="ignore", invalid="ignore"):
         measures = _measure(before, after, limits.signal_to_noise_ratio, start)
     return Passport(measures, _judge(measures, after, limits))
@@ -179,7 +179,7 @@ def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, f
     velocity = moving[0] + from_rest
     displacement = moving[1] + integrate(velocity, step)
     raw = before.acceleration
-    # The offset of an uncorrected record is no motion.
+    # The offset of an uncorrected record is not part of the motion.
     motion = raw - raw.mean() if before.uncorrected else raw
     quiet, level = pre_event(raw, step)
     band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)

@@ -14,11 +14,11 @@ from rockframe.errors import ParameterError
 
 Float = NDArray[np.float64]
 
-#: Share of the record under the cosine taper at each end.
+#: Share of the record that is tapered (cosine) at each end.
 _TAPER: Final = 0.02
 _ORDER: Final = 4
-#: Zeros before and after, in periods of the high-pass corner: 1.5 x order in all, as Boore (2005)
-#: recommends, so that the filter's transient dies out inside the pad.
+#: Length of zero padding at each end in periods of the high-pass corner. The total is 1.5 x order,
+#: as Boore (2005) recommends, so that the filter transient decays inside the padding.
 _PAD_PERIODS: Final = 0.75 * _ORDER
 #: The low-pass corner stays below this share of the Nyquist frequency.
 _NYQUIST_SHARE: Final = 0.8
@@ -31,12 +31,12 @@ class BandPass:
     Parameters
     ----------
     low, high : float
-        Corners [Hz]; `high` is lowered to 0.8 of the Nyquist frequency where that is less.
+        Corners [Hz]; `high` is reduced to 0.8 of the Nyquist frequency if that is lower.
 
     Raises
     ------
     ParameterError
-        Unless 0 < low and at least an octave lies between the corners.
+        Unless `low` is positive and the corners are at least an octave apart.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class BandPass:
             )
 
     def corners(self, time_step: float, duration: float) -> tuple[float, float]:
-        """Return the corners [Hz] that a record of this time step and duration [s] allows.
+        """Return the corners [Hz] for a record with this time step and duration [s].
 
         Raises
         ------
@@ -79,10 +79,10 @@ class BandPass:
 def correct(
     acceleration: Float, time_step: float, band: BandPass
 ) -> tuple[Float, tuple[float, float], tuple[str, ...]]:
-    """Give an uncorrected accelerogram a baseline and a band-pass.
+    """Correct the baseline of an accelerogram and apply a band-pass.
 
-    A straight line is removed, the ends are tapered, zeros are added, and a Butterworth filter
-    runs forwards and backwards (zero phase); the zeros are cut off again.
+    A straight line is removed, the ends are tapered and padded with zeros, and a Butterworth filter
+    is applied forwards and backwards (zero phase). The padding is removed afterwards.
 
     Parameters
     ----------
@@ -98,10 +98,10 @@ def correct(
     array, shape (samples,)
         Corrected acceleration [m s-2].
     (float, float)
-        Velocity [m s-1] and displacement [m] at its first sample: the integrals over the zeros that
-        were added before it, into which the filter has spread some of the motion.
+        Velocity [m s-1] and displacement [m] at its first sample: the integrals over the padding
+        before it, into which the filter has spread part of the motion.
     tuple of str
-        What was done, in order.
+        Processing steps, in order.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def correct(
 
 
 def integrate(series: Float, time_step: float) -> Float:
-    """Return the integral of a series from its first sample on, by the trapezoidal rule.
+    """Return the running integral of a series by the trapezoidal rule, zero at its first sample.
 
     Examples
     --------

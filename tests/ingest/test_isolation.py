@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import Limits, ReadOptions, attempt, collect, sorted_out
-from rockframe.ingest.quarantine import serve, worker_count
+from rockframe.ingest import Limits, ReadOptions, collect, read_outcome, sorted_out
+from rockframe.ingest.isolation import serve, worker_count
 from rockframe.options import IngestOptions
 from rockframe.stages import ingest_stage
 
@@ -20,9 +20,9 @@ TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
 #: A reader that does what the name of the file says; workers import it from the test's folder.
 READER = """
 import os, time
-from rockframe.ingest import attempt as real
+from rockframe.ingest import read_outcome as real
 
-def attempt(path, options):
+def read_outcomes(path, options):
     if "crash" in path.name:
         os.abort()
     if "hang" in path.name:
@@ -31,7 +31,7 @@ def attempt(path, options):
         raise IndexError("list index out of range")
     if "print" in path.name:
         print("a reader that prints")
-    yield from real.attempt(path, options)
+    yield from real.read_outcomes(path, options)
 """
 
 
@@ -51,13 +51,15 @@ def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import bad_reader  # type: ignore[import-not-found]
 
     # The package has a function of the module's name.
-    monkeypatch.setattr(sys.modules["rockframe.ingest.collect"], "attempt", bad_reader.attempt)
+    monkeypatch.setattr(
+        sys.modules["rockframe.ingest.collect"], "read_outcomes", bad_reader.read_outcomes
+    )
 
 
 @pytest.fixture
 def many(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let small inputs have several workers."""
-    monkeypatch.setattr("rockframe.ingest.quarantine._BYTES_A_WORKER", 1)
+    monkeypatch.setattr("rockframe.ingest.isolation._BYTES_A_WORKER", 1)
 
 
 @pytest.mark.usefixtures("bad_reader", "many")
@@ -159,7 +161,7 @@ def test_interrupt_leaves_no_orphan() -> None:
     program = (
         "import time\n"
         "from contextlib import closing\n"
-        "from rockframe.ingest.quarantine import Limits, serve\n"
+        "from rockframe.ingest.isolation import Limits, serve\n"
         "calls = [(abs, [-1]), (time.sleep, [60])]\n"
         "with closing(serve(map, calls, 1, Limits())) as served:\n"
         "    next(served)\n"
@@ -190,7 +192,7 @@ def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     files = sorted(folder.iterdir())
     assert worker_count(0, files) == 0
     assert worker_count(None, files) == 1
-    monkeypatch.setattr("rockframe.ingest.quarantine._BYTES_A_WORKER", 1)
+    monkeypatch.setattr("rockframe.ingest.isolation._BYTES_A_WORKER", 1)
     assert worker_count(4, files) == 4
     assert worker_count(9, files) == 6
     with pytest.raises(ParameterError, match=r"Invalid number of workers -1\. Must be 0 or more"):
@@ -198,8 +200,8 @@ def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_attempt_is_what_workers_import() -> None:
-    [outcome] = attempt.attempt(Path("lost.AT2"), ReadOptions())
-    assert outcome == attempt.Rejection("lost.AT2", "no such file. Must exist.")
+    [outcome] = read_outcome.read_outcomes(Path("lost.AT2"), ReadOptions())
+    assert outcome == read_outcome.Rejection("lost.AT2", "no such file. Must exist.")
 
 
 def test_killed_worker_is_no_fault_of_the_file(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Calls in worker processes: what crashes, hangs or eats memory there is a sentence here."""
+"""Call functions in worker processes; a crash, timeout or lack of memory becomes a message."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ from rockframe.errors import ParameterError
 
 T = TypeVar("T")
 
-#: Exit status of a worker whose memory did not suffice.
+#: Exit status of a worker that ran out of memory.
 OUT_OF_MEMORY: Final = 86
 _MEGABYTE: Final = 1 << 20
-#: A further worker pays for its start (0.2 s) from this much text on [bytes].
+#: Text per worker for which starting another one (0.2 s) is worthwhile [bytes].
 _BYTES_A_WORKER: Final = 16 * _MEGABYTE
 _LONGEST_REASON: Final = 200
-#: How a process ends that was killed from outside, which is not the file's fault: so often it is
-#: read anew before it is blamed (it may be why the system lacks memory).
+#: Exit status of a process killed from outside. The file is then read again before it is rejected,
+#: up to this number of attempts, because it may still be the cause (the system may lack memory).
 _KILLED: Final = -getattr(signal, "SIGKILL", 9)
 _ATTEMPTS: Final = 3
-#: Calls of each worker that may be done before their values are asked for; the memory they take.
+#: Number of calls per worker that are computed ahead of their use; limits memory.
 _AHEAD: Final = 4
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a worker may take, on systems with POSIX timers and resource limits.
+    """Limits of a worker; they need POSIX timers and resource limits.
 
     Parameters
     ----------
     seconds : float
-        Time for a file, or for a member of an archive [s].
+        Time for a file or an archive member [s].
     memory : int
-        Memory beyond what an idle worker has [bytes].
+        Memory in addition to that of an idle worker [bytes].
 
     Raises
     ------
     ParameterError
-        If one is not positive.
+        If a limit is not positive.
 
     Examples
     --------
@@ -70,21 +70,21 @@ class Limits:
 
 @dataclass(frozen=True)
 class Served(Generic[T]):
-    """What a call in a worker gave: its values, and why it ended early, if it did."""
+    """Values of a call in a worker, and the reason if it ended early."""
 
     values: Sequence[T]
     failure: str = ""
 
 
 def worker_count(workers: int | None, paths: Sequence[Path]) -> int:
-    """Return how many workers to start: no more than files, cores, and the bytes are worth.
+    """Return the number of workers to start, limited by the number and size of the files.
 
     Parameters
     ----------
     workers : int or None
-        Most workers; None is one for each core, 0 is none: reading in this process.
+        Largest number of workers; None is one per core, 0 is none (read in this process).
     paths : sequence of Path
-        The files.
+        Files to read.
 
     Raises
     ------
@@ -110,20 +110,20 @@ def serve(
     workers: int,
     limits: Limits,
 ) -> Generator[Served[T], None, None]:
-    """Call a function in worker processes.
+    """Yield the results of calling a function in worker processes.
 
     Close the iterator (`contextlib.closing`) to end the workers early.
 
     Parameters
     ----------
     function : callable
-        Of a module that the workers can import; its values can be pickled.
+        Function that the workers can import and whose values can be pickled.
     calls : sequence of tuple
-        The arguments of each call.
+        Arguments of each call.
     workers : int
-        Processes, 1 or more.
+        Number of processes, 1 or more.
     limits : Limits
-        Of each call.
+        Limits of each value of a call.
 
     Yields
     ------
@@ -166,7 +166,7 @@ def serve(
 
 
 class _Worker:
-    """A long-lived process, replaced when it dies; a class because it holds that process."""
+    """A long-lived worker process, which is replaced when it dies."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -185,7 +185,7 @@ class _Worker:
     def _once(
         self, function: Callable[..., Iterable[T]], arguments: tuple[Any, ...]
     ) -> tuple[int, Served[T]]:
-        """The exit status, 0 if the process lives, and what it gave."""
+        """Return the exit status (0 if the process is alive) and the values."""
         process = self._started()
         values: list[T] = []
         if process is None or process.stdin is None or process.stdout is None:
@@ -203,7 +203,7 @@ class _Worker:
             return status, Served(values, self._reason(status))
 
     def close(self) -> None:
-        """End the process for good; a call that waits for it returns."""
+        """End the process permanently; a call that waits for it returns."""
         with self._lock:
             self._closed = True
             if self._process is not None:
@@ -219,13 +219,13 @@ class _Worker:
             if self._process is None:
                 self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
                 limits = [str(self._limits.seconds), str(self._limits.memory)]
-                # -P: a module of the user's folder must not stand in for one of Python's.
+                # -P: a module in the user's folder must not shadow the standard library.
                 self._process = subprocess.Popen(
                     [sys.executable, "-P", "-m", "rockframe.ingest.worker", *limits],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=self._said,
-                    # Threads of the linear algebra would cost each worker their start.
+                    # Starting linear-algebra threads in each worker would cost time.
                     env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
                 )
             return self._process
@@ -236,7 +236,7 @@ class _Worker:
             if stream is not None:
                 try:
                     stream.close()
-                except BrokenPipeError:  # what was not sent to it is of no use any more
+                except BrokenPipeError:  # unsent data are no longer needed
                     continue
         self._process = None
 

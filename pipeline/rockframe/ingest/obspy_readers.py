@@ -1,4 +1,4 @@
-"""Bytes through one of obspy's own readers; what these raise on junk becomes our error here."""
+"""Read bytes with a reader of obspy, whose exceptions become an InputError."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 
-#: What obspy's readers are seen to raise on damaged files, beside their own exceptions: numbers
-#: that are none, headers that end too soon, sizes that overflow, bytes that are no text.
+#: Exceptions that the readers of obspy raise on corrupted files, in addition to those of obspy:
+#: invalid numbers, truncated headers, sizes that overflow, undecodable text.
 _JUNK: Final = (
     ValueError,
     LookupError,
@@ -28,16 +28,13 @@ _JUNK: Final = (
 
 
 def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
-    """Read a file's bytes with one named reader of obspy.
+    """Return the obspy stream in the bytes of a file.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error; it is not opened.
-    data : bytes
-        Its contents.
     obspy_name : str
-        The reader, as obspy names it. Left to itself, obspy would try pickles too.
+        Format in obspy. It must be given, because obspy would otherwise also try to unpickle the
+        file.
 
     Returns
     -------
@@ -46,7 +43,7 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
     Raises
     ------
     InputError
-        With obspy's words, if it cannot read them or warns of them.
+        If obspy raises or warns; the message quotes obspy.
 
     Examples
     --------
@@ -65,7 +62,7 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
         except (*_JUNK, ObsPyException, KNETException) as error:
             raise _failed(path, obspy_name, f"{type(error).__name__}: {error}") from error
         except Exception as error:
-            # libmseed's errors come as the bare class; anything more special is a bug.
+            # libmseed raises bare Exceptions. Any other class is an internal error.
             if type(error) is not Exception:
                 raise
             raise _failed(path, obspy_name, str(error)) from error

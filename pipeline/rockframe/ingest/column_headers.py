@@ -1,4 +1,4 @@
-"""Names of the columns of a number table: what a column holds, and in which units."""
+"""Column headers of number tables: quantities and units."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 from rockframe.errors import InputError
 from rockframe.units import ACCELERATION_UNITS
 
-#: First words of column names, and what the column holds.
+#: Quantity of a column, by the first word of its name.
 _QUANTITIES: Final = {
     **dict.fromkeys(["t", "time"], "time"),
     **dict.fromkeys(["a", "acc", "accel", "acceleration"], "acceleration"),
@@ -18,7 +18,7 @@ _QUANTITIES: Final = {
 }
 _TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
 _PER_SECOND_SQUARED: Final = ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")
-#: Spellings of units in column names, once blanks, underscores and carets are gone.
+#: Units by their spelling in column names, without blanks, underscores and carets.
 _SPELLINGS: Final = {
     "g": "g",
     "gal": "gal",
@@ -26,7 +26,7 @@ _SPELLINGS: Final = {
     **{f"mm{per}": "mm/s2" for per in _PER_SECOND_SQUARED},
     **{f"m{per}": "m/s2" for per in _PER_SECOND_SQUARED},
 }
-#: Units in a sentence: after the word itself, or after what has them.
+#: Units in a sentence, after the word "units" or "acceleration".
 _IN_WORDS: Final = re.compile(
     r"\b(?:units?|acc(?:el(?:eration)?)?)\b(?:\s+(?:of|in|is|are|units?|acceleration)\b)*[\s:=.\[(]*"
     r"(?P<units>(?:cm|mm|m)\s?/\s?s(?:ec)?(?:(?:\^|\*\*)?2|\s?/\s?s(?:ec)?)|[cm]?m\ss\^?-2|gal|g)"
@@ -37,7 +37,7 @@ _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or accelera
 
 
 def fields_of(line: str) -> list[str]:
-    """Return the fields of a line: between commas if it has any, else between blanks.
+    """Return the fields of a line, separated by commas if it has any, otherwise by blanks.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def fields_of(line: str) -> list[str]:
 
 
 def is_row(line: str) -> bool:
-    """Whether all fields of a line are numbers, NaN and infinity among them.
+    """Return whether all fields of a line are numbers, including NaN and infinity.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def is_row(line: str) -> bool:
 
 
 def column_names(line: str) -> list[str]:
-    """Return the fields of a line that begins with a letter and is no row of numbers.
+    """Return the column names in a line, or an empty list if it is not a line of names.
 
     Examples
     --------
@@ -71,13 +71,13 @@ def column_names(line: str) -> list[str]:
     """
     if is_row(line) or not re.match(r"\s*\"?[A-Za-z]", line):
         return []
-    # Brackets belong to the word before them.
+    # A bracket belongs to the preceding word.
     joined = re.sub(r"\s+(?=[\[(])", "", line)
     return [name.strip().strip('"') for name in fields_of(joined)]
 
 
 def is_known(name: str) -> bool:
-    """Whether a column's name says that it is a time, acceleration, velocity or displacement.
+    """Return whether a column name is a time, acceleration, velocity or displacement.
 
     Examples
     --------
@@ -88,9 +88,9 @@ def is_known(name: str) -> bool:
 
 
 def units_in(comment: str) -> str | None:
-    """Return the units of acceleration that a comment states; None if it states none.
+    """Return the acceleration units stated in a comment, or None.
 
-    Of what was converted they may be those before or after: none are taken.
+    Comments about a conversion are ignored, because their units may be those before or after it.
 
     Examples
     --------
@@ -101,21 +101,19 @@ def units_in(comment: str) -> str | None:
     return found and _SPELLINGS.get(re.sub(r"[\s^*]", "", found["units"].lower()))
 
 
-def read_headings(
+def read_headers(
     path: Path, names: list[str], columns: int, line: int
 ) -> tuple[list[str], str | None]:
-    """Return what the columns of a table hold, and the units of acceleration if stated.
+    """Return the quantity of each column of a table, and the acceleration units if stated.
 
     Parameters
     ----------
-    path : Path
-        The file, for the error.
     names : list of str
-        Names of the columns; without names they are time and acceleration, or acceleration.
+        Column names. If empty, the columns are time and acceleration, or acceleration.
     columns : int
         Number of columns.
     line : int
-        Line number of the names, or of the first row if there are none.
+        Line number of the names, or of the first row if there are no names.
 
     Returns
     -------
@@ -127,12 +125,11 @@ def read_headings(
     Raises
     ------
     InputError
-        If a column is a velocity or displacement, the columns are other than time and
-        acceleration, or their units are unknown.
+        If the columns are not time and acceleration, or their units are unknown.
 
     Examples
     --------
-    >>> read_headings(Path("motion.csv"), ["time_s", "acc_cm_s2"], 2, 1)
+    >>> read_headers(Path("motion.csv"), ["time_s", "acc_cm_s2"], 2, 1)
     (['time', 'acceleration'], 'cm/s2')
     """
     if not names:
@@ -168,6 +165,6 @@ def _units(path: Path, units: dict[str, str], line: int) -> str | None:
 
 
 def _split_name(name: str) -> tuple[str, str]:
-    """First word of a column's name, and the rest without blanks: `acc_cm_s2` -> `acc`, `cms2`."""
+    """Split a column name into quantity and units: `acc_cm_s2` -> `acc`, `cms2`."""
     word, _, units = re.sub(r"[\s_\[\]()]+", " ", name.lower()).strip().partition(" ")
     return word, re.sub(r"[\s^]|\*\*", "", units)

@@ -1,4 +1,4 @@
-"""What becomes of one file: records or a rejection, for itself or for each member of an archive."""
+"""Read one file or archive into records or rejections, without raising errors."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from rockframe.record import Record
 
 @dataclass(frozen=True)
 class Rejection:
-    """A file that gave no records.
+    """A file that was rejected.
 
     Parameters
     ----------
     file : str
         Name of the file.
     reason : str
-        Why, in words.
+        Reason for the rejection, as a sentence.
     line : int, optional
         Line number in the file, counted from 1.
 
@@ -39,14 +39,14 @@ class Rejection:
 
 @dataclass(frozen=True)
 class Unread:
-    """A file that is used beside others, or passed over, and gives no records of its own.
+    """A file that was skipped because it contains no records, such as a catalogue.
 
     Parameters
     ----------
     file : str
         Name of the file.
     reason : str
-        What it is, in words.
+        What the file is, as a sentence.
 
     Examples
     --------
@@ -61,25 +61,18 @@ class Unread:
 Outcome = list[Record] | Rejection
 
 
-def attempt(path: Path, options: ReadOptions) -> Iterator[Outcome]:
-    r"""Read a file; what is wrong with it is a value, not an error.
-
-    Parameters
-    ----------
-    path : Path
-        A record file, or an archive of such.
-    options : ReadOptions
-        Units and time step of files that do not state them.
+def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
+    r"""Read a file; yield a rejection instead of raising an error.
 
     Yields
     ------
     list of Record or Rejection
-        One for the file, or one for each member of the archive, in its order.
+        One for the file, or one for each member of the archive, in order.
 
     Examples
     --------
     >>> from rockframe.ingest.options import NO_OPTIONS
-    >>> list(attempt(Path("lost.AT2"), NO_OPTIONS))
+    >>> list(read_outcomes(Path("lost.AT2"), NO_OPTIONS))
     [Rejection(file='lost.AT2', reason='no such file. Must exist.', line=None)]
     """
     try:
@@ -90,14 +83,7 @@ def attempt(path: Path, options: ReadOptions) -> Iterator[Outcome]:
 
 
 def rejection(name: str, error: RockframeError) -> Rejection:
-    """Return the row of a file that could not be read.
-
-    Parameters
-    ----------
-    name : str
-        What the table calls the file.
-    error : RockframeError
-        Why it could not be read.
+    """Return the rejection of a file that could not be read.
 
     Examples
     --------
