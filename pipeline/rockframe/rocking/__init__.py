@@ -8,6 +8,7 @@ from rockframe.rocking.design import DIMENSIONS as DIMENSIONS
 from rockframe.rocking.design import Design as Design
 from rockframe.rocking.design import Found as Found
 from rockframe.rocking.design import smallest as smallest
+from rockframe.rocking.ensemble import Ensemble as Ensemble
 from rockframe.rocking.excitation import GroundAcceleration as GroundAcceleration
 from rockframe.rocking.histories import NEAR as NEAR
 from rockframe.rocking.histories import Histories as Histories
@@ -32,6 +33,8 @@ from rockframe.rocking.response import Verdict as Verdict
 from rockframe.rocking.response import as_ground as as_ground
 from rockframe.rocking.response import refuse_flight as refuse_flight
 from rockframe.rocking.response import respond as respond
+from rockframe.rocking.robust import RobustMargin as RobustMargin
+from rockframe.rocking.robust import robust_margins as robust_margins
 from rockframe.rocking.rocking_spectra import RockingSpectrum as RockingSpectrum
 from rockframe.rocking.rocking_spectra import rocking_spectrum as rocking_spectrum
 from rockframe.rocking.screening import Part as Part
@@ -39,6 +42,7 @@ from rockframe.rocking.screening import Scenario as Scenario
 from rockframe.rocking.screening import margins_of as margins_of
 from rockframe.rocking.screening import peaks_of as peaks_of
 from rockframe.rocking.screening import responses_of as responses_of
+from rockframe.rocking.sliver_search import FirstOverturning as FirstOverturning
 from rockframe.rocking.spectra import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra import overturning_spectrum as overturning_spectrum
 from rockframe.rocking.stated_verdict import StatedVerdict as StatedVerdict

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +16,11 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.first_overturning import first_overturnings
 from rockframe.rocking.perturbed import Sensitivity, sensitivities
 from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
+from rockframe.rocking.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.rocking.sliver_search import FirstOverturning
-from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
-
-#: Up to this multiple of the motion overturning is looked for [1].
-LARGEST_SCALE: Final = 10.0
-#: The ground may fall with nearly the acceleration of gravity [1].
-_NEARLY: Final = 1.0 - 1e-9
 
 
 @dataclass(frozen=True)
@@ -118,16 +112,14 @@ def margins(
     for label, number in (("motions", len(motions)), ("frames", len(frames))):
         if number == 0:
             raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
-    if not (math.isfinite(largest_scale) and largest_scale >= 1.0):
-        raise ParameterError(f"Invalid largest scale {largest_scale!r}. Must be 1 or more.")
     grounds = [as_ground(motion) for motion in motions]
     for one in grounds:
         refuse_flight(one)
     ground, frame = np.indices((len(grounds), len(frames))).reshape(2, -1)
-    largest = np.array([_largest(one, largest_scale) for one in grounds])[ground]
+    largest = np.array([largest_scale_of(one, largest_scale) for one in grounds])[ground]
     least = np.array(
         [
-            _least(grounds[i], frames[k])
+            least_scale_of(grounds[i], frames[k])
             for i, k in zip(ground.tolist(), frame.tolist(), strict=True)
         ]
     )
@@ -175,18 +167,3 @@ def with_margins(
         replace(response, verdict=margin.verdict(response.verdict), margin=margin)
         for response, margin in zip(responses, found, strict=True)
     ]
-
-
-def _largest(ground: GroundAcceleration, largest_scale: float) -> float:
-    """Where the search ends for a motion: before its vertical part falls faster than gravity."""
-    lowest = ground.upward_bounds()[0]
-    return min(largest_scale, _NEARLY * GRAVITY / -lowest if lowest < 0.0 else math.inf)
-
-
-def _least(ground: GroundAcceleration, frame: RockingFrame) -> float:
-    """A scale below which the frame does not uplift; infinite if the ground is still."""
-    powers = ground.time_step ** np.arange(ground.coefficients.shape[1])
-    strongest = float((np.abs(ground.coefficients) * powers).sum(axis=1).max())
-    tangent = frame.uplift_acceleration / GRAVITY
-    pull = strongest + tangent * max(abs(bound) for bound in ground.upward_bounds())
-    return frame.uplift_acceleration / pull if pull > 0.0 else math.inf

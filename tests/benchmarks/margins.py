@@ -1,0 +1,283 @@
+"""How many slivers of overturning the search for the first overturning finds, and what it costs.
+
+    python -m tests.benchmarks.margins [--brute PAIRS] [--random PAIRS] [--seed SEED] [--kind KIND]
+
+The slivers of `../shared/expected/slivers.json` (60 pairs) are looked for, and two draws of the
+robust margin compared. Against brute force: a sample at every 1e-4 of the scale, from where the
+frame begins to rock to where samples 0.32 % apart overturn first, on a lattice that is not that of
+the search, each interval's edges bisected. `--brute` does so for some of the 60 pairs, `--random`
+for pairs that `drawn` draws.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.components import vertical_beside
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.results import read_records
+from rockframe.rocking import (
+    Ensemble,
+    FirstOverturning,
+    GroundAcceleration,
+    Verdict,
+    as_ground,
+    respond_scenarios,
+    robust_margins,
+)
+from rockframe.rocking.first_overturning import first_overturnings
+from rockframe.rocking.gathering import Prepared
+from rockframe.rocking.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
+from rockframe.stages import ingest_stage
+from rockframe.study import SHIPPED_STRUCTURES, bundled_records, read_structures
+from rockframe.wavelets import Pulse
+
+Float = NDArray[np.float64]
+
+SHARED: Final = Path(__file__).resolve().parents[3] / "shared"
+STEP: Final = 1e-4
+#: Slivers at least so wide are to be found [1].
+WIDE: Final = 1e-4
+KINDS: Final = ("records", "vertical", "pulses", "restitution", "long", "sizes")
+#: Samples of a long record; shorter ones are followed by themselves, weaker and weaker.
+LONG: Final = 60_000
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A frame on a ground, and what it is called."""
+
+    name: str
+    ground: GroundAcceleration
+    frame: RockingFrame
+
+    def search(self) -> FirstOverturning:
+        """Search for its first overturning."""
+        return searched([self])[0]
+
+
+def searched(pairs: Sequence[Pair]) -> list[FirstOverturning]:
+    """Search for the first overturning of each of them."""
+    grounds = list({id(pair.ground): pair.ground for pair in pairs}.values())
+    order = {id(ground): k for k, ground in enumerate(grounds)}
+    return first_overturnings(
+        grounds,
+        [pair.frame for pair in pairs],
+        np.array([order[id(pair.ground)] for pair in pairs]),
+        np.arange(len(pairs)),
+        np.array([least_scale_of(pair.ground, pair.frame) for pair in pairs]),
+        np.array([largest_scale_of(pair.ground, LARGEST_SCALE) for pair in pairs]),
+    )
+
+
+def shipped_records() -> dict[str, Record]:
+    """The bundled records, and those of Table 1 where they are."""
+    table1 = SHARED / "records" / "table1"
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "records.nc")
+        ingest_stage([bundled_records(), *([table1] if table1.is_dir() else [])], path)
+        return {record.record_id: record for record in read_records(path)}
+
+
+def slivers_above_the_least(pair: Pair) -> tuple[Float, int]:
+    """Find all slivers by brute force: their ends, shape (slivers, 2), and the responses taken."""
+    ground, taken = Prepared(pair.ground), 0
+
+    def at(scale: Float) -> tuple[NDArray[np.bool_], Float]:
+        nonlocal taken
+        taken += scale.size
+        zero = np.zeros(scale.size, dtype=np.int64)
+        found = respond_scenarios([ground], [pair.frame], zero, zero, scale)
+        return found.verdict == Verdict.OVERTURNED, found.peak_rotation_ratio
+
+    base = least_scale_of(pair.ground, pair.frame) * math.exp(0.5 * STEP)
+    last = math.floor(math.log(largest_scale_of(pair.ground, LARGEST_SCALE) / base) / STEP)
+    coarse = np.arange(0, last, 32)
+    fallen, peak = at(base * np.exp(STEP * coarse))
+    if not fallen.any():
+        return np.empty((0, 2)), taken
+    top = coarse[fallen.argmax()]
+    start = max(0, coarse[(peak > 0.1).argmax()] - 512)
+    scale = base * np.exp(STEP * np.arange(start, top + 1))
+    fallen, _ = at(scale)
+    flips = np.flatnonzero(fallen[1:-1] != fallen[:-2])
+    stands = np.where(fallen[flips], scale[flips + 1], scale[flips])
+    falls = np.where(fallen[flips], scale[flips], scale[flips + 1])
+    for _ in range(7):
+        middle = 0.5 * (stands + falls)
+        hit, _ = at(middle)
+        stands, falls = np.where(hit, stands, middle), np.where(hit, middle, falls)
+    return falls[: falls.size // 2 * 2].reshape(-1, 2), taken
+
+
+def drawn(count: int, seed: int, kind: str, records: dict[str, Record]) -> list[Pair]:
+    """Draw pairs at random, of those that overturn at all up to ten times the motion.
+
+    A horizontal record, each as likely; a slenderness uniform between 0.06 and 0.35 rad; a height
+    between 0.4 and 40 m, uniform in its logarithm; a mass ratio of 0, 0.3, 1 or 4. By kind: the
+    vertical record beside it; instead of the record a Ricker pulse of either kind of 0.3 g, its
+    period between 0.3 and 3 s uniform in its logarithm; a restitution factor uniform between 0.8
+    and 1; the record followed by itself times 0.9, 0.81, ... to 60,000 samples; a height such that
+    p_hat is between 0.3 and 6 rad/s, uniform in its logarithm.
+    """
+    rng = np.random.default_rng(seed)
+    verticals = vertical_beside(records.values())
+    across = [name for name in sorted(records) if not name.endswith("UP")]
+    pairs: list[Pair] = []
+    while len(pairs) < count:
+        name = across[rng.integers(len(across))]
+        slenderness, height = rng.uniform(0.06, 0.35), math.exp(rng.uniform(*np.log([0.4, 40.0])))
+        ratio = float(rng.choice([0.0, 0.3, 1.0, 4.0]))
+        chosen = rng.uniform()
+        if kind == "sizes":
+            frame = RockingFrame(height=1.0, width=math.tan(slenderness), mass_ratio=ratio)
+            height = (frame.effective_frequency_parameter / (0.3 * 20.0**chosen)) ** 2
+        frame = RockingFrame(
+            height=height,
+            width=height * math.tan(slenderness),
+            mass_ratio=ratio,
+            restitution_factor=0.8 + 0.2 * chosen if kind == "restitution" else 1.0,
+        )
+        ground = as_ground(records[name])
+        if kind == "vertical":
+            if name not in verticals:
+                continue
+            ground = ground.with_vertical(as_ground(verticals[name]))
+        if kind == "pulses":
+            name = ("symmetric_ricker", "antisymmetric_ricker")[rng.integers(2)]
+            ground = as_ground(Pulse(wavelet=name, a_p=0.3 * 9.81, T_p=0.3 * 10.0**chosen))
+        if kind == "long":
+            sample, step = records[name].acceleration, records[name].time_step
+            times = math.ceil(LONG / sample.size)
+            again = np.concatenate([0.9**k * sample for k in range(times)])[:LONG]
+            ground = GroundAcceleration.from_samples(again, step)
+        pair = Pair(f"{name} h {height:.3g} alpha {slenderness:.3f} gamma {ratio:g}", ground, frame)
+        if not math.isnan(pair.search().lower):
+            pairs.append(pair)
+    return pairs
+
+
+def against_brute_force(pairs: Sequence[Pair]) -> None:
+    """Print what both find in the same pairs, and what they take."""
+    begun = time.process_time()
+    found = searched(pairs)
+    taken = time.process_time() - begun
+    begun = time.process_time()
+    every = [slivers_above_the_least(pair) for pair in pairs]
+    brute = time.process_time() - begun
+    known = missed = pairs_missed = 0
+    for pair, one, (slivers, _) in zip(pairs, found, every, strict=True):
+        wide = slivers[slivers[:, 1] >= (1.0 + WIDE) * slivers[:, 0]]
+        lost = wide[wide[:, 1] < one.lower]
+        known, missed = known + len(wide), missed + len(lost)
+        pairs_missed += len(lost) > 0
+        if len(lost):
+            print(
+                f"  missed: {pair.name}: {lost[0, 0]:.6f} to {lost[0, 1]:.6f}, not {one.lower:.6f}"
+            )
+    for what, responses, seconds in (
+        ("search", [one.responses for one in found], taken),
+        ("brute force", [count for _, count in every], brute),
+    ):
+        print(
+            f"  {what}: {np.mean(responses):.0f} responses a pair, at most {max(responses)}; "
+            f"{1e3 * seconds / len(pairs):.1f} ms of processor time a pair"
+        )
+    print(
+        f"  slivers {WIDE:g} wide or wider: {known}, missed {missed}; lowest one missed in "
+        f"{pairs_missed} of {len(pairs)} pairs"
+    )
+
+
+def against_slivers(pairs: dict[tuple[str, str], Pair]) -> None:
+    """Print how many of the stated slivers are found."""
+    stated = json.loads((SHARED / "expected" / "slivers.json").read_text(encoding="utf-8"))
+    stated = [one for one in stated if (one["record"], one["structure"]) in pairs]
+    chosen = [pairs[one["record"], one["structure"]] for one in stated]
+    begun = time.process_time()
+    found = searched(chosen)
+    taken = time.process_time() - begun
+    slivers = [one["slivers"] for one in stated]
+    missed = [[s for s in each if s[1] < f.lower] for f, each in zip(found, slivers, strict=True)]
+    above = np.array([o["reported"] / f.lower for f, o in zip(found, stated, strict=True)]) - 1.0
+    responses = [one.responses for one in found]
+    print(
+        f"slivers.json: {sum(map(len, slivers))} slivers of {len(stated)} pairs, missed "
+        f"{sum(map(len, missed))}; critical scale above the lowest one in "
+        f"{sum(len(each) > 0 for each in missed)} pairs\n"
+        f"  {np.mean(responses):.0f} responses a pair, at most {max(responses)}; "
+        f"{1e3 * taken / len(chosen):.1f} ms of processor time a pair\n"
+        f"  a scan of 0.5 % had reported a scale that is higher by more than 0.1, 1, 5 % in "
+        f"{(above > 1e-3).sum()}, {(above > 1e-2).sum()}, {(above > 5e-2).sum()} pairs, at most "
+        f"{above.max():.1%}"
+    )
+
+
+def robustness(pairs: Sequence[Pair]) -> None:
+    """Print how far robust margins of two draws differ, and what one takes: grounds by frames."""
+    grounds = list({id(pair.ground): pair.ground for pair in pairs}.values())
+    frames = list({id(pair.frame): pair.frame for pair in pairs}.values())
+    begun = time.process_time()
+    one, other = (
+        [each for row in robust_margins(grounds, frames, Ensemble(seed=seed)) for each in row]
+        for seed in (0, 1)
+    )
+    taken = 0.5 * (time.process_time() - begun)
+    print(
+        f"robust margins: {np.mean([each.responses for each in one]):.0f} responses a pair; "
+        f"{1e3 * taken / len(pairs):.1f} ms of processor time a pair"
+    )
+    for name in ("s10", "s25", "s50"):
+        both = np.array([[getattr(each, name) for each in draw] for draw in (one, other)])
+        apart = np.exp(np.abs(np.diff(np.log(both), axis=0)[0])) - 1.0
+        print(
+            f"  {name} of two draws differs by more than 1.5 % in {(apart > 0.015).sum()} of "
+            f"{len(pairs)} pairs, by more than 4 % in {(apart > 0.04).sum()}, at most "
+            f"{np.nanmax(apart):.1%}"
+        )
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--brute", type=int, default=6, help="pairs of the 60 (default: 6)")
+    parser.add_argument("--random", type=int, default=0, help="pairs drawn at random (default: 0)")
+    parser.add_argument("--seed", type=int, default=0, help="of these draws (default: 0)")
+    parser.add_argument("--kind", choices=KINDS, default="records", help="what is drawn")
+    parser.add_argument("--only-random", action="store_true", help="leave out the 60 pairs")
+    options = parser.parse_args()
+    records = shipped_records()
+    frames = read_structures(SHIPPED_STRUCTURES)
+    grounds = {n: as_ground(r) for n, r in records.items() if not n.endswith("UP")}
+    pairs = {
+        (name, frame.name): Pair(f"{name} {frame.name}", ground, frame)
+        for name, ground in grounds.items()
+        for frame in frames
+    }
+    every = list(pairs.values())
+    searched(every[:1])
+    if not options.only_random:
+        if SHARED.is_dir():
+            against_slivers(pairs)
+        robustness(every)
+        print(f"against brute force, {options.brute} of these pairs:")
+        against_brute_force(every[:: max(1, len(every) // options.brute)][: options.brute])
+    if options.random:
+        print(f"against brute force, {options.random} pairs drawn ({options.kind}):")
+        against_brute_force(drawn(options.random, options.seed, options.kind, records))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,121 @@
+"""Robust margins: shares of an ensemble, counted again; reproducible; refusals in one line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.rocking import (
+    Ensemble,
+    GroundAcceleration,
+    Verdict,
+    margins,
+    respond_scenarios,
+    robust_margins,
+)
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+from .motions import BENT, SLENDER, STOCKY, noise
+
+PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+ROUGH = GroundAcceleration.from_samples(noise(4, 1500, 0.6), 0.02)
+SAME = Ensemble(height=0.0, width=0.0, restitution=0.0, amplitude=0.0)
+
+
+def test_an_ensemble_of_one_structure_overturns_at_its_critical_scale() -> None:
+    """Half of the scales within 4 % overturn there, a tenth of them 3.6 steps of 1 % below."""
+    [[one]] = margins([PULSE], [BENT])
+    [[robust]] = robust_margins([PULSE], [BENT], SAME)
+    assert_allclose(robust.s50, one.critical_scale, rtol=0.006)
+    assert_allclose(robust.s50 / robust.s10, 1.01**3.6, rtol=1e-9)
+    assert_allclose(robust.s50 / robust.s25, 1.01**2.25, rtol=1e-9)
+    assert (robust.error10, robust.error25, robust.error50) == (0.0, 0.0, 0.0)
+
+
+def shares(ensemble: Ensemble, powers: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Share of the members that overturn the slender column at powers of 1.01, on rough ground."""
+    members = ensemble.frames(SLENDER)
+    scale = 1.01 ** powers[:, None] * ensemble.draws()[:, 3]
+    frame = np.tile(np.arange(len(members)), powers.size)
+    found = respond_scenarios([ROUGH], members, 0 * frame, frame, scale.ravel())
+    fallen = (found.verdict == Verdict.OVERTURNED).reshape(scale.shape)
+    return np.asarray(fallen.mean(axis=1))
+
+
+def test_shares_are_those_of_the_members() -> None:
+    """At every step of 1 % within twice the scale, averaged over four neighbours on either side."""
+    ensemble = Ensemble(members=40, seed=3)
+    [[robust]] = robust_margins([ROUGH], [SLENDER], ensemble)
+    power = round(np.log(robust.s25) / np.log(1.01))
+    powers = np.arange(power - 35, power + 35)
+    mean = np.convolve(shares(ensemble, powers), np.full(9, 1.0 / 9.0), "valid")
+    for scale, share in ((robust.s10, 0.10), (robust.s25, 0.25), (robust.s50, 0.50)):
+        first = int(np.argmax(mean >= share))
+        within = (share - mean[first - 1]) / (mean[first] - mean[first - 1])
+        assert_allclose(scale, 1.01 ** (powers[4] + first - 1 + within), rtol=1e-9)
+    assert 0.0 < robust.error25 < 0.1
+
+
+def test_another_draw_agrees_within_the_errors() -> None:
+    one, other = (robust_margins([ROUGH], [SLENDER], Ensemble(seed=k))[0][0] for k in (1, 2))
+    assert one != other
+    for name in ("10", "25", "50"):
+        apart = abs(np.log(getattr(one, f"s{name}") / getattr(other, f"s{name}")))
+        errors = np.hypot(getattr(one, f"error{name}"), getattr(other, f"error{name}"))
+        assert apart < 3.0 * errors + 0.002
+
+
+def test_the_same_whatever_is_beside() -> None:
+    together = robust_margins([PULSE, ROUGH], [BENT, SLENDER])
+    assert robust_margins([ROUGH], [SLENDER]) == [[together[1][1]]]
+
+
+def test_nothing_overturns() -> None:
+    still = Pulse(wavelet="symmetric_ricker", a_p=0.0, T_p=1.5)
+    for pulse in (still, Pulse(wavelet="symmetric_ricker", a_p=0.01, T_p=1.5)):
+        [[robust]] = robust_margins([pulse], [BENT])
+        assert np.isnan([robust.s10, robust.s25, robust.s50, robust.error25]).all()
+
+
+def test_a_vertical_acceleration_ends_the_search() -> None:
+    """The strongest member's ground would fall faster than gravity at 1 / 0.4 times the motion."""
+    upwards = GroundAcceleration.from_samples(np.full(1500, -0.4 * GRAVITY), 0.02)
+    [[robust]] = robust_margins([ROUGH.scaled(0.05).with_vertical(upwards)], [STOCKY])
+    assert np.isnan(robust.s50)
+
+
+def test_draws_are_within_their_spreads_and_stratified() -> None:
+    drawn = Ensemble(members=100, height=0.1, width=0.2, restitution=0.3, amplitude=0.4).draws()
+    assert_allclose(drawn.min(axis=0), [0.9, 0.8, 0.7, 0.6], rtol=0, atol=0.009)
+    assert_allclose(drawn.max(axis=0), [1.1, 1.2, 1.0, 1.4], rtol=0, atol=0.009)
+    strata = np.sort(np.floor((drawn[:, 2] - 0.7) / 0.003).astype(int))
+    assert_array_equal(strata, np.arange(100))
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"members": 31}, r"Invalid number of members 31 of an ensemble\. Must be 32 to"),
+        ({"height": -0.01}, r"Invalid spread -0\.01 of the height in an ensemble\. Must be 0 or"),
+        ({"restitution": 1.0}, r"Invalid spread 1\.0 of the restitution in an ensemble\."),
+        ({"amplitude": float("nan")}, r"Invalid spread nan of the amplitude in an ensemble\."),
+        ({"seed": -1}, r"Invalid seed -1 of an ensemble\. Must be 0 or more\."),
+    ],
+)
+def test_refused_ensembles(stated: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        Ensemble(**stated)
+
+
+def test_spreads_that_leave_no_rocking_frame() -> None:
+    stocky = RockingFrame(height=1.0, width=1.35, name="stocky")
+    words = r"Invalid spreads of an ensemble of frame 'stocky': .* Must"
+    with pytest.raises(ParameterError, match=words):
+        robust_margins([PULSE], [stocky], Ensemble(width=0.2))
