@@ -16,14 +16,7 @@ from rockframe.ingest import FORMATS, obspy_plugin
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
-DETECTORS = (
-    obspy_plugin.is_peer_at2,
-    obspy_plugin.is_csmip_v1,
-    obspy_plugin.is_csmip_v2,
-    obspy_plugin.is_cosmos,
-    obspy_plugin.is_smc,
-    obspy_plugin.is_text,
-)
+DETECTORS = [plugin.is_format for plugin in obspy_plugin.PLUGINS.values()]
 
 
 def obspy_read(*arguments: object, **options: object) -> Any:
@@ -144,7 +137,7 @@ def test_processing_is_told(shared_records: Path) -> None:
 def test_detection_restores_the_position(at2: Callable[..., bytes]) -> None:
     stream = BytesIO(b"skipped " + at2())
     stream.seek(8)
-    assert obspy_plugin.is_peer_at2(stream)
+    assert obspy_plugin.PLUGINS["PEERAT2"].is_format(stream)
     assert stream.tell() == 8
 
 

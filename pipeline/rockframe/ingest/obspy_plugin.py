@@ -1,276 +1,150 @@
-"""The readers as obspy waveform plug-ins: `obspy.read("RSN77.AT2", format="PEERAT2")`.
+"""obspy waveform plug-ins, one for each format: `obspy.read("RSN77.AT2", format="PEERAT2")`.
 
-Traces hold accelerations in m s-2; what obspy has no place for stands in `stats.peerat2`,
-`stats.csmipv1` and so on, named as the format.
+Traces hold accelerations in m s-2. Metadata that obspy has no place for are in `stats.peerat2`,
+`stats.csmipv1` and so on, named after the format. obspy has its own plug-ins for K-NET, SAC and
+miniSEED.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Final
 
-from rockframe.ingest.obspy_streams import Source, is_format, read_stream
-from rockframe.ingest.options import ReadOptions
+import numpy as np
 
-if TYPE_CHECKING:
-    from obspy import Stream
+from rockframe.errors import InputError
+from rockframe.ingest.options import NO_OPTIONS, ReadOptions
+from rockframe.ingest.reading import read_file
+from rockframe.ingest.registry import FORMATS, HEAD, Format, read_bytes, sniff_format
+from rockframe.record import Record
 
+with warnings.catch_warnings():
+    # obspy 1.5 reads its entry points through an interface that Python 3.11 deprecates.
+    warnings.simplefilter("ignore", DeprecationWarning)
+    from obspy import Stream, Trace, UTCDateTime
+    from obspy.core import AttribDict
 
-def is_peer_at2(file: Source) -> bool:
-    """Whether a file is a PEER file.
+Source = str | Path | BinaryIO
 
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> is_peer_at2(BytesIO(b"3 0.01 NPTS, DT"))
-    True
-    """
-    return is_format(file, "peer_at2")
+#: Longest SEED station code. A longer name is kept in the stats of the format.
+_LONGEST_STATION: Final = 5
 
 
-def read_peer_at2(file: Source, headonly: bool = False, **_: object) -> Stream:
-    r"""Read a PEER AT2 file into a stream of one trace.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        The file.
-    headonly : bool
-        Leave out the samples.
-
-    Raises
-    ------
-    InputError
-        As `rockframe.ingest.peer_at2.read`.
+@dataclass(frozen=True)
+class Plugin:
+    r"""obspy plug-in that identifies and reads the files of one format.
 
     Examples
     --------
     >>> from io import BytesIO
     >>> lines = b"PEER\nTITLE\nACCELERATION TIME SERIES IN UNITS OF G\n2 .01 NPTS, DT\n .1 -.2"
-    >>> read_peer_at2(BytesIO(lines))[0].data
+    >>> PLUGINS["PEERAT2"].is_format(BytesIO(lines))
+    True
+    >>> PLUGINS["PEERAT2"].read_format(BytesIO(lines))[0].data
     array([ 0.981, -1.962])
+    >>> table = BytesIO(b"1\n2\n")
+    >>> PLUGINS["ACCTEXT"].read_format(table, units="gal", time_step=0.5)[0].stats.delta
+    0.5
     """
-    return read_stream(file, "peer_at2", headonly)
+
+    file_format: Format
+
+    def is_format(self, file: Source) -> bool:
+        """Return whether a file has the format; never raises an exception.
+
+        At most 4096 bytes are read, and the position of a stream is restored.
+        """
+        try:
+            return sniff_format(_head(file)) is self.file_format
+        # obspy calls this with whatever the user passes to it, and expects no exception.
+        except (InputError, OSError, AttributeError, TypeError, ValueError):
+            return False
+
+    def read_format(
+        self,
+        file: Source,
+        headonly: bool = False,
+        units: str | None = None,
+        time_step: float | None = None,
+        **_: object,
+    ) -> Stream:
+        """Read a file into a stream with one trace per record.
+
+        Parameters
+        ----------
+        file : str, Path or binary stream
+            File to read.
+        headonly : bool
+            True to omit the samples.
+        units : str, optional
+            Acceleration units of a number table (``ACCTEXT``) that does not state them.
+        time_step : float, optional
+            Time step of a number table that does not state it [s].
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read.
+        """
+        is_text = self.file_format.name == "acceleration_text"
+        options = ReadOptions(units, time_step) if is_text else NO_OPTIONS
+        if isinstance(file, str | Path):
+            records = read_file(file, options, self.file_format)
+        else:
+            records = read_bytes("stream", file.read(), options, self.file_format)
+        return Stream([_trace(record, self.file_format, headonly) for record in records])
 
 
-def is_csmip_v1(file: Source) -> bool:
-    """Whether a file is a CSMIP volume 1 file.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> is_csmip_v1(BytesIO(b"Corrected accelerogram"))
-    False
-    """
-    return is_format(file, "csmip_v1")
+#: Plug-ins by their name in obspy.
+PLUGINS: Final = {known.obspy_name: Plugin(known) for known in FORMATS}
 
 
-def read_csmip_v1(file: Source, headonly: bool = False, **_: object) -> Stream:
-    """Read a CSMIP volume 1 file into a stream of one trace a channel.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        The file.
-    headonly : bool
-        Leave out the samples.
-
-    Raises
-    ------
-    InputError
-        As `rockframe.ingest.csmip_v1.read`.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> read_csmip_v1(BytesIO(b"Corrected accelerogram"))
-    Traceback (most recent call last):
-    rockframe.errors.InputError: stream:1: 'Corrected accelerogram'. Must be 'Uncorrected ...
-    """
-    return read_stream(file, "csmip_v1", headonly)
+def __getattr__(name: str) -> Plugin:
+    # Entry points name the plug-ins as attributes of this module.
+    if name in PLUGINS:
+        return PLUGINS[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def is_csmip_v2(file: Source) -> bool:
-    r"""Whether a file is a CSMIP volume 2 file, or of its siblings that are refused.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> is_csmip_v2(BytesIO(b"Response and Fourier amplitude spectra"))
-    True
-    """
-    return is_format(file, "csmip_v2")
+def _head(file: Source) -> bytes:
+    if isinstance(file, str | Path):
+        with Path(file).open("rb") as stream:
+            return stream.read(HEAD)
+    position = file.tell()
+    try:
+        return file.read(HEAD)
+    finally:
+        file.seek(position)
 
 
-def read_csmip_v2(file: Source, headonly: bool = False, **_: object) -> Stream:
-    r"""Read a CSMIP volume 2 file into a stream of one trace a channel.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        The file.
-    headonly : bool
-        Leave out the samples.
-
-    Raises
-    ------
-    InputError
-        As `rockframe.ingest.csmip_v2.read`.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> read_csmip_v2(BytesIO(b"Response and Fourier amplitude spectra"))
-    Traceback (most recent call last):
-    rockframe.errors.InputError: stream:1: response and Fourier spectra (CSMIP volume 3). ...
-    """
-    return read_stream(file, "csmip_v2", headonly)
-
-
-def is_cosmos(file: Source) -> bool:
-    r"""Whether a file is a COSMOS file, or of its siblings that are refused.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> is_cosmos(BytesIO(b"Raw acceleration counts   (Format v01.20 with 13 text lines)"))
-    True
-    """
-    return is_format(file, "cosmos")
-
-
-def read_cosmos(file: Source, headonly: bool = False, **_: object) -> Stream:
-    r"""Read a COSMOS file into a stream of one trace a channel.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        The file.
-    headonly : bool
-        Leave out the samples.
-
-    Raises
-    ------
-    InputError
-        As `rockframe.ingest.cosmos.read`.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> read_cosmos(BytesIO(b"Raw acceleration counts"))
-    Traceback (most recent call last):
-    rockframe.errors.InputError: stream:1: 'Raw acceleration counts'. Must be as in ...
-    """
-    return read_stream(file, "cosmos", headonly)
-
-
-def is_smc(file: Source) -> bool:
-    r"""Whether a file is an SMC file, or of its siblings that are refused.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> is_smc(BytesIO(b"3 VELOCITY"))
-    True
-    """
-    return is_format(file, "smc")
-
-
-def read_smc(file: Source, headonly: bool = False, **_: object) -> Stream:
-    r"""Read an SMC file into a stream of one trace.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        The file.
-    headonly : bool
-        Leave out the samples.
-
-    Raises
-    ------
-    InputError
-        As `rockframe.ingest.smc.read`.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> read_smc(BytesIO(b"3 VELOCITY"))
-    Traceback (most recent call last):
-    rockframe.errors.InputError: stream:1: is a velocity file. Must be an accelerogram.
-    """
-    return read_stream(file, "smc", headonly)
-
-
-def is_text(file: Source) -> bool:
-    r"""Whether a file is a table of one or two columns of numbers.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        Read up to 4096 bytes; a stream is left where it was.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> is_text(BytesIO(b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"))
-    True
-    """
-    return is_format(file, "acceleration_text")
-
-
-def read_text(
-    file: Source,
-    headonly: bool = False,
-    units: str | None = None,
-    time_step: float | None = None,
-    **_: object,
-) -> Stream:
-    r"""Read a number table into a stream of one trace.
-
-    Parameters
-    ----------
-    file : str, Path or binary stream
-        The file.
-    headonly : bool
-        Leave out the samples.
-    units : str, optional
-        Acceleration units, if the file does not state them.
-    time_step : float, optional
-        Time step [s], if the file does not state it.
-
-    Raises
-    ------
-    InputError
-        As `rockframe.ingest.text.read`.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> read_text(BytesIO(b"0.1\n-0.2\n"), units="gal", time_step=0.02)[0].stats.delta
-    0.02
-    """
-    return read_stream(file, "acceleration_text", headonly, ReadOptions(units, time_step))
+def _trace(record: Record, file_format: Format, headonly: bool) -> Trace:
+    short = len(record.station) <= _LONGEST_STATION
+    header: dict[str, object] = {
+        "delta": record.time_step,
+        "npts": record.acceleration.size,
+        "network": record.network,
+        "station": record.station if short else "",
+        "channel": record.component,
+        file_format.obspy_name.lower(): AttribDict(
+            units="m s-2",
+            record_id=record.record_id,
+            event=record.event,
+            station=record.station,
+            azimuth=record.azimuth,
+            orientation=record.orientation.name.lower(),
+            uncorrected=record.uncorrected,
+            processing=record.processing,
+            source_file=record.source_file,
+            source_format=record.source_format,
+            source_sha256=record.source_sha256,
+        ),
+    }
+    if record.start_time:
+        header["starttime"] = UTCDateTime(record.start_time)
+    # obspy modifies arrays in place; those of a record are read-only.
+    data = np.empty(0) if headonly else record.acceleration.copy()
+    trace = Trace(data=data, header=header)
+    trace.stats.npts = record.acceleration.size
+    return trace
