@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import re
+from collections import Counter
 from typing import Final
 
 from rockframe.errors import ParameterError
@@ -45,3 +48,55 @@ def acceleration_factor(units: str) -> float:
         known = ", ".join(ACCELERATION_UNITS)
         message = f"Invalid acceleration units {units!r}. Must be one of: {known}."
         raise ParameterError(message) from None
+
+
+#: What data files may state as a unit: its value in the units of the text beside it.
+_KNOWN: Final = {
+    **{"m": (1.0, "m"), "km": (1000.0, "m"), "cm": (0.01, "m"), "mm": (0.001, "m")},
+    **{"s": (1.0, "s"), "ms": (0.001, "s"), "Hz": (1.0, "s-1"), "year": (1.0, "year")},
+    **{"g": (GRAVITY, "m s-2"), "gal": (0.01, "m s-2"), "Gal": (0.01, "m s-2")},
+    **{"rad": (1.0, "rad"), **dict.fromkeys(("degree", "degrees"), (math.pi / 180.0, "rad"))},
+}
+_FACTOR: Final = re.compile(r"([A-Za-z]+)(-?[1-9])?")
+
+
+def conversion_factor(units: str, wanted: str) -> float | None:
+    """Return the factor that turns numbers in one unit into another; None if there is none.
+
+    Parameters
+    ----------
+    units, wanted : str
+        As data files state them: ``m s-2``, ``m/s2``, ``m/s**2``, ``cm s-2``, ``g``, ``ms``.
+
+    Examples
+    --------
+    >>> conversion_factor("g", "m s-2"), conversion_factor("cm/s^2", "m s-2")
+    (9.81, 0.01)
+    >>> conversion_factor("furlong", "m") is None, conversion_factor("s", "m") is None
+    (True, True)
+    """
+    if units == wanted:
+        return 1.0
+    found, sought = _parsed(units), _parsed(wanted)
+    if found is None or sought is None or found[1] != sought[1]:
+        return None
+    return found[0] / sought[0]
+
+
+def _parsed(units: str) -> tuple[float, dict[str, int]] | None:
+    """The value of a unit, and the powers of base units that it is in."""
+    value, powers = 1.0, Counter[str]()
+    for place, part in enumerate(re.sub(r"\*\*|\^", "", units).replace("*", " ").split("/")):
+        for word in part.split():
+            found = _FACTOR.fullmatch(word)
+            if word == "1":
+                continue
+            if found is None or found[1] not in _KNOWN:
+                return None
+            power = int(found[2] or 1) * (-1 if place else 1)
+            one, base = _KNOWN[found[1]]
+            value *= one**power
+            for name in base.split():
+                letters, exponent = re.fullmatch(r"([a-z]+)(-?\d)?", name).groups()  # type: ignore[union-attr]
+                powers[letters] += power * int(exponent or 1)
+    return value, {name: power for name, power in powers.items() if power}

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.results.files import opened
+from rockframe.results.reading import opened
 
 #: Numbers agree if they differ by at most this share of the largest of their variable in the file.
 #: Another kind of processor changes pulses by up to 4e-10 of it, the rest in the last bits.
@@ -40,7 +40,7 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
     InputError
         If a file cannot be read.
     """
-    with opened(part, kind) as some, opened(whole, kind) as full:
+    with opened(part, kind, empty=True) as some, opened(whole, kind, empty=True) as full:
         names = [str(name) for name in some["record_id"].values] if "record_id" in some else []
         rows = {str(name): k for k, name in enumerate(full["record_id"].values)} if names else {}
         largest = {str(name): _largest(full[name]) for name in some.variables if name in full}

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.matching import PulseVerdict
 from rockframe.provenance import sha256_of
-from rockframe.results.files import RECORDS, opened
 from rockframe.results.loaded_pulses import loaded_pulses
+from rockframe.results.reading import opened
+from rockframe.results.schema import RECORDS
 
 Float = NDArray[np.float64]
 
@@ -88,7 +89,7 @@ def _pulses(
     path: Path, records: str, names: list[str]
 ) -> tuple[dict[str, Float], list[bool | None]]:
     """Numbers of the best pulse of each record, and whether it is one."""
-    pulses = loaded_pulses(path, (*PULSE_NUMBERS, "pulse_verdict"))
+    pulses = loaded_pulses(path)
     if records not in json.loads(pulses.attrs["input_sha256"]).values():
         raise InputError(path, "was made from other records. Must be of the same records.")
     values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}

@@ -5,31 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import netCDF4
 import numpy as np
 import xarray as xr
 
 from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
+from rockframe.results.schema import KINDS
 from rockframe.units import GRAVITY
 
-RECORDS: Final = "records"
-PULSES: Final = "pulses"
-RESPONSE: Final = "response"
-SCREEN: Final = "screen"
-SPECTRUM: Final = "spectrum"
-ROCKING_SPECTRUM: Final = "rocking_spectrum"
-_STAGE_OF: Final = {
-    **{RECORDS: "ingest", PULSES: "pulse", RESPONSE: "respond", SCREEN: "screen"},
-    **dict.fromkeys((SPECTRUM, ROCKING_SPECTRUM), "spectrum"),
-}
-#: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
-#: is none.
-_UNREADABLE: Final = (OSError, ValueError, AttributeError)
+#: Title of the file of a batch in which no record came through; it has no variables.
+WITHOUT_RECORDS: Final = "Batch without records"
 #: Samples in one compressed block.
 CHUNK: Final = 16384
 #: How each variable is stored: a bit that flips is found.
@@ -138,7 +126,7 @@ def put(
     mode: Literal["w", "a"] = "w",
 ) -> None:
     """Write a dataset and its origin into a file of `named`; mode ``a``: beside what it holds."""
-    stage = _STAGE_OF[kind]
+    stage = KINDS[kind].stage
     version = versions()["rockframe"]
     described = dataset.assign_attrs(
         Conventions="CF-1.11",
@@ -180,125 +168,6 @@ def _encoding(variable: xr.Variable) -> dict[str, Any]:
     return encoding
 
 
-@contextmanager
-def opened(path: Path, kind: str) -> Iterator[xr.Dataset]:
-    """Open a dataset of one kind, and close it at the end of the block.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or not the output of the stage that writes this kind.
-    """
-    if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
-        raise InputError(path, f"{what}. Must be a {kind} file.")
-    must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
-    # The default of 64 MB a variable would fill with samples that are read once.
-    netCDF4.set_chunk_cache(4 * 8 * CHUNK)
-    try:
-        dataset = xr.open_dataset(path, engine="netcdf4")
-    except _UNREADABLE as error:
-        raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
-    with dataset:
-        found = dataset.attrs.get("rockframe_kind", "unknown")
-        if found != kind:
-            raise InputError(path, f"is a netCDF file of kind {found!r}. {must_be}")
-        with damage_named(path, kind):
-            _require_whole_rows(path, dataset)
-            yield dataset
-
-
-def kind_of(path: Path) -> str:
-    """Return the kind of a file, by what it says of itself.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or of no kind.
-    """
-    try:
-        with xr.open_dataset(path, engine="netcdf4") as dataset:
-            kind = str(dataset.attrs.get("rockframe_kind", "unknown"))
-    except _UNREADABLE as error:
-        raise InputError(path, f"cannot be read as netCDF ({error}).") from error
-    if kind not in _STAGE_OF:
-        raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(_STAGE_OF)}.")
-    return kind
-
-
-@contextmanager
-def damage_named(path: Path, kind: str) -> Iterator[None]:
-    """Say of what netCDF finds damaged in the block, in which file it is.
-
-    Raises
-    ------
-    InputError
-        If something is.
-    """
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        must_be = f"Must be the output of `rockframe {_STAGE_OF[kind]}`."
-        raise InputError(path, f"is damaged ({error}). {must_be}") from error
-
-
-def _require_whole_rows(path: Path, dataset: xr.Dataset) -> None:
-    """Refuse a subset of the records with the samples of all: rows would be cut at wrong places."""
-    # A batch in which no record came through has none.
-    ids = [str(name) for name in dataset["record_id"].values] if "record_id" in dataset else []
-    if len(set(ids)) < len(ids):
-        twice = next(name for name in ids if ids.count(name) > 1)
-        raise InputError(path, f"record_id {twice!r} occurs twice. Must be unique.")
-    if "row_size" in dataset and "obs" in dataset.sizes:
-        stated, present = int(dataset["row_size"].sum()), dataset.sizes["obs"]
-        if stated != present:
-            raise InputError(
-                path, f"{stated} samples in row_size, {present} along obs. Must be equal."
-            )
-
-
 def input_hash(*paths: Path) -> dict[str, str]:
     """Return names and SHA-256 of inputs, as `write` wants them."""
     return {path.name: sha256_of(path) for path in paths}
-
-
-@dataclass(frozen=True)
-class Described:
-    """What a file of one of the stages holds.
-
-    Parameters
-    ----------
-    records : tuple of str
-        Identifiers of its records.
-    inputs : mapping of str to str
-        Name and SHA-256 of what it was made from.
-    structures : int
-        Number of its structures.
-    left_out : tuple of str
-        Identifiers of the records that the stage left out, with a reason.
-    """
-
-    records: tuple[str, ...]
-    inputs: Mapping[str, str]
-    structures: int = 0
-    left_out: tuple[str, ...] = ()
-
-
-def describe(path: Path, kind: str) -> Described:
-    """Read every value of a file, and return what it holds.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, something else, or damaged: each block has a checksum.
-    """
-    with opened(path, kind) as dataset:
-        for name in dataset.variables:  # one after the other: the samples need not fit in memory
-            dataset[name].copy(deep=False).to_numpy()  # a dataset keeps what was read of it
-        names = dataset["record_id"].values if "record_id" in dataset else ()
-        return Described(
-            tuple(str(name) for name in names),
-            json.loads(dataset.attrs["input_sha256"]),
-            dataset.sizes.get("structure", 0),
-            tuple(json.loads(dataset.attrs["left_out"])),
-        )

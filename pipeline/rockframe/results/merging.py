@@ -10,8 +10,9 @@ from typing import Any, Final
 import xarray as xr
 
 from rockframe.errors import InputError
-from rockframe.results.files import named, opened, put
+from rockframe.results.files import WITHOUT_RECORDS, named, put
 from rockframe.results.growing import growing
+from rockframe.results.reading import opened
 
 #: What the files of the batches of one stage have in common.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
@@ -19,7 +20,7 @@ _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "paramet
 
 def no_records() -> xr.Dataset:
     """Return the dataset of a batch in which no record came through."""
-    return xr.Dataset(attrs={"title": "Batch without records"})
+    return xr.Dataset(attrs={"title": WITHOUT_RECORDS})
 
 
 def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
@@ -82,7 +83,7 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
     for number, path in enumerate(parts, 1):
-        with opened(path, kind) as part:
+        with opened(path, kind, empty=True) as part:
             stated, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
             if stated != wanted:
                 raise InputError(
@@ -101,7 +102,7 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
 def _series(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:
     """The variables on ``obs``, of no samples."""
     for path in parts:
-        with opened(path, kind) as part:
+        with opened(path, kind, empty=True) as part:
             if "record_id" in part:
                 empty = part.isel(obs=slice(0, 0), missing_dims="ignore").load()
                 series = {str(n): v for n, v in empty.variables.items() if "obs" in v.dims}
@@ -118,6 +119,6 @@ def _samples(
     parts: Sequence[Path], kind: str, series: Mapping[str, xr.Variable]
 ) -> Iterator[dict[str, Any]]:
     for path in parts:
-        with opened(path, kind) as part:
+        with opened(path, kind, empty=True) as part:
             if "record_id" in part:
                 yield {name: part[name].to_numpy() for name in series}

@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.results.files import RECORDS, RESPONSE, opened
+from rockframe.results.reading import opened
+from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.used_pulses import best_pulses
 
 Float = NDArray[np.float64]

@@ -48,12 +48,9 @@ def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, something else, or of another version.
+        If the file is missing, damaged, or something else.
     """
-    needed = ("a_p", "surrogates", "pulse_verdict")
-    pulses = loaded_pulses(
-        pulses_path, (*needed, *_NUMBERS.values(), *_OF_RECORD.values(), *_FLAGS)
-    )
+    pulses = loaded_pulses(pulses_path)
     if "record_id" not in pulses:  # of a batch in which no record came through
         return []
     columns = {str(name): array.values for name, array in pulses.variables.items()}

@@ -10,36 +10,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from rockframe.errors import ParameterError
-from rockframe.record import Orientation, Record, SiteType
-from rockframe.results.files import RECORDS, damage_named, opened
+from rockframe.errors import InputError, ParameterError
+from rockframe.record import Orientation, Record
+from rockframe.results.reading import damage_named, opened
+from rockframe.results.schema import RECORDS, RECORDS_NC
+from rockframe.signals import integrate, peak
 
-#: Text of a record, by variable: field of Record, long name.
-TEXTS: Final = {
-    "event": "name of the earthquake",
-    "station": "code or name of the station",
-    "network": "code of the network",
-    "component": "name of the component in the archive",
-    "start_time": "time of the first sample, UTC",
-    "facts_source": "where event, magnitude and distance are from, as the catalogue says",
-    "source_file": "name of the file that held the record",
-    "source_format": "format of that file",
-    "source_sha256": "SHA-256 of that file",
-    "instrument_file": "name of the StationXML file that turned counts into acceleration",
-    "instrument_sha256": "SHA-256 of that StationXML file",
-}
-
-#: Numbers of a record, by variable: unit, long name.
-NUMBERS: Final = {
-    "time_step": ("s", "interval between samples"),
-    "azimuth": ("degree", "direction of positive acceleration, clockwise from north"),
-    "magnitude": ("1", "magnitude of the earthquake"),
-    "epicentral_distance": ("km", "distance to the epicentre"),
-    "vs30": ("m s-1", "mean velocity of shear waves in the uppermost 30 m"),
-    "peak_ratio": ("1", "peak in the file over the peak that its header states, before processing"),
-    "filter_low": ("Hz", "highest lower corner of the filters applied, as far as stated"),
-    "filter_high": ("Hz", "lowest upper corner of the filters applied, as far as stated"),
-}
+#: What a record is made of, besides its samples and their processing.
+_FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
+#: Share by which the peaks of samples may differ from those stated: samples of single precision.
+_PEAK_TOLERANCE: Final = 1e-5
 
 
 class RecordsFile:
@@ -124,25 +104,38 @@ class RecordsFile:
             If it is damaged.
         """
         if name not in self._rows:
-            known = ", ".join(self.names)
-            raise ParameterError(f"Invalid record {name!r}. Must be one of: {known}.")
+            names = ", ".join(self.names)
+            raise ParameterError(f"Invalid record {name!r}. Must be one of: {names}.")
         row = self._rows[name]
-
-        def value(variable: str) -> Any:
-            return self._known[variable].values[row]
-
-        end, steps = int(self._ends[row]), str(value("processing"))
+        known: dict[Any, Any] = {
+            key: array.values[row] for key, array in self._known.variables.items()
+        }
+        end, steps = int(self._ends[row]), str(known["processing"])
         with damage_named(self.path, RECORDS):
-            samples = self._samples[end - int(value("row_size")) : end].values
-        return Record(
-            record_id=name,
-            acceleration=samples,
-            orientation=Orientation(int(value("orientation"))),
-            site_type=SiteType(int(value("site_type"))),
-            processing=tuple(steps.split("; ")) if steps else (),
-            **{text: str(value(text)) for text in TEXTS},  # type: ignore[arg-type]
-            **{number: float(value(number)) for number in NUMBERS},  # type: ignore[arg-type]
-        )
+            samples = self._samples[end - int(known["row_size"]) : end].values
+        try:
+            record = Record(
+                acceleration=samples,
+                processing=tuple(steps.split("; ")) if steps else (),
+                **{one.name: one.dtype(known[one.name]) for one in _FIELDS},
+            )
+        except ParameterError as error:
+            raise InputError(self.path, str(error)) from None
+        self._require_peaks(record, float(known["pga"]), float(known["pgv"]))
+        return record
+
+    def _require_peaks(self, record: Record, pga: float, pgv: float) -> None:
+        """Refuse samples that are cut at a wrong place, or of other units than stated."""
+        for name, found, stated, units in (
+            ("acceleration", peak(record.acceleration), pga, "m/s2"),
+            ("velocity", peak(integrate(record.acceleration, record.time_step)), pgv, "m/s"),
+        ):
+            if not math.isclose(found, stated, rel_tol=_PEAK_TOLERANCE):
+                raise InputError(
+                    self.path,
+                    f"samples of {record.record_id!r} with a peak {name} of {found:g} {units}, and "
+                    f"stated as {stated:g} {units}. Must be equal.",
+                )
 
 
 def open_records(path: str | Path) -> RecordsFile:

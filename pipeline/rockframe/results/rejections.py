@@ -10,7 +10,8 @@ from typing import Final
 
 from rockframe.cells import read_rows
 from rockframe.errors import InputError
-from rockframe.results.files import PULSES, RESPONSE, SCREEN, opened
+from rockframe.results.reading import opened
+from rockframe.results.schema import PULSES, RESPONSE, SCREEN
 
 #: Files of stages that may leave records out.
 _STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE, "screen.nc": SCREEN}
@@ -36,7 +37,7 @@ def rejections_of(folder: Path) -> dict[str, str]:
         if row["status"] == "rejected":  # several records of one file may be
             found[row["file"]] = f"{found.get(row['file'], '')} {row['reason']}".lstrip()
     for name, reasons in left_out_of(folder).items():
-        with opened(folder / name, _STAGES[name]) as dataset:
+        with opened(folder / name, _STAGES[name], empty=True) as dataset:
             filtered = json.loads(dataset.attrs.get("filtered", "[]"))
         found |= {record: reason for record, reason in reasons.items() if record not in filtered}
     return found
@@ -53,7 +54,7 @@ def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
     found = {}
     for name, kind in _STAGES.items():
         if (folder / name).is_file():
-            with opened(folder / name, kind) as dataset:
+            with opened(folder / name, kind, empty=True) as dataset:
                 found[name] = dict(json.loads(dataset.attrs["left_out"]))
     return found
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from enum import IntEnum
 from functools import cached_property
 from itertools import chain, islice
 from pathlib import Path
@@ -16,38 +15,18 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.results.files import RESPONSE, named, opened, put
+from rockframe.results.files import named, put
 from rockframe.results.growing import growing
-from rockframe.results.margins import margin_variables
+from rockframe.results.margins import margin_values
 from rockframe.results.merging import no_records
-from rockframe.results.structures import structure_variables
-from rockframe.results.to_pulse import to_pulse_variables
-from rockframe.results.variables import flags, record_ids, row_sizes, texts, variable
-from rockframe.rocking.kernel import REST_VELOCITY_RATIO
-from rockframe.rocking.response import Response, Verdict
+from rockframe.results.reading import opened
+from rockframe.results.schema import RESPONSE, RESPONSE_NC
+from rockframe.results.to_pulse import to_pulse_values
+from rockframe.rocking.response import Response
 
-#: Histories of a response, by variable: unit, long name.
-_HISTORIES: Final = {
-    "theta": ("rad", "rotation of the columns"),
-    "u": ("m", "horizontal displacement of the beam relative to the ground"),
-    "v": ("m", "vertical lift of the beam"),
-}
-#: Numbers of a record and structure, by variable: unit, long name.
-_OF_PAIR: Final = {
-    "peak_rotation_ratio": (
-        "1",
-        "largest |theta| / slenderness, free rocking after the record included",
-    ),
-    "peak_u": ("m", "largest |u|, at the same rotation"),
-    "peak_v": ("m", "largest v"),
-    "uplift_time": ("s", "first uplift"),
-    "overturning_time": ("s", "when |theta| reaches pi/2"),
-}
-
-
-class _Kept(IntEnum):
-    ABSENT = 0
-    KEPT = 1
+_HISTORIES: Final = ("theta", "u", "v")
+#: Parts of a response that it may not have.
+_PARTS: Final = ("to_pulse", "margin")
 
 
 def write_responses(
@@ -99,11 +78,10 @@ def write_responses(
                 columns["record_id"].append(name)
                 columns["row_size"].append(max(response.time.size for response in responses))
                 columns["history"].append([response.time.size > 0 for response in responses])
+                for name, values in RESPONSE_NC.filled("response", list(responses)).items():
+                    columns[name].append(values)
                 columns["to_pulse"].append([response.to_pulse for response in responses])
-                for quantity in ("verdict", "impacts", *_OF_PAIR):
-                    columns[quantity].append([getattr(r, quantity) for r in responses])
-                if all(response.margin is not None for response in responses):
-                    columns["margin"].append([response.margin for response in responses])
+                columns["margin"].append([response.margin for response in responses])
         made = _dataset(columns, frames, parameters) if columns else no_records()
         put(
             made.assign_attrs(batch=batch) if batch else made,
@@ -118,14 +96,10 @@ def write_responses(
 
 def _series(structures: int) -> dict[str, xr.Variable]:
     """What histories are like."""
-    attrs = {"comment": "NaN after overturning", "coordinates": "time"}
     empty = np.empty((structures, 0))
     return {
-        "time": variable("obs", empty[0], "s", "time since the record's first sample"),
-        **{
-            name: variable(("structure", "obs"), empty, units, long_name, **attrs)
-            for name, (units, long_name) in _HISTORIES.items()
-        },
+        "time": RESPONSE_NC["time"].holding([]),
+        **{name: RESPONSE_NC[name].holding(empty) for name in _HISTORIES},
     }
 
 
@@ -147,34 +121,14 @@ def _dataset(
     parameters: Mapping[str, Any],
 ) -> xr.Dataset:
     """Return all variables but the histories."""
-    pairs = ("record", "structure")
-    variables = {
-        "record_id": record_ids(columns["record_id"]),
-        "row_size": row_sizes(columns["row_size"]),
-        "verdict": flags(pairs, columns["verdict"], Verdict, "stability verdict"),
-        "history": flags(pairs, columns["history"], _Kept, "whether the history is in the file"),
-        **{
-            name: variable(pairs, np.array(columns[name], dtype=np.float64), units, long_name)
-            for name, (units, long_name) in _OF_PAIR.items()
-        },
-        **(to_pulse_variables(columns["to_pulse"]) if parameters.get("pulses") else {}),
-        "impacts": variable(
-            pairs,
-            np.array(columns["impacts"], dtype=np.int32),
-            "1",
-            "number of impacts",
-            comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} "
-            "effective_frequency_parameter, are not counted",
-        ),
-        **(margin_variables(columns["margin"]) if "margin" in columns else {}),
-        **structure_variables(frames),
-    }
-    names = texts("structure", [frame.name for frame in frames], "name of the structure")
-    return xr.Dataset(
-        variables,
-        coords={"structure": names},
-        attrs={"title": "Rocking response of free-standing frames to records"},
-    )
+    values = {name: column for name, column in columns.items() if name not in _PARTS}
+    values |= RESPONSE_NC.filled("frame", list(frames))
+    values["structure"] = [frame.name for frame in frames]
+    if parameters.get("pulses"):
+        values |= to_pulse_values(columns["to_pulse"])
+    if all(margin is not None for row in columns["margin"] for margin in row):
+        values |= margin_values(columns["margin"])
+    return RESPONSE_NC.dataset(values)
 
 
 class ResponseFile:

@@ -15,30 +15,22 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.results.files import CHUNK, COMPRESSED, SCREEN, as_os_error, named, opened, put
+from rockframe.results.files import CHUNK, COMPRESSED, as_os_error, named, put
+from rockframe.results.reading import opened
+from rockframe.results.schema import SCREEN, SCREEN_NC
 from rockframe.results.screen_histories import KeptHistory, append_histories
-from rockframe.results.variables import flags, texts, variable
-from rockframe.rocking.response import Verdict
 
 Float = NDArray[np.float64]
 Scenario = Mapping[str, NDArray[Any]]
 
 _DIMS: Final = ("record", "structure", "scale")
-#: Numbers of a scenario, by variable: unit, long name.
-_PEAKS: Final = {
-    "peak_rotation_ratio": (
-        "1",
-        "largest |theta| / slenderness, free rocking after the record included",
-    ),
-    "peak_u": ("m", "largest |u|, at the same rotation"),
-    "peak_v": ("m", "largest v"),
-}
+_PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v")
 
 
 def write_screening(
     scenarios: Iterable[Scenario],
     shape: tuple[int, int, int],
-    describe: Callable[[], xr.Dataset],
+    describe: Callable[[], tuple[Mapping[str, Any], Mapping[str, str]]],
     path: Path,
     *,
     input_sha256: Mapping[str, str],
@@ -58,7 +50,8 @@ def write_screening(
     shape : (int, int, int)
         Numbers of motions, structures and scales.
     describe : callable
-        Called after the last motion; gives the other variables.
+        Called after the last motion; gives the values of the other variables, and the units of
+        those that have two.
     path : Path
         Where it goes; an older file there is replaced.
     input_sha256, parameters, left_out : mapping
@@ -81,8 +74,11 @@ def write_screening(
             for row, scenario in enumerate(chain(first, source)):
                 fill(row, scenario)
         kept = {} if histories is None else append_histories(partial, histories)
+        values, units = describe()
         put(
-            describe().assign(kept).assign_attrs(filtered=json.dumps(sorted(filtered))),
+            SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
+                filtered=json.dumps(sorted(filtered))
+            ),
             partial,
             SCREEN,
             input_sha256=input_sha256,
@@ -100,26 +96,22 @@ def _filling(
     records, structures, scales = shape
     width = min(scales, CHUNK)
     rows = max(1, min(records, CHUNK // (structures * width)))
-    verdict = flags(_DIMS, np.empty((0, 0, 0)), Verdict, "stability verdict")
     file = netCDF4.Dataset(partial, "w", format="NETCDF4")
     try:
-        for name, size in zip(_DIMS, shape, strict=True):
-            file.createDimension(name, size)
-        for name, attrs in {
-            "verdict": verdict.attrs,
-            **{name: {"units": u, "long_name": said} for name, (u, said) in _PEAKS.items()},
-        }.items():
-            kind = np.int8 if name == "verdict" else np.float64
+        for dimension, size in zip(_DIMS, shape, strict=True):
+            file.createDimension(dimension, size)
+        for name in ("verdict", *_PEAKS):
+            like = SCREEN_NC[name].holding(np.empty((0, 0, 0)))
             created = file.createVariable(
                 name,
-                kind,
+                like.dtype,
                 _DIMS,
                 chunksizes=(rows, structures, width),
-                fill_value=None if name == "verdict" else np.nan,
+                fill_value=np.nan if like.dtype.kind == "f" else None,
                 chunk_cache=2 * 8 * rows * structures * width,
                 **COMPRESSED,
             )
-            created.setncatts(attrs)
+            created.setncatts(like.attrs)
 
         def fill(row: int, scenario: Scenario) -> None:
             with as_os_error():
@@ -152,16 +144,6 @@ def peaks_of_frames(
         v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.slenderness))
     ratio = peak_rotation / alpha
     return {"verdict": verdict, "peak_rotation_ratio": ratio, "peak_u": u, "peak_v": v}
-
-
-def scale_axis(scales: Float) -> xr.Variable:
-    """Return the coordinate along ``scale``."""
-    return variable("scale", scales, "1", "what the motion is multiplied by")
-
-
-def structure_names(frames: Sequence[RockingFrame]) -> xr.Variable:
-    """Return the coordinate along ``structure``."""
-    return texts("structure", [frame.name for frame in frames], "name of the structure")
 
 
 def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:

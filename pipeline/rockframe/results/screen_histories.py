@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,22 +11,13 @@ import numpy as np
 import xarray as xr
 
 from rockframe.errors import ParameterError
-from rockframe.results.files import SCREEN, opened
 from rockframe.results.growing import growing
-from rockframe.results.variables import variable
+from rockframe.results.reading import opened
+from rockframe.results.schema import SCREEN, SCREEN_NC
 from rockframe.rocking.response import Response
 
-_SERIES: Final = {
-    "time": ("s", "time since the record's first sample"),
-    "theta": ("rad", "rotation of the columns"),
-    "u": ("m", "horizontal displacement of the beam relative to the ground"),
-    "v": ("m", "vertical lift of the beam"),
-}
-_INDICES: Final = {
-    "history_record": "position along record",
-    "history_structure": "position along structure",
-    "history_scale": "position along scale",
-}
+_SERIES: Final = ("time", "theta", "u", "v")
+_INDICES: Final = ("history_record", "history_structure", "history_scale")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,35 +36,16 @@ class KeptHistory:
     response: Response
 
 
-def append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, xr.Variable]:
+def append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
     """Write histories into a file that is being made, one at a time; return what tells of them."""
-    columns: dict[str, list[int]] = defaultdict(list)
-    empty = np.empty(0)
-    series = {
-        name: variable("obs", empty, units, long_name, **_attrs(name))
-        for name, (units, long_name) in _SERIES.items()
-    }
-    with growing(partial, series, mode="a") as append:
+    columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
+    with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as append:
         for one in kept:
             append({name: getattr(one.response, name) for name in _SERIES})
             columns["history_size"].append(one.response.time.size)
             for name, position in zip(_INDICES, one.where, strict=True):
                 columns[name].append(position)
-    sizes = variable(
-        "history",
-        np.array(columns["history_size"], dtype=np.int64),
-        "1",
-        "number of samples of the history",
-        sample_dimension="obs",
-    )
-    return {"history_size": sizes} | {
-        name: variable("history", np.array(columns[name], dtype=np.int32), "1", long_name)
-        for name, long_name in _INDICES.items()
-    }
-
-
-def _attrs(name: str) -> dict[str, str]:
-    return {} if name == "time" else {"comment": "NaN after overturning", "coordinates": "time"}
+    return columns
 
 
 def read_screen_history(

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rockframe.results.files import SCREEN, opened
+from rockframe.results.reading import opened
+from rockframe.results.schema import SCREEN
 from rockframe.rocking.response import Verdict
 
 

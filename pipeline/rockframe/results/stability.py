@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.structures import structure_variables
+from rockframe.results.schema import RESPONSE_NC
 from rockframe.results.variables import flags, texts, variable
 from rockframe.rocking import GroundAcceleration, Verdict, respond_many
 from rockframe.rocking.spectra import increasing
@@ -57,7 +57,8 @@ def stability_dataset(
         replace(frame, height=height, width=height * frame.width / frame.height) for height in tall
     ]
     verdict = respond_many([motion or record], frames, strong).verdict[0]
-    known = {name: value.isel(structure=0) for name, value in structure_variables([frame]).items()}
+    held = RESPONSE_NC.dataset(RESPONSE_NC.filled("frame", [frame]))
+    known = held.isel(structure=0).variables
     return xr.Dataset(
         {
             "verdict": flags(("column_height", "scale"), verdict, Verdict, "stability verdict"),

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.matching import PulseVerdict, pulse_words
-from rockframe.results.files import RECORDS, RESPONSE, opened
 from rockframe.results.pulse_rows import pulse_rows
-from rockframe.results.to_pulse import FateUnderPulse
+from rockframe.results.reading import opened
+from rockframe.results.schema import RECORDS, RESPONSE
+from rockframe.results.schema.response import FateUnderPulse
 from rockframe.rocking.perturbed import Sensitivity
 from rockframe.rocking.response import Verdict
 from rockframe.rocking.stated_verdict import StatedVerdict
@@ -95,9 +96,8 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
         records.
     """
     with opened(records_path, RECORDS) as dataset:
-        wanted = ("record_id", *_OF_RECORD)
-        records = {name: dataset[name].values for name in wanted if name in dataset}
-    row_of = {str(name): i for i, name in enumerate(records.get("record_id", ()))}
+        records = {name: dataset[name].values for name in ("record_id", *_OF_RECORD)}
+    row_of = {str(name): i for i, name in enumerate(records["record_id"])}
     best = {row["record_id"]: row for row in pulse_rows(pulses_path) if row["best"]}
     for answer in response_rows(response_path):
         name = answer["record_id"]
@@ -126,7 +126,7 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
 
 def response_rows(response_path: Path) -> Iterator[dict[str, Any]]:
     """Give a row for each record and structure of a response file; units are in the names."""
-    with opened(response_path, RESPONSE) as dataset:
+    with opened(response_path, RESPONSE, empty=True) as dataset:
         if "record_id" not in dataset:  # of a batch in which no record came through
             return
         columns = {

@@ -23,9 +23,9 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, something else, or of another version.
+        If the file is missing, damaged, or something else.
     """
-    pulses = loaded_pulses(path, _OF_MATCH)
+    pulses = loaded_pulses(path)
     found: dict[str, PulseMatch] = {}
     if "record_id" not in pulses:  # of a batch in which no record came through
         return found
@@ -58,10 +58,10 @@ def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, something else, or of another version.
+        If the file is missing, damaged, or something else.
     """
     found = best_pulses(path)
-    hashes = loaded_pulses(path, ("samples_sha256",))["samples_sha256"].values if found else ()
+    hashes = loaded_pulses(path)["samples_sha256"].values if found else ()
     return {
         name: (match.pulse, str(text))
         for (name, match), text in zip(found.items(), hashes, strict=True)

@@ -39,24 +39,8 @@ def flags(
 
 
 def texts(
-    dims: str | tuple[()], values: Sequence[str], long_name: str, **attrs: Any
+    dims: str | tuple[str, ...], values: Sequence[str], long_name: str, **attrs: Any
 ) -> xr.Variable:
     """Return a variable of texts; of one text if there are no dimensions."""
     data = np.array([str(value) for value in values] if dims else values, dtype=object)
     return variable(dims, data, "1", long_name, **attrs)
-
-
-def record_ids(names: Sequence[str]) -> xr.Variable:
-    """Return the identifiers along the dimension ``record``."""
-    return texts("record", names, "record identifier", cf_role="timeseries_id")
-
-
-def row_sizes(sizes: Sequence[int]) -> xr.Variable:
-    """Return the lengths of the ragged rows along ``obs``."""
-    return variable(
-        "record",
-        np.array(sizes, dtype=np.int64),
-        "1",
-        "number of samples of the record",
-        sample_dimension="obs",
-    )

@@ -7,23 +7,20 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.results import (
+    SCREEN_NC,
     Facts,
-    azimuth_variables,
-    demand_variables,
-    design_variables,
-    fragility_variables,
-    hazard_variables,
-    margin_variables,
-    motion_variables,
-    observed_variables,
-    scale_axis,
-    structure_names,
-    structure_variables,
+    azimuth_values,
+    demand_values,
+    design_units,
+    design_values,
+    fragility_values,
+    hazard_values,
+    motion_values,
+    observed_values,
 )
 from rockframe.risk import (
     MEASURES,
@@ -99,8 +96,8 @@ class Screened:
     seed: int
 
 
-def statistics(screened: Screened) -> xr.Dataset:
-    """Return all variables of screen.nc but those of each scenario."""
+def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the values of screen.nc but those of each scenario, and units where there are two."""
     motions = screened.motions
     numbers = {
         name: np.array([motion.numbers[name] for motion in motions]) for name in motions[0].numbers
@@ -117,46 +114,39 @@ def statistics(screened: Screened) -> xr.Dataset:
         for column in screened.ratio.T
     ]
     ranks = demand_ranks(screened.ratio)
-    variables = {
-        **motion_variables([m.name for m in motions], _sources(screened), clusters, numbers),
-        **structure_variables(screened.frames),
-        **demand_variables(reference, ranks, LEVELS, bands, screened.counts),
-        **fragility_variables(
+    values = {
+        **motion_values([m.name for m in motions], _sources(screened), clusters, numbers),
+        **SCREEN_NC.filled("frame", list(screened.frames)),
+        **demand_values(reference, ranks, LEVELS, bands, screened.counts),
+        **fragility_values(
             fits, _better(screened, intensities, clusters), _grid(intensities, screened.scales)
         ),
-        **observed_variables(_observed(screened, intensities)),
+        **observed_values(_observed(screened, intensities)),
+        **_asked_besides(screened, fits, clusters),
+        "structure": [frame.name for frame in screened.frames],
+        "scale": screened.scales,
     }
-    variables |= _asked_besides(screened, fits, clusters)
-    axes = ("measure", "outcome", "level")
-    return xr.Dataset(
-        {name: values for name, values in variables.items() if name not in axes},
-        coords={
-            "structure": structure_names(screened.frames),
-            "scale": scale_axis(screened.scales),
-            **{name: variables[name] for name in axes},
-        },
-        attrs={"title": "Screening of free-standing frames by records"},
-    )
+    return values, design_units(screened.design) if screened.design else {}
 
 
 def _asked_besides(
     screened: Screened, fits: Sequence[Mapping[str, Fragility]], clusters: NDArray[np.int64]
-) -> dict[str, xr.Variable]:
+) -> dict[str, Any]:
     """What there is only if it was asked for: azimuths, margins, rates, a design."""
-    variables: dict[str, xr.Variable] = {}
+    values: dict[str, Any] = {}
     motions = screened.motions
     if len(motions[0].records) > 1:  # a pair, turned
         first = [motions[int(i)].name for i in np.unique(clusters, return_index=True)[1]]
-        variables |= azimuth_variables(first, over_azimuths(screened.ratio, clusters))
+        values |= azimuth_values(first, over_azimuths(screened.ratio, clusters))
     if screened.margins:
-        variables |= margin_variables(screened.margins)
+        values |= screened.margins
     if screened.hazard is not None:
         curve = screened.hazard
         rates = [overturning_rate(curve, fit[curve.measure]) for fit in fits]
-        variables |= hazard_variables(curve, rates)
+        values |= hazard_values(curve, rates)
     if screened.design is not None and screened.candidate_ratio is not None:
-        variables |= _designed(screened.design, screened.candidate_ratio, len(screened.frames))
-    return variables
+        values |= _designed(screened.design, screened.candidate_ratio, len(screened.frames))
+    return values
 
 
 def _fits(
@@ -215,8 +205,8 @@ def _sources(screened: Screened) -> list[tuple[str, str]]:
     return [(texts["event"][m.row], texts["station"][m.row]) for m in screened.motions]
 
 
-def _designed(design: Design, ratio: Float, structures: int) -> dict[str, xr.Variable]:
+def _designed(design: Design, ratio: Float, structures: int) -> dict[str, Any]:
     below = (ratio < design.limit).mean(axis=0)
     shares = below.reshape(structures, design.steps)
     found = [smallest(design.values, row, design.share) for row in shares]
-    return design_variables(design, shares, found)
+    return design_values(design, shares, found)

@@ -1,0 +1,334 @@
+"""Reading whole files: every one is held to what its kind declares before a value is used."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import IntFlag
+from functools import reduce
+from operator import or_
+from pathlib import Path
+from typing import Any, Final
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.record import is_record_id
+from rockframe.results.files import CHUNK, WITHOUT_RECORDS
+from rockframe.results.schema import KINDS, FileKind, Variable
+from rockframe.units import conversion_factor
+
+#: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
+#: is none.
+_UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
+#: What is read of global attributes as JSON, and what it must be.
+_JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
+#: Those without which a file is none of ours.
+_NEEDED: Final = ("input_sha256", "parameters", "left_out", "source_code_hash")
+#: Attributes by which other numbers are stored than are meant.
+_PACKED: Final = ("scale_factor", "add_offset", "missing_value", "_Unsigned")
+#: Kinds of types of NumPy that may hold what is declared.
+_TYPES: Final = {"text": "SO", "flags": "iu", "integers": "iu", "numbers": "fiu"}
+#: No compression of netCDF makes less of samples.
+_MOST_COMPRESSED: Final = 1032
+#: So many values are checked at once.
+_BLOCK: Final = 2**20
+
+
+@contextmanager
+def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset]:
+    """Open a dataset of one kind, and close it at the end of the block.
+
+    It has the variables that are declared for the kind and no others, in their declared units and
+    with their declared attributes. Series along ``obs`` are read when they are asked for.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+    empty : bool
+        Take the file of a batch in which no record came through, too: it has no variables.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, not the output of the stage that writes this kind, or what
+        it holds is not as it is declared.
+    """
+    if not path.is_file():
+        what = "a folder" if path.is_dir() else "no such file"
+        raise InputError(path, f"{what}. Must be a {kind} file.")
+    # The default of 64 MB a variable would fill with samples that are read once.
+    netCDF4.set_chunk_cache(4 * 8 * CHUNK)
+    must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
+    try:
+        store = _Declared.open(str(path), mode="r")  # type: ignore[no-untyped-call]
+        store.path, store.kind = path, KINDS[kind]
+        dataset = xr.open_dataset(store, decode_times=False)
+    except _UNREADABLE as error:
+        raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
+    with dataset, damage_named(path, kind):
+        if not (dataset.variables or empty):
+            raise InputError(path, "of a batch in which no record came through. Must be merged.")
+        for variable in KINDS[kind].variables:
+            if variable.name in dataset.variables:
+                _require_valid(path, variable, dataset)
+        yield dataset
+
+
+def kind_of(path: Path) -> str:
+    """Return the kind of a file, by what it says of itself.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or of no kind.
+    """
+    try:
+        with netCDF4.Dataset(path) as file:
+            kind = str(getattr(file, "rockframe_kind", "unknown"))
+    except _UNREADABLE as error:
+        raise InputError(path, f"cannot be read as netCDF ({error}).") from error
+    if kind not in KINDS:
+        raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(KINDS)}.")
+    return kind
+
+
+@contextmanager
+def damage_named(path: Path, kind: str) -> Iterator[None]:
+    """Say of what netCDF finds damaged in the block, in which file it is.
+
+    Raises
+    ------
+    InputError
+        If something is.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError, UnicodeDecodeError) as error:
+        must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
+        raise InputError(path, f"is damaged ({error}). {must_be}") from error
+
+
+class _Declared(xr.backends.NetCDF4DataStore):
+    """What a file has of its kind; found out before memory is taken for any of it."""
+
+    path: Path
+    kind: FileKind
+
+    def load(self) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
+        """Return variables, not yet read, and global attributes."""
+        found, attrs = super().load()  # type: ignore[no-untyped-call]
+        try:
+            self._require_attributes(attrs)
+            if attrs.get("title") == WITHOUT_RECORDS and not found:
+                return {}, dict(attrs)
+            variables = {
+                one.name: self._as_declared(one, found[one.name])
+                for one in self.kind.variables
+                if self._has(one, found)
+            }
+            self._require_room(variables)
+        except InputError:
+            self.close()  # type: ignore[no-untyped-call]
+            raise
+        return variables, dict(attrs)
+
+    def _refuse(self, what: str) -> InputError:
+        return InputError(self.path, f"{what} Must be the output of `rockframe {self.kind.stage}`.")
+
+    def _require_attributes(self, attrs: Mapping[str, Any]) -> None:
+        kind = str(attrs.get("rockframe_kind", "unknown"))
+        if kind != self.kind.name:
+            raise self._refuse(f"is a netCDF file of kind {kind!r}.")
+        for name in (*_NEEDED, *_JSON):
+            if name not in attrs and name not in _NEEDED:
+                continue
+            try:
+                value = json.loads(attrs[name]) if name in _JSON else attrs[name]
+            except (KeyError, TypeError, ValueError, RecursionError):
+                value = None
+            if not isinstance(value, _JSON.get(name, str)):
+                raise self._refuse(f"without a global attribute {name!r} that can be read.")
+
+    def _has(self, one: Variable, found: Mapping[str, xr.Variable]) -> bool:
+        """Whether a variable is there, as it must be unless it is of a group that is not."""
+        group = [v.name for v in self.kind.variables if v.group == one.group and v.name in found]
+        if one.name not in found and (group or not one.group):
+            beside = f", but with {group[0]!r}" if one.group else ""
+            must_be = f"Must be as this version of `rockframe {self.kind.stage}` writes it."
+            raise InputError(self.path, f"without variable {one.name!r}{beside}. {must_be}")
+        return one.name in found
+
+    def _as_declared(self, one: Variable, found: xr.Variable) -> xr.Variable:
+        """Return a variable with the attributes by which it is decoded, and those declared."""
+        what = f"variable {one.name!r}"
+        kind, dims = found.dtype.kind, found.dims
+        dims = dims[:-1] if kind == "S" else dims
+        if kind not in _TYPES[one.holds]:
+            raise self._refuse(f"{what} holds {found.dtype}, not {one.holds}.")
+        if dims != one.dims:
+            along, must = (f"({', '.join(map(str, names))})" for names in (dims, one.dims))
+            raise InputError(self.path, f"{what} on {along}. Must be on {must}.")
+        packed = next((name for name in _PACKED if name in found.attrs), "")
+        if packed:
+            raise InputError(self.path, f"{what} with {packed}. Must hold plain values.")
+        stated = str(found.attrs.get("units", "1" if one.units == "1" else ""))
+        units = stated if stated and stated == one.also_units else one.units
+        factor = conversion_factor(stated, units)
+        if factor is None or (factor != 1.0 and one.holds != "numbers"):
+            raise InputError(self.path, f"{what} in {stated!r}. Must be in {units!r}.")
+        attrs = one.holding(np.zeros((0,) * len(dims)), units).attrs
+        for name in ("flag_values", "flag_masks", "flag_meanings"):
+            if name in found.attrs and str(found.attrs[name]) != str(attrs.get(name)):
+                raise InputError(
+                    self.path, f"{what} with {name} {found.attrs[name]}. Must be {attrs[name]}."
+                )
+        if factor != 1.0:
+            attrs["scale_factor"] = factor
+        if (
+            kind == "f"
+        ):  # what was not written is of netCDF's own value, whether it is stated or not
+            unwritten = netCDF4.default_fillvals[found.dtype.str[1:]]
+            attrs["_FillValue"] = found.attrs.get("_FillValue", unwritten)
+        if kind == "S":
+            attrs["_Encoding"] = "utf-8"
+        declared = found.copy(deep=False)
+        declared.attrs = attrs
+        return declared
+
+    def _require_room(self, variables: Mapping[str, xr.Variable]) -> None:
+        """Refuse to make room for what the file is too small to hold."""
+        claimed = 0
+        for one in variables.values():
+            chunk = one.encoding.get("chunksizes") or ()
+            claimed += max(math.prod(one.shape), math.prod(chunk)) * one.dtype.itemsize
+        present = self.path.stat().st_size
+        if claimed > _MOST_COMPRESSED * present:
+            raise self._refuse(f"states {claimed:.3g} bytes of values in a file of {present}.")
+
+
+def _require_valid(path: Path, one: Variable, dataset: xr.Dataset) -> None:
+    """Refuse values that are not as they are declared; series are left for when they are read."""
+    if "obs" in one.dims or (
+        one.holds == "numbers" and not (one.valid or one.key or one.refers_to)
+    ):
+        return
+    array = dataset.variables[one.name]
+    rows = max(1, _BLOCK * len(array) // max(1, array.size)) if array.ndim else 1
+    blocks = [slice(k, k + rows) for k in range(0, len(array), rows)] if array.ndim else [()]
+    for block in blocks:
+        values = array.values if len(blocks) == 1 else array[block].values
+        wrong = ~_allowed(one, values, dataset)
+        if wrong.any():
+            value = values[wrong][0] if values.ndim else values.item()
+            raise InputError(path, f"{one.name} {_plain(value)!r}. Must be {_required(one)}.")
+    if one.key:
+        names, counts = np.unique(array.values.astype(str), return_counts=True)
+        if (counts > 1).any():
+            twice = str(names[counts > 1][0])
+            raise InputError(path, f"{one.name} {twice!r} occurs twice. Must be unique.")
+    if "sample_dimension" in one.attrs:
+        stated, present = sum(array.values.tolist()), dataset.sizes["obs"]
+        if stated != present:
+            raise InputError(
+                path, f"{stated} samples in {one.name}, {present} along obs. Must be equal."
+            )
+
+
+def _allowed(one: Variable, values: NDArray[Any], dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """Which of the values of a variable may be there."""
+    if one.holds == "flags":
+        if issubclass(one.dtype, IntFlag):
+            return np.asarray(values & ~reduce(or_, (bit.value for bit in one.dtype)) == 0)
+        return np.asarray(np.isin(values, [member.value for member in one.dtype]))
+    if one.holds == "integers":
+        end = dataset.sizes[one.refers_to] if one.refers_to else np.inf
+        return np.asarray(((values >= 0) | (one.valid == "any")) & (values < end))
+    if one.holds == "numbers":
+        allowed = np.isfinite(values) & ((values > 0.0) | (one.valid != "positive"))
+    else:
+        texts = [_is_text(one, value) for value in values.ravel()]
+        allowed = np.array(texts, dtype=bool).reshape(values.shape)
+    if one.refers_to:
+        allowed &= np.isin(values, dataset.variables[one.refers_to].values)
+    return np.asarray(allowed)
+
+
+def _is_text(one: Variable, value: Any) -> bool:
+    if not isinstance(value, str) or (one.choices and value not in one.choices):
+        return False
+    return not one.key or is_record_id(value)
+
+
+def _required(one: Variable) -> str:
+    """What the values of a variable must be, in words."""
+    if one.refers_to:
+        return f"one of those of {one.refers_to}"
+    if one.choices:
+        return f"one of: {', '.join(map(repr, one.choices))}"
+    if one.holds == "flags":
+        return f"one of: {', '.join(f'{m.value} {m.name}'.lower() for m in one.dtype)}"
+    if one.holds == "text":
+        return "1 to 64 letters, digits, points, hyphens or underscores" if one.key else "text"
+    return (
+        "positive"
+        if one.valid == "positive"
+        else "0 or more"
+        if one.holds == "integers"
+        else "finite"
+    )
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+@dataclass(frozen=True)
+class Described:
+    """What a file of one of the stages holds.
+
+    Parameters
+    ----------
+    records : tuple of str
+        Identifiers of its records.
+    inputs : mapping of str to str
+        Name and SHA-256 of what it was made from.
+    structures : int
+        Number of its structures.
+    left_out : tuple of str
+        Identifiers of the records that the stage left out, with a reason.
+    """
+
+    records: tuple[str, ...]
+    inputs: Mapping[str, str]
+    structures: int = 0
+    left_out: tuple[str, ...] = ()
+
+
+def describe(path: Path, kind: str) -> Described:
+    """Read every value of a file, and return what it holds.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, something else, or damaged: each block has a checksum.
+    """
+    with opened(path, kind, empty=True) as dataset:
+        for name in dataset.variables:  # one after the other: the samples need not fit in memory
+            dataset[name].copy(deep=False).to_numpy()  # a dataset keeps what was read of it
+        names = dataset["record_id"].values if "record_id" in dataset else ()
+        return Described(
+            tuple(str(name) for name in names),
+            json.loads(dataset.attrs["input_sha256"]),
+            dataset.sizes.get("structure", 0),
+            tuple(json.loads(dataset.attrs["left_out"])),
+        )

@@ -1,0 +1,22 @@
+"""What each kind of file holds: the one declaration that writing and reading go by."""
+
+from typing import Final
+
+from rockframe.results.schema.declare import FileKind as FileKind
+from rockframe.results.schema.declare import Variable as Variable
+from rockframe.results.schema.pulses import PULSES_NC as PULSES_NC
+from rockframe.results.schema.records import RECORDS_NC as RECORDS_NC
+from rockframe.results.schema.response import RESPONSE_NC as RESPONSE_NC
+from rockframe.results.schema.screen import SCREEN_NC as SCREEN_NC
+from rockframe.results.schema.spectra import ROCKING_SPECTRUM_NC as ROCKING_SPECTRUM_NC
+from rockframe.results.schema.spectra import SPECTRUM_NC as SPECTRUM_NC
+
+#: All kinds of files, by name, in the order of the stages.
+KINDS: Final = {
+    kind.name: kind
+    for kind in (
+        *(RECORDS_NC, PULSES_NC, RESPONSE_NC),
+        *(SCREEN_NC, SPECTRUM_NC, ROCKING_SPECTRUM_NC),
+    )
+}
+RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM = KINDS

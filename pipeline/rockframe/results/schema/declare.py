@@ -1,0 +1,159 @@
+"""How a kind of file and its variables are declared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import IntEnum, IntFlag
+from operator import attrgetter
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from rockframe.results.variables import flags, texts, variable
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a kind of file.
+
+    Parameters
+    ----------
+    name : str
+        Name in the file.
+    along : str
+        Its dimensions, separated by spaces.
+    dtype : type
+        ``float``, a type of integers, ``str``, or the enumeration of a flag, stored as int8.
+    units : str
+        Unit as CF writes it; ``1`` for a ratio, a count, a flag or a text.
+    long_name : str
+        What it is, in words.
+    source : str
+        The object that fills it, and its attribute if that has another name: ``match.pulse.T_p``.
+    valid : {"", "any", "finite", "positive"}
+        Allowed values. By default integers are from 0 on, and numbers may be NaN or infinite.
+    key : bool
+        Its values identify the positions along its dimension: each occurs once, and texts are safe
+        as names of files.
+    choices : tuple of str
+        The texts that are allowed; empty for any.
+    refers_to : str
+        The key whose values it holds; of integers, the dimension whose positions it holds.
+    also_units : str
+        A second unit that it may have.
+    group : str
+        Empty if every file of the kind has it. The variables of one group are optional: all of them
+        are there, or none.
+    comment : str
+        More words.
+    attrs : mapping of str to str
+        Further attributes.
+    """
+
+    name: str
+    along: str
+    dtype: type[Any]
+    units: str
+    long_name: str
+    source: str = ""
+    valid: Literal["", "any", "finite", "positive"] = ""
+    key: bool = False
+    choices: tuple[str, ...] = ()
+    refers_to: str = ""
+    also_units: str = ""
+    group: str = ""
+    comment: str = ""
+    attrs: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Its dimensions."""
+        return tuple(self.along.split())
+
+    @property
+    def holds(self) -> Literal["text", "flags", "integers", "numbers"]:
+        """What its values are."""
+        if self.dtype is str:
+            return "text"
+        if issubclass(self.dtype, IntEnum | IntFlag):
+            return "flags"
+        return "numbers" if self.dtype is float else "integers"
+
+    @property
+    def attribute(self) -> str:
+        """The attribute that fills it, of the object that `source` names."""
+        return self.source.partition(".")[2] or self.name
+
+    def holding(self, data: Any, units: str = "") -> xr.Variable:
+        """Return the variable of a dataset that has these values."""
+        more = {**({"comment": self.comment} if self.comment else {}), **self.attrs}
+        if self.holds == "text":
+            return texts(self.dims or (), data, self.long_name, **more)
+        if self.holds == "flags":
+            return flags(self.dims, data, self.dtype, self.long_name, **more)
+        values = np.asarray(data, dtype=self.dtype)
+        return variable(self.dims, values, units or self.units, self.long_name, **more)
+
+
+def optional(group: str, *variables: Variable) -> tuple[Variable, ...]:
+    """Declare variables of which a file has all or none."""
+    return tuple(replace(one, group=group) for one in variables)
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """A kind of file.
+
+    Parameters
+    ----------
+    name : str
+        What its files state as ``rockframe_kind``.
+    stage : str
+        The command that writes them.
+    title : str
+        The title of the dataset.
+    variables : tuple of Variable
+        In the order of the file.
+    """
+
+    name: str
+    stage: str
+    title: str
+    variables: tuple[Variable, ...]
+
+    def __getitem__(self, name: str) -> Variable:
+        """Return the variable of this name."""
+        return next(one for one in self.variables if one.name == name)
+
+    def filled(self, source: str, thing: object) -> dict[str, Any]:
+        """Return what an object fills, by variable; of a list of them, a list by variable.
+
+        Examples
+        --------
+        >>> from rockframe.results.schema import RESPONSE_NC
+        >>> from rockframe import RockingFrame
+        >>> RESPONSE_NC.filled("frame", [RockingFrame(height=8.0, width=2.0)])["height"]
+        [8.0]
+        """
+        if isinstance(thing, list):
+            rows = [self.filled(source, one) for one in thing]
+            return {name: [row[name] for row in rows] for name in rows[0]}
+        return {
+            one.name: None if thing is None else attrgetter(one.attribute)(thing)
+            for one in self.variables
+            if one.source.split(".")[0] == source
+        }
+
+    def dataset(self, values: Mapping[str, Any], **units: str) -> xr.Dataset:
+        """Return the dataset of these values, by variable; and units, where there are two."""
+        unknown = values.keys() - {one.name for one in self.variables}
+        if unknown:
+            raise KeyError(f"not declared for {self.name} files: {sorted(unknown)}")
+        made = {
+            one.name: one.holding(values[one.name], units.get(one.name, ""))
+            for one in self.variables
+            if one.name in values
+        }
+        return xr.Dataset(made, attrs={"title": self.title})

@@ -1,0 +1,75 @@
+"""records.nc: the samples of the records and what is known of them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+
+from rockframe.record import Orientation, SiteType
+from rockframe.results.schema.declare import FileKind, Variable, optional
+from rockframe.signals import CheckVerdict
+
+
+class _Trigger(IntEnum):
+    IN_TIME = 0
+    LATE = 1
+
+
+# fmt: off
+RECORDS_NC: Final = FileKind(
+    "records", "ingest", "Strong-motion records",
+    (
+        Variable("acceleration", "obs", float, "m s-2", "ground acceleration, all records one after the other"),
+        Variable("record_id", "record", str, "1", "record identifier", "record", key=True, attrs={"cf_role": "timeseries_id"}),
+        Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
+        Variable("time_step", "record", float, "s", "interval between samples", "record", valid="positive"),
+        Variable("azimuth", "record", float, "degree", "direction of positive acceleration, clockwise from north", "record"),
+        Variable("magnitude", "record", float, "1", "magnitude of the earthquake", "record"),
+        Variable("epicentral_distance", "record", float, "km", "distance to the epicentre", "record"),
+        Variable("vs30", "record", float, "m s-1", "mean velocity of shear waves in the uppermost 30 m", "record"),
+        Variable("peak_ratio", "record", float, "1", "peak in the file over the peak that its header states, before processing", "record"),
+        Variable("filter_low", "record", float, "Hz", "highest lower corner of the filters applied, as far as stated", "record"),
+        Variable("filter_high", "record", float, "Hz", "lowest upper corner of the filters applied, as far as stated", "record"),
+        Variable("pga", "record", float, "m s-2", "peak ground acceleration", valid="finite"),
+        Variable("pgv", "record", float, "m s-1", "peak ground velocity, at rest before the record", valid="finite"),
+        *optional("passport",
+            Variable("arias_intensity", "record", float, "m s-1", "Arias intensity", "measures"),
+            Variable("significant_duration", "record", float, "s", "significant duration, 5 to 95 % of the Arias intensity", "measures"),
+            Variable("significant_duration_75", "record", float, "s", "significant duration, 5 to 75 % of the Arias intensity", "measures"),
+            Variable("strong_start", "record", float, "s", "time of 5 % of the Arias intensity, since the first sample", "measures"),
+            Variable("usable_period_shortest", "record", float, "s", "shortest usable period; 0 if none is usable", "measures"),
+            Variable("usable_period_longest", "record", float, "s", "longest usable period; 0 if none is usable", "measures"),
+            Variable("end_velocity", "record", float, "m s-1", "velocity at the end of the record", "measures"),
+            Variable("end_displacement", "record", float, "m", "displacement at the end of the record", "measures"),
+            Variable("noise_level", "record", float, "m s-2", "root mean square of the acceleration before the event, as recorded", "measures"),
+        ),
+        Variable("event", "record", str, "1", "name of the earthquake", "record"),
+        Variable("station", "record", str, "1", "code or name of the station", "record"),
+        Variable("network", "record", str, "1", "code of the network", "record"),
+        Variable("component", "record", str, "1", "name of the component in the archive", "record"),
+        Variable("start_time", "record", str, "1", "time of the first sample, UTC", "record"),
+        Variable("facts_source", "record", str, "1", "where event, magnitude and distance are from, as the catalogue says", "record"),
+        Variable("source_file", "record", str, "1", "name of the file that held the record", "record"),
+        Variable("source_format", "record", str, "1", "format of that file", "record"),
+        Variable("source_sha256", "record", str, "1", "SHA-256 of that file", "record"),
+        Variable("instrument_file", "record", str, "1", "name of the StationXML file that turned counts into acceleration", "record"),
+        Variable("instrument_sha256", "record", str, "1", "SHA-256 of that StationXML file", "record"),
+        Variable("orientation", "record", Orientation, "1", "direction of the component", "record"),
+        Variable("site_type", "record", SiteType, "1", "place of the sensor, as far as the header says", "record"),
+        *optional("passport",
+            Variable("late_trigger", "record", _Trigger, "1", "trigger of the recording", "passport"),
+            Variable("passport", "record", CheckVerdict, "1", "verdict of the record passport", "passport.verdict"),
+        ),
+        Variable("processing", "record", str, "1", "processing after reading"),
+        *optional("both horizontals",
+            Variable("pga_rotd50", "record", float, "m s-2", "RotD50 of the peak ground acceleration of both horizontals"),
+            Variable("pga_rotd100", "record", float, "m s-2", "RotD100 of the peak ground acceleration of both horizontals"),
+            Variable("pgv_rotd50", "record", float, "m s-1", "RotD50 of the peak ground velocity of both horizontals"),
+            Variable("pgv_rotd100", "record", float, "m s-1", "RotD100 of the peak ground velocity of both horizontals"),
+            Variable("azimuth_rotd100", "record", float, "degree", "azimuth of the largest acceleration, clockwise from north"),
+        ),
+    ),
+)
+# fmt: on

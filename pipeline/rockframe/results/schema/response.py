@@ -1,0 +1,104 @@
+"""response.nc: histories and verdicts, records by structures."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+
+from rockframe.results.schema.declare import FileKind, Variable, optional
+from rockframe.rocking.kernel import REST_VELOCITY_RATIO
+from rockframe.rocking.perturbed import (
+    AMPLITUDE_PERTURBATION,
+    RESTITUTION_PERTURBATION,
+    Sensitivity,
+)
+from rockframe.rocking.response import Verdict
+from rockframe.rocking.sliver_search import EDGE_TOLERANCE
+
+#: So many safe islands are written with their widths; all are counted.
+ISLANDS: Final = 64
+_KEPT_ISLANDS: Final = f"the first {ISLANDS} above the critical scale; NaN beyond their number"
+
+
+class _Kept(IntEnum):
+    ABSENT = 0
+    KEPT = 1
+
+
+class FateUnderPulse(IntEnum):
+    """The verdicts, and that no pulse was found; the values of `verdict_to_pulse`."""
+
+    NO_UPLIFT = 0
+    SAFE = 1
+    OVERTURNED = 2
+    UNDECIDED = 3
+    NO_PULSE = 4
+
+
+# fmt: off
+#: What is known of each structure.
+OF_FRAME: Final = (
+    Variable("height", "structure", float, "m", "height of a column", "frame", valid="finite"),
+    Variable("width", "structure", float, "m", "width of a column", "frame", valid="finite"),
+    Variable("slenderness", "structure", float, "rad", "slenderness of a column, alpha", "frame", valid="finite"),
+    Variable("size", "structure", float, "m", "semi-diagonal of a column, R", "frame", valid="finite"),
+    Variable("mass_ratio", "structure", float, "1", "mass of the beam over that of all columns", "frame", valid="finite"),
+    Variable("frequency_parameter", "structure", float, "rad s-1", "frequency parameter of a column, p", "frame", valid="finite"),
+    Variable("effective_frequency_parameter", "structure", float, "rad s-1", "frequency parameter of the frame, p-hat", "frame", valid="finite"),
+    Variable("restitution", "structure", float, "1", "angular velocity after an impact over that before, sqrt(r)", "frame", valid="finite"),
+    Variable("uplift_acceleration", "structure", float, "m s-2", "ground acceleration that starts uplift", "frame", valid="finite"),
+)
+
+
+def histories(along: str) -> tuple[Variable, ...]:
+    """Declare the histories of structures on their time."""
+    fallen, on_time = "NaN after overturning", {"coordinates": "time"}
+    return (
+        Variable("time", "obs", float, "s", "time since the record's first sample"),
+        Variable("theta", along, float, "rad", "rotation of the columns", comment=fallen, attrs=on_time),
+        Variable("u", along, float, "m", "horizontal displacement of the beam relative to the ground", comment=fallen, attrs=on_time),
+        Variable("v", along, float, "m", "vertical lift of the beam", comment=fallen, attrs=on_time),
+    )
+
+
+def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
+    """Declare the largest rotation and displacements of scenarios."""
+    return (
+        Variable("peak_rotation_ratio", along, float, "1", "largest |theta| / slenderness, free rocking after the record included", source),
+        Variable("peak_u", along, float, "m", "largest |u|, at the same rotation", source),
+        Variable("peak_v", along, float, "m", "largest v", source),
+    )
+
+
+RESPONSE_NC: Final = FileKind(
+    "response", "respond", "Rocking response of free-standing frames to records",
+    (
+        *histories("structure obs"),
+        Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
+        Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
+        Variable("verdict", "record structure", Verdict, "1", "stability verdict", "response"),
+        Variable("history", "record structure", _Kept, "1", "whether the history is in the file"),
+        *peaks("record structure", "response"),
+        Variable("uplift_time", "record structure", float, "s", "first uplift", "response"),
+        Variable("overturning_time", "record structure", float, "s", "when |theta| reaches pi/2", "response"),
+        *optional("the pulse alone",
+            Variable("verdict_to_pulse", "record structure", FateUnderPulse, "1", "stability verdict under the record's pulse alone", "to_pulse.verdict"),
+            Variable("peak_rotation_ratio_to_pulse", "record structure", float, "1", "largest |theta| / slenderness under the record's pulse alone", "to_pulse.peak_rotation_ratio"),
+            Variable("surrogate_error", "record structure", float, "1", "largest rotation under the pulse alone over that under the record, less 1", "to_pulse.error", comment="NaN where either overturns or the record does not lift the structure"),
+        ),
+        Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter, are not counted"),
+        *optional("margins",
+            Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found"),
+            Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of safe islands above the critical scale", "margin", comment="as far as samples 0.64 to 2.56 % apart show them"),
+            Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion from which on the structure stands again", comment=_KEPT_ISLANDS),
+            Variable("safe_island_width", "record structure island", float, "1", "how much larger the multiple is that overturns it again", comment=f"{_KEPT_ISLANDS}; to 1.3 % of the multiple; the last may end at largest_scale"),
+            Variable("undecided_by", "record structure", Sensitivity, "1", "small changes that turn the verdict", "margin", comment=f"amplitude by {AMPLITUDE_PERTURBATION:.0%} or less; velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%}; record sampled twice as finely"),
+        ),
+        *OF_FRAME,
+        Variable("structure", "structure", str, "1", "name of the structure", key=True),
+    ),
+)
+# fmt: on

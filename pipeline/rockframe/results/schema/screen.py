@@ -1,0 +1,124 @@
+"""screen.nc: verdicts and peaks of records, structures and scales, and what follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+
+from rockframe.results.schema.declare import FileKind, Variable, optional
+from rockframe.results.schema.records import RECORDS_NC
+from rockframe.results.schema.response import OF_FRAME, histories, peaks
+from rockframe.risk import MEASURES, Outcome
+from rockframe.rocking import DIMENSIONS
+from rockframe.rocking.response import Verdict
+
+
+class _Known(IntEnum):
+    DECIDED = 0
+    UNDECIDED = 1
+
+
+#: Verdicts that are counted.
+OUTCOMES: Final = ("no_uplift", "safe", "overturned")
+
+# fmt: off
+_NUMBERS: Final = (
+    *(replace(RECORDS_NC[name], source="", valid="") for name in ("magnitude", "epicentral_distance", "vs30", "azimuth", "pga", "pgv")),
+    Variable("a_p", "record", float, "m s-2", "amplitude of the best acceleration pulse"),
+    Variable("T_p", "record", float, "s", "period of the best acceleration pulse"),
+    Variable("L_p", "record", float, "m", "length scale of the best pulse, a_p T_p^2"),
+)
+#: Unit of each measure of intensity.
+UNITS_OF_MEASURES: Final = {one.name: one.units for one in _NUMBERS if one.name in MEASURES}
+
+SCREEN_NC: Final = FileKind(
+    "screen", "screen", "Screening of free-standing frames by records",
+    (
+        Variable("verdict", "record structure scale", Verdict, "1", "stability verdict"),
+        *peaks("record structure scale"),
+        *optional("histories", *histories("obs")),
+        Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
+        *(replace(RECORDS_NC[name], source="") for name in ("event", "station")),
+        Variable("cluster", "record", np.int32, "1", "number of the recording that the motion is a component or an azimuth of"),
+        *_NUMBERS,
+        *OF_FRAME,
+        Variable("reference_scale", "", float, "1", "scale of ranks and distributions", refers_to="scale"),
+        Variable("demand_rank", "record structure", float, "1", "rank of the motion by peak rotation, 1 the largest"),
+        Variable("mean_rank", "record", float, "1", "mean rank over the structures"),
+        Variable("peak_share", "structure level", float, "1", "share of motions whose peak is at most the level", "band.share"),
+        Variable("peak_share_low", "structure level", float, "1", "its lower bound of 90 % confidence", "band.low"),
+        Variable("peak_share_high", "structure level", float, "1", "its upper bound of 90 % confidence", "band.high"),
+        Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each verdict"),
+        Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
+        Variable("fragility_outcome", "structure measure", Outcome, "1", "what can be said", "fit.outcome"),
+        Variable("fragility_median", "structure measure", float, "1", "intensity at which half overturn, in the unit of the measure", "fit.median"),
+        Variable("fragility_logistic_scale", "structure measure", float, "1", "scale of the logistic distribution of the logarithm of the intensity", "fit.logistic_scale"),
+        Variable("fragility_lognormal_beta", "structure measure", float, "1", "standard deviation of that logarithm, pi / sqrt(3) times logistic_scale", "fit.lognormal_beta"),
+        Variable("fragility_intercept", "structure measure", float, "1", "logit at an intensity of one unit", "fit.intercept"),
+        Variable("fragility_slope", "structure measure", float, "1", "slope of the logit over the logarithm of the intensity", "fit.slope"),
+        Variable("fragility_pseudo_r2", "structure measure", float, "1", "McFadden's 1 - ln L / ln L_0", "fit.pseudo_r2"),
+        Variable("fragility_concordance", "structure measure", float, "1", "share of pairs, one overturned and one not, of which the first is stronger", "fit.concordance"),
+        Variable("fragility_brier", "structure measure", float, "1", "mean squared error of the probability", "fit.brier"),
+        Variable("fragility_lowest", "structure measure", float, "1", "weakest intensity tried, in the unit of the measure", "fit.lowest"),
+        Variable("fragility_highest", "structure measure", float, "1", "strongest intensity tried, in the unit of the measure", "fit.highest"),
+        Variable("fragility_safe_to", "structure measure", float, "1", "strongest intensity that stands, in the unit of the measure", "fit.safe_to"),
+        Variable("fragility_overturned_from", "structure measure", float, "1", "weakest intensity that overturns, in the unit of the measure", "fit.overturned_from"),
+        Variable("fragility_motions", "structure measure", np.int64, "1", "independent motions", "fit.motions"),
+        Variable("fragility_observations", "structure measure", np.int64, "1", "motions times scales", "fit.observations"),
+        Variable("fragility_overturned", "structure measure", np.int64, "1", "how many of these overturn", "fit.overturned"),
+        Variable("log_likelihood", "structure measure", float, "1", "largest logarithm of the likelihood"),
+        Variable("fragility_intensity", "measure point", float, "1", "intensity, in the unit of the measure"),
+        Variable("fragility", "structure measure point", float, "1", "probability of overturning"),
+        Variable("fragility_low", "structure measure point", float, "1", "its lower bound"),
+        Variable("fragility_high", "structure measure point", float, "1", "its upper bound"),
+        Variable("better_measure", "structure", str, "1", "measure that tells better what overturns", choices=("", *MEASURES)),
+        Variable("better_measure_reason", "structure", str, "1", "why, or why not"),
+        Variable("bin_intensity", "structure measure bin", float, "1", "mean intensity of the class, in the unit of the measure"),
+        Variable("bin_share", "structure measure bin", float, "1", "share of the class that overturns"),
+        *optional("azimuths",
+            Variable("recording", "recording", str, "1", "first motion of the recording", key=True),
+            Variable("rotd00_peak_rotation_ratio", "recording structure", float, "1", "largest |theta| / slenderness at the reference scale, the least over the azimuths", comment="infinite: it overturns"),
+            Variable("rotd50_peak_rotation_ratio", "recording structure", float, "1", "largest |theta| / slenderness at the reference scale, their median", comment="infinite: it overturns"),
+            Variable("rotd100_peak_rotation_ratio", "recording structure", float, "1", "largest |theta| / slenderness at the reference scale, the largest over the azimuths", comment="infinite: it overturns"),
+        ),
+        *optional("margins",
+            Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of safe intervals above it"),
+            Variable("undecided", "record structure", _Known, "1", "whether the verdict under the motion as recorded changes with small perturbations"),
+        ),
+        *optional("hazard",
+            Variable("hazard_measure", "", str, "1", "measure of intensity of the hazard curve", choices=tuple(MEASURES)),
+            Variable("hazard_intensity", "hazard_point", float, "1", "intensity, in the unit of the measure"),
+            Variable("hazard_rate", "hazard_point", float, "year-1", "annual rate of exceedance of the intensity"),
+            Variable("overturning_rate", "structure", float, "year-1", "mean annual rate of overturning", "rate.rate"),
+            Variable("overturning_rate_low", "structure", float, "year-1", "its lower bound", "rate.low"),
+            Variable("overturning_rate_high", "structure", float, "year-1", "its upper bound", "rate.high"),
+            Variable("overturning_rate_extrapolated", "structure", float, "1", "share of the rate from intensities that were not tried", "rate.extrapolated"),
+            Variable("disaggregation", "structure hazard_point", float, "year-1", "part of the rate from intensities between this point and the next; last, above it", "rate.contributions"),
+        ),
+        *optional("design",
+            Variable("design_dimension", "", str, "1", "what is looked for", choices=tuple(DIMENSIONS)),
+            Variable("design_limit", "", float, "1", "limit of |theta| / slenderness"),
+            Variable("design_required_share", "", float, "1", "share of motions to stay below"),
+            Variable("design_value", "design_step", float, "m", "values that were tried", also_units="1"),
+            Variable("design_share", "structure design_step", float, "1", "share of motions below the limit"),
+            Variable("design_smallest", "structure", float, "m", "smallest value tried that meets the share", "found.smallest", also_units="1"),
+            Variable("design_sure_from", "structure", float, "m", "smallest value from which on every value tried meets the share", "found.sure_from", also_units="1"),
+        ),
+        Variable("structure", "structure", str, "1", "name of the structure", key=True),
+        Variable("scale", "scale", float, "1", "what the motion is multiplied by", key=True),
+        Variable("measure", "measure", str, "1", "measure of intensity", key=True, choices=tuple(MEASURES)),
+        Variable("outcome", "outcome", str, "1", "verdict", key=True, choices=OUTCOMES),
+        Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True),
+        *optional("histories",
+            Variable("history_size", "history", np.int64, "1", "number of samples of the history", attrs={"sample_dimension": "obs"}),
+            Variable("history_record", "history", np.int32, "1", "position along record", refers_to="record"),
+            Variable("history_structure", "history", np.int32, "1", "position along structure", refers_to="structure"),
+            Variable("history_scale", "history", np.int32, "1", "position along scale", refers_to="scale"),
+        ),
+    ),
+)
+# fmt: on

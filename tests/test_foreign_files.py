@@ -1,0 +1,466 @@
+"""A netCDF file that is not as rockframe writes it is refused in one line, or read rightly."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from tests.commands import STRUCTURE, run
+from tests.test_verify import restated
+
+from rockframe.errors import InputError
+from rockframe.results import open_records, opened
+from rockframe.results.schema import KINDS, Variable
+from rockframe.wavelets import Pulse
+
+#: Units that mean the same as those declared, and how many of them one is.
+OTHER_UNITS: Final = {
+    "m s-2": ("cm/s2", 100.0),
+    "m s-1": ("mm s-1", 1000.0),
+    "m": ("km", 0.001),
+    "km": ("m", 1000.0),
+    "s": ("ms", 1000.0),
+    "rad": ("degree", 180.0 / np.pi),
+    "degree": ("rad", np.pi / 180.0),
+    "Hz": ("s^-1", 1.0),
+    "rad s-1": ("degree/s", 180.0 / np.pi),
+}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One file of each kind, with all that is optional, and the folder of a run."""
+    home = tmp_path_factory.mktemp("made")
+    for name, seconds in (("one", 0.8), ("two", 1.2)):
+        pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=seconds, time=2.0)
+        np.savetxt(home / f"{name}.csv", pulse.acceleration(0.01 * np.arange(401)), fmt="%.8f")
+    (home / "structures.toml").write_text(STRUCTURE)
+    (home / "hazard.csv").write_text("pga_g,annual_rate\n0.05,0.05\n0.8,0.0002\n")
+    units, structures = (
+        ("--units", "g", "--time-step", "0.01"),
+        ("--structures", home / "structures.toml"),
+    )
+    records, pulses = home / "records.nc", ("--pulses", home / "pulses.nc")
+    run("ingest", home / "one.csv", home / "two.csv", *units, "--output", records)
+    run("pulse", records, "--surrogates", "19", "--output", home / "pulses.nc")
+    run("respond", records, *pulses, *structures, "--output", home / "response.nc")
+    design = ("--design-dimension", "height", "--design-range", "2", "4", "--design-steps", "2")
+    wanted = ("--scales", "1", "2", "--hazard", home / "hazard.csv", *design, "--histories", "all")
+    run("screen", records, *pulses, *structures, *wanted, "--output", home / "screen.nc")
+    frame = ("--slenderness-deg", "14", "--mass-ratio", "0")
+    pulse_of = ("--wavelet", "symmetric_ricker", "--frequency-ratio", "3", "--max-amplitude", "4")
+    run("spectrum", *pulse_of, *frame, "--output", home / "spectrum.nc")
+    period = ("--column-period", "5")
+    run("spectrum", "--records", records, *frame, *period, "--output", home / "rocking_spectrum.nc")
+    run("table1", "--records", home / "one.csv", *units, *structures, "--output", home / "run")
+    return home
+
+
+# What is done to one variable of an open file. Each returns whether the file must be refused; None
+# if it cannot be done to this variable.
+Damage = Callable[[netCDF4.Dataset, Variable], bool | None]
+
+
+def renamed(file: netCDF4.Dataset, one: Variable) -> bool:
+    file.renameVariable(one.name, f"{one.name}_of_somebody")
+    return True
+
+
+def of_unknown_units(file: netCDF4.Dataset, one: Variable) -> bool:
+    file[one.name].units = "furlong"
+    return True
+
+
+def of_units_that_are_a_number(file: netCDF4.Dataset, one: Variable) -> bool:
+    file[one.name].setncattr("units", np.int32(7))
+    return True
+
+
+def without_units(file: netCDF4.Dataset, one: Variable) -> bool:
+    file[one.name].delncattr("units")
+    return one.units != "1"
+
+
+def of_other_units(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if one.units not in OTHER_UNITS:
+        return None
+    units, factor = OTHER_UNITS[one.units]
+    file[one.name][...] = file[one.name][...] * factor
+    file[one.name].units = units
+    return False
+
+
+def without_words(file: netCDF4.Dataset, one: Variable) -> bool:
+    file[one.name].delncattr("long_name")
+    return False
+
+
+def packed(file: netCDF4.Dataset, one: Variable) -> bool:
+    file[one.name].scale_factor = 2.0
+    return True
+
+
+def of_other_type(file: netCDF4.Dataset, one: Variable) -> bool:
+    """Numbers where text is, and the other way round."""
+    file.renameVariable(one.name, f"{one.name}_of_somebody")
+    file.createVariable(one.name, float if one.holds == "text" else str, one.dims)
+    return True
+
+
+def of_reals(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if one.holds not in ("integers", "flags"):
+        return None
+    file.renameVariable(one.name, f"{one.name}_of_somebody")
+    file.createVariable(one.name, float, one.dims)[...] = np.nan
+    return True
+
+
+def of_single_precision(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if one.holds != "numbers":
+        return None
+    values = file[one.name][...]
+    file.renameVariable(one.name, f"{one.name}_of_somebody")
+    file.createVariable(one.name, "f4", one.dims)[...] = values
+    file[one.name].units = file[f"{one.name}_of_somebody"].units
+    return False
+
+
+def along_another_dimension(file: netCDF4.Dataset, one: Variable) -> bool:
+    file.renameVariable(one.name, f"{one.name}_of_somebody")
+    file.createDimension("somebody", 2)
+    file.createVariable(one.name, str if one.holds == "text" else "i1", (*one.dims, "somebody"))
+    return True
+
+
+def not_known(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if one.holds != "numbers":
+        return None
+    file[one.name][...] = np.nan
+    return bool(one.valid or one.key or one.refers_to)
+
+
+def negative(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    counted = one.holds in ("integers", "flags") and one.valid != "any"
+    if not (counted or one.valid == "positive"):
+        return None
+    file[one.name][...] = -7
+    return True
+
+
+def beyond(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    """Rows, positions and flags that there are not."""
+    tied = one.holds == "flags" or one.refers_to or "sample_dimension" in one.attrs
+    if one.holds == "text" or not tied:
+        return None
+    file[one.name][...] = 99
+    return True
+
+
+def of_other_meanings(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if one.holds != "flags":
+        return None
+    words = file[one.name].flag_meanings.split()
+    file[one.name].flag_meanings = " ".join([*words[1:], words[0]])
+    return True
+
+
+def twice_the_same(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if not one.key or file[one.name].shape[0] < 2:
+        return None
+    values = file[one.name][...]
+    file[one.name][...] = values[[0] * len(values)]
+    return True
+
+
+def of_broken_letters(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    if one.holds != "text":
+        return None
+    file[one.name].set_auto_chartostring(False)
+    file[one.name][...] = np.full(file[one.name].shape, b"\xff", dtype="S1")
+    return True
+
+
+def of_hostile_names(file: netCDF4.Dataset, one: Variable) -> bool | None:
+    """A path out of the folder that figures are drawn into."""
+    if not (one.key or one.choices or one.refers_to) or one.holds != "text":
+        return None
+    file[one.name].set_auto_chartostring(False)
+    file[one.name][...] = np.full(file[one.name].shape, b"/", dtype="S1")
+    return True
+
+
+DAMAGES: Final[tuple[Damage, ...]] = (
+    *(renamed, of_unknown_units, of_units_that_are_a_number, without_units, of_other_units),
+    *(without_words, packed, of_other_type, of_reals, of_single_precision),
+    *(along_another_dimension, not_known, negative, beyond, of_other_meanings),
+    *(twice_the_same, of_broken_letters, of_hostile_names),
+)
+
+
+def read(path: Path, kind: str) -> xr.Dataset:
+    with opened(path, kind) as dataset:
+        return dataset.load()
+
+
+def sorts(kind: str) -> list[Variable]:
+    """One variable of each sort: the reader knows no more of a variable than its declaration."""
+    found = {
+        (v.holds, v.valid, v.key, v.refers_to, v.choices, v.units, v.also_units, v.group): v
+        for v in reversed(KINDS[kind].variables)
+    }
+    return list(found.values())
+
+
+def refused(path: Path, kind: str) -> bool:
+    """Whether a file is refused, in one line that names it."""
+    try:
+        with opened(path, kind):
+            return False
+    except InputError as error:
+        line = str(error)
+        return line.startswith(f"{path}: ") and line.endswith(".") and "\n" not in line
+
+
+@pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_variable_is_as_declared_or_refused(
+    made: Path, tmp_path: Path, kind: str, damage: Damage
+) -> None:
+    whole, path = made / f"{kind}.nc", tmp_path / "damaged.nc"
+    harmless = tmp_path / "harmless.nc"
+    shutil.copyfile(whole, harmless)
+    for one in KINDS[kind].variables if damage is renamed else sorts(kind):
+        shutil.copyfile(whole, path)
+        with netCDF4.Dataset(path, "a") as file:
+            must_fail = damage(file, one) if one.name in file.variables else None
+        if must_fail:
+            assert refused(path, kind), one.name
+        elif must_fail is False:  # all such damage at once must leave what is read as it is
+            with netCDF4.Dataset(harmless, "a") as file:
+                damage(file, one)
+    back, before = read(harmless, kind), read(whole, kind)
+    assert {n: str(v.attrs) for n, v in back.variables.items()} == {
+        n: str(v.attrs) for n, v in before.variables.items()
+    }
+    if damage is not not_known:  # then it is read as what is not known
+        xr.testing.assert_allclose(back, before, rtol=1e-6)
+
+
+# What is done to a whole file, of any kind.
+
+
+def empty(path: Path, _kind: str) -> None:
+    path.write_bytes(b"")
+
+
+def cut_off(path: Path, _kind: str) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def hdf5_of_another_program(path: Path, _kind: str) -> None:
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(2000))
+
+
+def of_netcdf_3(path: Path, kind: str) -> None:
+    xr.Dataset({"pga": ("record", [1.0, 2.0])}, attrs={"rockframe_kind": kind}).to_netcdf(
+        path, format="NETCDF3_CLASSIC"
+    )
+
+
+def of_groups_only(path: Path, kind: str) -> None:
+    with xr.open_dataset(path, decode_times=False) as whole:
+        attrs, inner = whole.attrs, whole.load()
+    xr.Dataset(attrs=attrs).to_netcdf(path)
+    inner.to_netcdf(path, group=kind, mode="a")
+
+
+def of_another_kind(path: Path, kind: str) -> None:
+    other = next(name for name in KINDS if name != kind)
+    with netCDF4.Dataset(path, "a") as file:
+        file.rockframe_kind = other
+
+
+def of_two_kinds(path: Path, _kind: str) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file.rockframe_kind = np.array([1, 2])
+
+
+def without_its_inputs(path: Path, _kind: str) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("input_sha256")
+
+
+def with_inputs_that_are_none(path: Path, _kind: str) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file.input_sha256 = "[" * 100_000
+
+
+def with_left_out_that_is_none(path: Path, _kind: str) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file.left_out = "[1]"
+
+
+def of_more_than_there_is(path: Path, kind: str) -> None:
+    """A small file that states 1e12 samples: nothing of the size may be asked of memory."""
+    attrs = dict.fromkeys(("input_sha256", "parameters", "left_out"), "{}")
+    with netCDF4.Dataset(path, "w") as file:
+        file.setncatts({"rockframe_kind": kind, "source_code_hash": "", **attrs})
+        for one in KINDS[kind].variables:
+            for dim in one.dims:
+                if dim not in file.dimensions:
+                    # 1e12 along the first dimension that there is
+                    file.createDimension(dim, 2 if file.dimensions else 10**12)
+            chunks = [min(1000, file.dimensions[dim].size) for dim in one.dims]
+            kinds: dict[str, Any] = {"text": str, "numbers": "f8", "flags": "i1"}
+            dtype: Any = kinds.get(one.holds, "i4")
+            made = file.createVariable(one.name, dtype, one.dims, chunksizes=chunks or None)
+            made.units = one.units
+
+
+WHOLE: Final[tuple[Callable[[Path, str], None], ...]] = (
+    *(empty, cut_off, hdf5_of_another_program, of_netcdf_3, of_groups_only, of_another_kind),
+    *(of_two_kinds, without_its_inputs, with_inputs_that_are_none, with_left_out_that_is_none),
+    of_more_than_there_is,
+)
+
+
+@pytest.mark.parametrize("damage", WHOLE, ids=lambda damage: damage.__name__)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_file_that_is_something_else_is_refused(
+    made: Path, tmp_path: Path, kind: str, damage: Callable[[Path, str], None]
+) -> None:
+    path = tmp_path / f"{kind}.nc"
+    shutil.copyfile(made / f"{kind}.nc", path)
+    damage(path, kind)
+    assert refused(path, kind)
+
+
+def set_values(path: Path, name: str, values: Any) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file[name][...] = values
+
+
+def with_rows_exchanged(path: Path) -> None:
+    """Together as long as before: each record would have samples of the other."""
+    set_values(path, "row_size", [101, 701])
+
+
+def with_negative_rows(path: Path) -> None:
+    set_values(path, "row_size", [-1, 803])
+
+
+def with_samples_not_known(path: Path) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file["acceleration"][200] = np.nan
+
+
+def with_units_that_are_not_its_own(path: Path) -> None:
+    """Known units, but other than those of the numbers."""
+    with netCDF4.Dataset(path, "a") as file:
+        file["acceleration"].units = "g"
+
+
+def with_time_steps_that_are_not_its_own(path: Path) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file["time_step"].units = "ms"
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *(with_rows_exchanged, with_negative_rows, with_samples_not_known),
+        *(with_units_that_are_not_its_own, with_time_steps_that_are_not_its_own),
+    ],
+    ids=lambda damage: damage.__name__,
+)
+def test_samples_that_contradict_what_is_known_of_them_are_refused(
+    made: Path, tmp_path: Path, damage: Callable[[Path], None]
+) -> None:
+    path = Path(shutil.copy(made / "records.nc", tmp_path))
+    damage(path)
+    with pytest.raises(InputError, match=r"records\.nc: [^\n]*Must be"), open_records(path) as file:
+        list(file)
+
+
+#: What each command is given besides its output; names of files stand for those made.
+COMMANDS: Final = {
+    "pulse": "pulse records.nc --output out.nc",
+    "respond": "respond records.nc --pulses pulses.nc --output out.nc",
+    "screen": "screen records.nc --pulses pulses.nc --scales 1 --output out.nc",
+    "spectrum": "spectrum --records records.nc --slenderness-deg 9 --column-period 5 --output o.nc",
+    "table": "table records.nc pulses.nc response.nc --output out.csv",
+    "draw": "draw records.nc pulses.nc response.nc --output out",
+    "draw_screen": "draw screen.nc spectrum.nc rocking_spectrum.nc --output out",
+    "figure_8": "figure 8 --records records.nc --output out.png",
+    "figure_11": "figure 11 --records records.nc --output out.png",
+    "scalogram": "figure scalogram --records records.nc --output out.png",
+    "joints": "figure joints --records records.nc --output out.png",
+    "explore": "explore --records records.nc --no-browser --port 0",
+}
+CASES: Final = [
+    (name, kind)
+    for name, words in COMMANDS.items()
+    for kind in KINDS
+    if f"{kind}.nc" in words.split()
+]
+
+
+def without_its_first_numbers(path: Path, kind: str) -> None:
+    one = next(v for v in KINDS[kind].variables if v.holds == "numbers" and not v.group)
+    with netCDF4.Dataset(path, "a") as file:
+        renamed(file, one)
+
+
+def of_strange_units(path: Path, kind: str) -> None:
+    one = next(v for v in KINDS[kind].variables if v.holds == "numbers" and not v.group)
+    with netCDF4.Dataset(path, "a") as file:
+        of_unknown_units(file, one)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [empty, of_another_kind, of_more_than_there_is, without_its_first_numbers, of_strange_units],
+    ids=lambda damage: damage.__name__,
+)
+@pytest.mark.parametrize(("name", "kind"), CASES, ids=["-".join(case) for case in CASES])
+def test_every_command_says_it_in_one_line(
+    made: Path,
+    tmp_path: Path,
+    name: str,
+    kind: str,
+    damage: Callable[[Path, str], None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = Path(shutil.copy(made / f"{kind}.nc", tmp_path))
+    damage(path, kind)
+    files = {f"{other}.nc": made / f"{other}.nc" for other in KINDS} | {path.name: path}
+    words = [files.get(word, Path(word)) for word in COMMANDS[name].split()]
+    if "--output" in COMMANDS[name]:
+        words[-1] = tmp_path / words[-1]
+    assert run(*words) == 2
+    message = capsys.readouterr().err
+    assert message.startswith("rockframe: error: ")
+    assert str(path) in message
+    assert message.count("\n") == 1
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("verb", ["show", "report", "verify"])
+@pytest.mark.parametrize("name", ["records.nc", "pulses.nc", "response.nc"])
+def test_of_the_files_of_a_run_too(
+    made: Path, tmp_path: Path, name: str, verb: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = Path(shutil.copytree(made / "run", tmp_path / "run"))
+    of_strange_units(folder / name, name.removesuffix(".nc"))
+    restated(folder, name)
+    status = run(verb, folder, *(["one"] if verb == "show" else []))
+    message = capsys.readouterr().err
+    assert status == (1 if verb == "verify" else 2)
+    assert f"{folder / name}: variable " in message
+    assert "Traceback" not in message
