@@ -1,4 +1,4 @@
-"""The extended wavelet transform: the pulse that explains most of a record."""
+"""The extended wavelet transform, which finds the pulse that explains most of a record."""
 
 from rockframe.matching.curve import match_curve as match_curve
 from rockframe.matching.found import RecordPulses as RecordPulses

@@ -1,4 +1,4 @@
-"""The largest match index at each period, for a picture."""
+"""The largest match index at each period, for figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rockframe.options import PulseOptions
 
 Float = NDArray[np.float64]
 
-#: Times in a period and periods in an octave, so that a curve is within 0.1 % of the maxima.
+#: Times per period and periods per octave, which keep the curve within 0.1 % of the maxima.
 _FINENESS: Final = 24
 _PER_OCTAVE: Final = 28
 
@@ -22,7 +22,7 @@ _PER_OCTAVE: Final = 28
 def match_curve(
     acceleration: Float, time_step: float, options: PulseOptions
 ) -> tuple[Float, dict[str, Float]]:
-    """Return the match index of the best wavelet of each period, at any time and phase.
+    """Return the largest match index of each wavelet at each period, over all times and phases.
 
     Parameters
     ----------
@@ -31,14 +31,14 @@ def match_curve(
     time_step : float
         Interval between samples [s].
     options : PulseOptions
-        What is looked for.
+        Wavelets, periods and weighting of the search.
 
     Returns
     -------
     periods : array, shape (periods,)
         T_p [s].
     indices : dict of str to array, shape (periods,)
-        By wavelet [1].
+        Match indices by wavelet [1].
 
     Raises
     ------

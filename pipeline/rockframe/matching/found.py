@@ -1,4 +1,4 @@
-"""All that is found of the pulses of one record."""
+"""All pulses found in one record."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class RunnerUp:
-    """A further pulse.
+    """A further pulse of a record.
 
     Parameters
     ----------
     match : PulseMatch
-        In what the pulses before it leave of the record.
+        Best match in the residual that the stronger pulses leave.
     energy_share : float
-        Share of the whole record's energy that it explains [1].
+        Share of the record's energy that it explains [1].
     """
 
     match: PulseMatch
@@ -40,15 +40,15 @@ class RecordPulses:
     Parameters
     ----------
     matches, likeness : mapping
-        By wavelet: the best pulse, and how it compares with noise.
+        By wavelet: the best pulse, and its comparison with noise.
     velocity : VelocityPulse
         The pulse in the velocity, for comparison.
     used : str
-        Wavelet of the pulse that is used.
+        Wavelet of the selected pulse.
     runners_up : tuple of RunnerUp
         Further pulses of that wavelet.
     periods : tuple of float
-        Shortest and longest period that was searched [s].
+        Shortest and longest period searched [s].
     """
 
     matches: Mapping[str, PulseMatch]
@@ -71,7 +71,7 @@ def find_pulses(
     time_step : float
         Interval between samples [s].
     options : PulseOptions, optional
-        How they are searched.
+        Options of the search.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def find_pulses(
 def _runners_up(
     acceleration: Float, time_step: float, best: PulseMatch, options: PulseOptions
 ) -> tuple[RunnerUp, ...]:
-    """Pursue further pulses in what is left, as long as anything is."""
+    """Search the residual again and again, until nothing is left of it."""
     time = time_step * np.arange(acceleration.size)
     alone = options.replaced(wavelet=(best.pulse.wavelet,), pulse_wavelet=None)
     rest, found, match = acceleration, list[RunnerUp](), best

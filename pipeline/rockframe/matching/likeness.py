@@ -1,10 +1,10 @@
-"""Is it a pulse? The match index beside those of noise that is otherwise like the record.
+"""The match index of a record compared with those of noise that is otherwise like it.
 
-A surrogate has the record's spectrum with random phases. Scrambled over the whole record, it shakes
-evenly from the first sample to the last: any record that swells and fades then beats its
-surrogates, whether it holds a pulse or not. So the record is divided by its own envelope before,
-and multiplied by it after its phases are scrambled. What is left to tell apart is phases that agree
-at one time, which is what a pulse is.
+A surrogate has the record's spectrum with random phases. Random phases alone spread the motion
+evenly from the first sample to the last, so that any record that builds up and decays would match
+better than its surrogates, with or without a pulse. The record is therefore divided by its
+envelope before its phases are randomised, and multiplied by it afterwards. Then only phases that
+agree at one time distinguish the record from its surrogates, and that is what makes a pulse.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from rockframe.options.pulse import FEWEST_SURROGATES
 
 Float = NDArray[np.float64]
 
-#: The level of the verdict.
+#: Significance level of the verdict.
 LEVEL: Final = 0.05
-#: The ladder, half cycles and times of surrogates and, for the comparison, of the record too.
+#: Coarser search of the surrogates and, for the comparison, of the record.
 _PER_OCTAVE: Final = 5
 _HALF_CYCLES: Final = 3
 _FINENESS: Final = 6
-#: Surrogates that are searched together.
+#: Surrogates searched together.
 _BATCH: Final = 10
-#: Width of the Gaussian that smooths the squared record into its envelope, over the time in which
-#: the middle 90 % of its energy come, and at least [s].
+#: Width of the Gaussian that smooths the squared record into its envelope, relative to the
+#: significant duration D5-95, and its lower bound [s].
 _ENVELOPE_SHARE: Final = 0.1
 _ENVELOPE_LEAST: Final = 0.4
-#: The quiet parts of a record are raised by no more than the inverse of this.
+#: Lower bound of the envelope relative to its peak, which limits how much quiet parts are raised.
 _FLOOR: Final = 0.05
 
 
 class PulseVerdict(IntEnum):
-    """What the surrogates say; the values of the flag variable `pulse_verdict`."""
+    """Result of the comparison with surrogates: the values of the variable `pulse_verdict`."""
 
     UNTESTED = 0
     PULSE = 1
@@ -57,20 +57,21 @@ class PulseVerdict(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Likeness:
-    """A match beside those of surrogates.
+    """A match compared with those of surrogates.
 
     Parameters
     ----------
     verdict : PulseVerdict
-        ``PULSE`` where p is at most 0.05; a match at the end of the range of periods is never one.
+        ``PULSE`` if p is at most 0.05 and the period is not an end of the range.
     p_value : float
-        Share of surrogates that match as well, the record counted among them [1]; NaN if untested.
+        Share of surrogates that match at least as well, counting the record as one [1]; NaN if
+        untested.
     surrogates : int
-        Number drawn.
+        Number of surrogates drawn.
     match_index : float
-        Of the record, searched as coarsely as the surrogates [1].
+        Match index of the record in the same coarse search as the surrogates [1].
     median, high : float
-        Median and 95 % of the surrogates' match indices [1].
+        Median and 95 % quantile of the surrogates' match indices [1].
     """
 
     verdict: PulseVerdict
@@ -82,14 +83,14 @@ class Likeness:
 
 
 def pulse_words(verdict: PulseVerdict, p_value: float) -> str:
-    """Return what the test against noise says of a pulse, in words.
+    """Return the result of the comparison with noise in words.
 
     Parameters
     ----------
     verdict : PulseVerdict
-        Result of the test.
+        Result of the comparison.
     p_value : float
-        Share of surrogates that match as well [1].
+        Share of surrogates that match at least as well [1].
 
     Examples
     --------
@@ -110,7 +111,7 @@ def likeness(
     matches: Mapping[str, PulseMatch],
     options: PulseOptions,
 ) -> dict[str, Likeness]:
-    """Compare the matches of a record with those of its surrogates, under the same weighting.
+    """Compare the matches of a record with those of its surrogates.
 
     Parameters
     ----------
@@ -119,9 +120,9 @@ def likeness(
     time_step : float
         Interval between samples [s].
     matches : mapping of str to PulseMatch
-        What `match_pulses` found with the same options.
+        Result of `match_pulses` with the same options.
     options : PulseOptions
-        How pulses are searched, and how many surrogates are drawn.
+        Options of the search, with the number of surrogates.
 
     Raises
     ------
@@ -185,7 +186,7 @@ def _untested() -> Likeness:
 
 
 class _Surrogates:
-    """Draws surrogates of one record; the same ones in the same order each time."""
+    """Surrogates of one record, drawn in the same order each time."""
 
     def __init__(self, samples: Float, time_step: float, options: PulseOptions) -> None:
         digest = hashlib.sha256(samples.tobytes()).digest()[:16]
@@ -208,7 +209,7 @@ class _Surrogates:
 
 
 def _envelope(samples: Float, time_step: float) -> Float:
-    """Root of the squared record smoothed by a Gaussian."""
+    """Return the root of the squared record smoothed by a Gaussian."""
     square = samples**2
     growth = np.cumsum(square) / square.sum()
     strong = float(np.searchsorted(growth, 0.95) - np.searchsorted(growth, 0.05)) * time_step
@@ -222,7 +223,7 @@ def _envelope(samples: Float, time_step: float) -> Float:
 
 
 def _indices(samples: Float, time_step: float, options: PulseOptions) -> dict[str, Float]:
-    """Match index of each of several records of one length, searched coarsely."""
+    """Return the match indices of several records of one length, by a coarse search."""
     periods = period_range(samples.shape[1], time_step, options)
     signal: Signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()

@@ -5,8 +5,8 @@ For a mother wavelet psi of period s at time xi the coefficient is
     C(s, xi) = (s E)^(-1/2)  integral a(t) psi((t - xi) / s) dt,
 
 with E the energy of psi, so that every daughter wavelet has unit energy and |C| is the length of
-the projection of the record on it. The best match is its largest |C|. The weight s^(-1/2) is the
-only one that finds the period of a record that is itself such a pulse (theory: Cauchy-Schwarz).
+the projection of the record on it. The best match has the largest |C|. Only the weight s^(-1/2)
+recovers the period of a record that is itself such a pulse (theory: Cauchy-Schwarz).
 
 Vassiliou and Makris (2011), Bull. Seismol. Soc. Am. 101(2), name and use the transform.
 """
@@ -31,15 +31,15 @@ from rockframe.wavelets import RICKERS, WAVELETS, Pulse, phase_and_amplitude
 
 Float = NDArray[np.float64]
 
-#: Maxima of the grid with so much of the largest square are located in time and compared; of
-#: those that are still so close, the one that is largest between the rungs is not known.
+#: Maxima of the grid above this share of the largest square are candidates. Those still that
+#: close once located in time are all refined: the grid cannot tell which is the largest.
 _NEARLY: Final = 0.95
 _CANDIDATES: Final = 12
 _CLOSE: Final = 0.993
 _CLOSE_SHAPES: Final = 0.98
-#: A refined value closer than this to an end of its range is at that end, not a maximum.
+#: A refined value closer to a bound of its range than this counts as at the bound.
 _AT_BOUND: Final = 1e-6
-#: A pulse with more than this share of its energy before or after the record is cut.
+#: Share of a pulse's energy outside the record above which the pulse counts as cut.
 _CUT: Final = 0.01
 
 
@@ -50,14 +50,14 @@ class PulseMatch:
     Parameters
     ----------
     pulse : Pulse
-        The pulse, its time counted from the record's first sample.
+        The pulse; its time counts from the record's first sample.
     match_index : float
-        Cosine between record and wavelet, 0 to 1: the root of the share of energy explained [1];
-        with the weighting ``velocity`` that of their velocities.
+        Cosine between record and wavelet, from 0 to 1: the root of the share of energy explained
+        [1]. With the weighting ``velocity`` their velocities are compared.
     at_period_bound : bool
-        The best period is an end of the range that was searched: not a maximum of the transform.
+        The best period is a bound of the range searched, so it is no maximum of the transform.
     at_half_cycle_bound : bool
-        The best number of half cycles is an end of its range.
+        The best number of half cycles is a bound of its range.
     outside : float
         Share of the pulse's energy before the first or after the last sample [1].
     """
@@ -75,16 +75,16 @@ class PulseMatch:
 
     @property
     def cut(self) -> bool:
-        """Whether the record's begin or end cuts the pulse: over 1 % of its energy is outside."""
+        """True if over 1 % of the pulse's energy lies before or after the record."""
         return self.outside > _CUT
 
 
 def match_pulse(acceleration: Float, time_step: float, wavelet: str, **options: Any) -> PulseMatch:
     """Find the pulse of one wavelet that explains most of a record.
 
-    All times and a ladder of periods and half-cycle numbers are searched with the FFT, phases in
-    closed form; the best candidates are then refined continuously. The amplitude is the
-    least-squares one.
+    The FFT searches all times at a ladder of periods and numbers of half cycles; the best phase
+    follows in closed form. The best candidates are then refined continuously. The amplitude is
+    the least-squares fit.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def match_pulse(acceleration: Float, time_step: float, wavelet: str, **options: 
 def match_pulses(
     acceleration: Float, time_step: float, options: PulseOptions | None = None
 ) -> dict[str, PulseMatch]:
-    """Find the best pulse of each wavelet; they share the work.
+    """Find the best pulse of each wavelet.
 
     Parameters
     ----------
@@ -152,15 +152,15 @@ def match_pulses(
 
 
 def best_match(matches: Sequence[PulseMatch]) -> int:
-    """Return the index of the match that explains most, the one with the largest match index."""
+    """Return the position of the match with the largest match index."""
     return max(range(len(matches)), key=lambda i: matches[i].match_index)
 
 
 def best_ricker(matches: Mapping[str, PulseMatch]) -> str:
-    """Return which of the paper's two wavelets explains more; of others, if neither is there.
+    """Return the Ricker wavelet that explains more, or the best wavelet if there is no Ricker one.
 
-    The Ricker wavelet of any phase and that of Mavroeidis and Papageorgiou have more parameters:
-    they explain more of any record, which says nothing of the record.
+    The Ricker wavelet of any phase and that of Mavroeidis and Papageorgiou have more parameters,
+    so they explain more of every record. This does not mean that they suit the record better.
     """
     known = [name for name in matches if name in RICKERS] or list(matches)
     return known[best_match([matches[name] for name in known])]
@@ -195,7 +195,7 @@ def _best(
 
 
 def pulse_of(refined: Refined, weighting: Weighting) -> Pulse:
-    """Return the pulse that a maximum of the transform stands for."""
+    """Return the pulse that belongs to a maximum of the transform."""
     # a wavelet's velocity has the unit a_p T_p
     scale = 1.0 / refined.period if weighting.of_velocity else 1.0
     factors = tuple(scale * factor for factor in refined.factors)
@@ -211,7 +211,7 @@ def pulse_of(refined: Refined, weighting: Weighting) -> Pulse:
 
 
 def _candidates(heights: Heights, weighting: Weighting) -> list[tuple[float, float, float | None]]:
-    """Period, time and half cycles of the maxima of the grid that are nearly the largest."""
+    """Return period, time and half cycles of the maxima of the grid close to the largest."""
     weighted = heights.power[0] * weighting.of_square(heights.periods)[:, None]
     rows, columns = weighted.shape
     padded = np.pad(weighted, 1, constant_values=-1.0)
@@ -226,7 +226,7 @@ def _candidates(heights: Heights, weighting: Weighting) -> list[tuple[float, flo
 
 
 def _outside(pulse: Pulse, duration: float) -> float:
-    """Share of a pulse's energy before or after a record."""
+    """Return the share of a pulse's energy before or after a record."""
     mother = pulse.mother
     tau = np.linspace(-mother.reach, mother.reach, 801)
     square = mother.acceleration(tau) ** 2

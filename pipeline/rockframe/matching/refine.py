@@ -1,8 +1,8 @@
-"""The refinement: period, time and half cycles of a maximum, continuously.
+"""Continuous refinement of the period, time and half cycles of a maximum.
 
 The inner products are summed over the record's spectrum, where they are smooth functions of all
-three whatever the samples are. The phase follows in closed form; so does the time, from the
-Taylor series of the products around a time nearby: Newton's method has one or two variables left.
+three for any samples. The phase follows in closed form, and the time from the Taylor series of the
+products around a nearby time. This leaves one or two variables for Newton's method.
 """
 
 from __future__ import annotations
@@ -20,28 +20,30 @@ from rockframe.matching.signal import Signal, part_energies, part_spectra
 
 Float = NDArray[np.float64]
 
-#: Spectra of wavelets are summed up to this frequency times T_p; beyond it a Ricker wavelet is
-#: below 1e-16, and one with kinks has a tail that moves flat maxima by up to a percent.
+#: Largest frequency times T_p to which spectra of wavelets are summed. Beyond it, Ricker wavelets
+#: are below 1e-16; the tail of a wavelet with kinks moves flat maxima by up to a percent.
 _HIGHEST: Final = 8.0
-#: Terms of the Taylor series over time, and how far it is trusted, over T_p.
+#: Terms of the Taylor series over time, and the distance over T_p within which it is accurate.
 _TERMS: Final = 6
 _NEAR: Final = 0.06
-#: The same where all lines are summed: fewer terms, as those of high frequency grow fast.
+#: The same for sums over all lines: fewer terms, because those of high frequency grow fast.
 _WHOLE_TERMS: Final = 3
 _WHOLE_NEAR: Final = 1e-3
 _MOST_SHIFTS: Final = 30
-#: Steps of the differences over ln T_p and half cycles: first, and least; errors of T_p of 1e-8.
+#: Steps of the finite differences over ln T_p and half cycles: the first, and the smallest, which
+#: leaves errors of 1e-8 in T_p.
 _FIRST_STEP: Final = 4e-3
 _LAST_STEP: Final = 1e-4
-#: Longest move of Newton's method, and the one at which it has arrived.
+#: Longest step of Newton's method, and the step at which it has converged.
 _LONGEST_MOVE: Final = 0.1
 _ARRIVED: Final = 1e-6
-#: A move that leads down is cut to a quarter so often.
+#: How often a step that leads downhill is cut to a quarter.
 _MOST_CUTS: Final = 6
-#: Maxima with so much of the highest are polished, unless they differ by less than that.
+#: Share of the highest maximum above which others are polished too, and the difference below
+#: which they count as equal.
 _OPEN: Final = 0.998
 _ALIKE: Final = 0.05
-#: After a move shorter than this the curvature is still good.
+#: Longest step after which the curvature is reused.
 _NEARBY: Final = 0.01
 _MOST_MOVES: Final = 40
 
@@ -61,11 +63,11 @@ class Refined:
     factors : tuple of float
         Least-squares factor of each part of the wavelet, in the unit of the signal.
     weighted : float
-        Square of the coefficient with its weight: what is largest.
+        Weighted square of the coefficient: the quantity that is maximised.
     explained : float
         Energy of the signal that the wavelet explains.
     lines : int
-        Lines of the spectrum that were summed.
+        Number of spectral lines summed.
     """
 
     wavelet: str
@@ -89,11 +91,11 @@ def refine(
     Parameters
     ----------
     signal : Signal
-        What is searched.
+        The record.
     starts : sequence of Refined
-        What `crest` gives at points of the grid.
+        Results of `crest` at points of the grid.
     periods, half_cycles : tuple of float
-        Bounds of the two.
+        Bounds of the two variables.
     """
     count = 1 if starts[0].half_cycles is None else 2
     low = np.array([math.log(periods[0]), half_cycles[0]])[:count]
@@ -102,7 +104,7 @@ def refine(
     tops.sort(key=lambda top: -top[0].weighted)
     if starts[0].half_cycles is None:
         return tops[0][0]
-    # kinks: what is beyond the lines that were summed moves flat maxima by up to a percent
+    # the tail of a wavelet with kinks moves flat maxima by up to a percent
     polished: list[Refined] = []
     for top, bend in tops:
         near = any(_alike(top, other) for other in polished)
@@ -116,7 +118,7 @@ def refine(
 
 
 def _alike(one: Refined, other: Refined) -> bool:
-    """Whether two points are on one maximum, as far as can be told before it is polished."""
+    """Return True if two points seem to belong to one maximum, before it is polished."""
     apart = np.abs(_variables(one) - _variables(other)).max()
     return bool(apart < _ALIKE and abs(one.time - other.time) < _ALIKE * one.period)
 
@@ -128,7 +130,7 @@ def _climbed(
     step: float,
     bend: Float | None,
 ) -> tuple[Refined, Float | None]:
-    """The maximum near a point, and the last curvature; `bend` is one that is good already."""
+    """Return the maximum near a point, and the last curvature; `bend` is a known curvature."""
     here, latest = start, bend
     for _ in range(_MOST_MOVES):
         x = _variables(here)
@@ -151,7 +153,7 @@ def _climbed(
 def _uphill_of(
     signal: Signal, here: Refined, move: Float, bounds: tuple[Float, Float]
 ) -> Refined | None:
-    """The point that a move leads to, shortened until it leads up; none if it never does."""
+    """Return the point after a step, shortened until it leads uphill; None if it never does."""
     x = _variables(here)
     for _ in range(_MOST_CUTS):
         there = _at(signal, here, np.clip(x + move, *bounds))
@@ -169,12 +171,12 @@ def crest(
     half_cycles: float | None,
     lines: int | None = None,
 ) -> Refined:
-    """Return the best time near a given one, phase and amplitude of a wavelet of this period.
+    """Return the best time near a given one, and the phase and amplitude, at a fixed period.
 
     Parameters
     ----------
     signal : Signal
-        What is searched.
+        The record.
     wavelet : str
         Name.
     period, time : float
@@ -182,8 +184,8 @@ def crest(
     half_cycles : float or None
         Number of half cycles [1].
     lines : int, optional
-        Lines of the spectrum to be summed; the same ones for all points that are compared, or a
-        line more or less would be a step.
+        Number of spectral lines to sum. It must be the same for all points that are compared,
+        because another line would make the height jump.
     """
     velocity = signal.weighting.of_velocity
     seen = math.floor(_HIGHEST * signal.period / period) + 1
@@ -232,10 +234,10 @@ def _newton_move(
     bounds: tuple[Float, Float],
     bend: Float | None,
 ) -> tuple[Float, Float]:
-    """Move to the top of the parabola through neighbours, and its curvature, unless it is known."""
+    """Return the step to the top of the parabola through neighbours, and its curvature."""
     low, high = bounds
     start = _variables(here)
-    x = np.clip(start, low + step, high - step)  # so that the neighbours are within
+    x = np.clip(start, low + step, high - step)  # keeps the neighbours within the bounds
     axes = np.eye(x.size)
 
     def height(offset: Float) -> float:
@@ -245,7 +247,7 @@ def _newton_move(
     before = np.array([height(-axis) for axis in axes])
     slope = (after - before) / (2.0 * step)
     if bend is None:
-        middle = height(0.0 * axes[0])  # not that of `here`: its series is around another time
+        middle = height(0.0 * axes[0])  # the series of `here` is around another time
         bend = np.diag(after - 2.0 * middle + before) / step**2
         if x.size == 2:
             corners = height(axes[0] + axes[1]) + height(-axes[0] - axes[1])

@@ -1,4 +1,4 @@
-"""What a record allows of the search for pulses: its range of periods, and its padded samples."""
+"""The range of periods that a record resolves, and its padded samples."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from rockframe.wavelets import WAVELETS
 
 Float = NDArray[np.float64]
 
-#: A wavelet shorter than so many time steps is not resolved by the samples.
+#: Time steps in the shortest wavelet that the samples resolve.
 _STEPS_PER_PERIOD: Final = 8
 
 
 def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[float, float]:
-    """Return the range of periods that a record allows [s].
+    """Return the range of periods that a record resolves [s].
 
     Raises
     ------
     ParameterError
-        If it allows none of those that are asked for.
+        If it resolves none of the requested periods.
     """
     shortest, longest = options.periods_s
     low = max(shortest, _STEPS_PER_PERIOD * time_step)
@@ -42,7 +42,7 @@ def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[fl
 def prepared(
     samples: Float, time_step: float, options: PulseOptions, longest_period: float
 ) -> Signal:
-    """Return the record as the wavelets meet it, with room for the longest of them."""
+    """Return the padded and transformed record, with room for the longest wavelet."""
     parts = [
         part for name in options.wavelet for part in WAVELETS[name].parts(options.most_half_cycles)
     ]

@@ -1,4 +1,4 @@
-"""The transform as a picture, computed with PyWavelets."""
+"""The transform as an image, computed with PyWavelets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rockframe.wavelets import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 
 Float = NDArray[np.float64]
 
-#: What PyWavelets calls a wavelet, and its variable over tau.
+#: Name of each wavelet in PyWavelets, and its variable divided by tau.
 _PYWAVELETS: Final = {
     SYMMETRIC_RICKER.name: ("mexh", math.sqrt(2.0) * math.pi),
     ANTISYMMETRIC_RICKER.name: ("gaus3", 2.0 * math.pi / math.sqrt(6.0)),
@@ -26,11 +26,11 @@ def scalogram(
 ) -> NDArray[np.float64]:
     """Return C(s, xi) at the samples and the given periods, computed with PyWavelets.
 
-    An independent way to the same numbers, for pictures and as a check. ``mexh`` and ``gaus3`` have
-    unit energy over their own variable, x = sqrt(2) pi tau and 2 pi tau / sqrt(6), and
-    ``pywt.cwt`` divides by the root of the scale counted in samples: times the root of the time
-    step that is the transform with the weight of energy. PyWavelets samples its wavelets coarsely:
-    it is right to half a sample in time and about half a percent in height.
+    An independent computation of the same numbers, for figures and as a check. ``mexh`` and
+    ``gaus3`` have unit energy over their own variable, x = sqrt(2) pi tau and 2 pi tau / sqrt(6),
+    and ``pywt.cwt`` divides by the root of the scale in samples. Multiplied by the root of the time
+    step, this is the transform with the weighting ``energy``. PyWavelets samples its wavelets
+    coarsely: the result is accurate to half a sample in time and about half a percent in height.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def scalogram(
     time_step : float
         Interval between samples [s].
     wavelet : str
-        ``symmetric_ricker`` or ``antisymmetric_ricker``; PyWavelets has no other of ours.
+        ``symmetric_ricker`` or ``antisymmetric_ricker``; PyWavelets lacks the other wavelets.
     periods : array, shape (periods,)
         Periods T_p [s].
 

@@ -1,10 +1,10 @@
-"""The search: all periods, half-cycle numbers and times by the FFT, phases in closed form.
+"""Search over all periods, numbers of half cycles and times with the FFT.
 
-For each period the inner products with the parts of a wavelet at all times are one inverse
-transform each. What a wavelet of period T_p has beyond a few times 1 / T_p is nothing, so only
-that part of the spectrum is transformed back, to a few samples a period: an octave longer, half
-the samples. The parts are even and odd, their cross term is zero, and the best phase at each time
-is the projection on their span: c1^2 / E1 + c2^2 / E2.
+For each period, one inverse transform gives the inner products with one part of a wavelet at all
+times. A wavelet of period T_p has no content beyond a few times 1 / T_p, so only that part of the
+spectrum is transformed back, to a few samples per period: each longer octave needs half the
+samples. The parts are even and odd, so their cross term is zero and the best phase at each time
+follows in closed form, by projection on their span: c1^2 / E1 + c2^2 / E2.
 """
 
 from __future__ import annotations
@@ -26,33 +26,33 @@ Float = NDArray[np.float64]
 Single = NDArray[np.float32]
 SingleComplex = NDArray[np.complex64]
 
-#: Periods of the ladder in an octave: |C| is within 2e-3 of its maximum between two rungs.
+#: Periods of the ladder per octave: |C| is within 2e-3 of its maximum between two rungs.
 PERIODS_PER_OCTAVE: Final = 14
-#: The ladder has a rung at this period [s], so that records share their wavelets.
+#: A period that every ladder contains [s], so that records share their wavelets.
 _ANCHOR: Final = 0.2
-#: Samples in the shortest period of an octave, at least.
+#: Smallest number of samples in the shortest period of an octave.
 _SAMPLES_PER_PERIOD: Final = 8
-#: Spectra of the wavelets are tabled to this frequency times T_p, so many lines to the unit.
+#: Largest frequency times T_p of the tabulated spectra, and their lines per unit of it.
 _HIGHEST: Final = 8
 _FINENESS: Final = 2048
-#: The three wavelets whose parts are the two Rickers.
+#: The three wavelets whose parts are the two Ricker wavelets.
 _ANY_PHASE: Final = "ricker_any_phase"
 
 
 @dataclass(frozen=True, eq=False)
 class Heights:
-    """Over the ladder of periods, the largest coefficient at any time and phase.
+    """The largest coefficient over time and phase at each period of the ladder.
 
     Parameters
     ----------
     periods : array, shape (periods,)
         T_p [s].
     half_cycles : tuple of float, or of None
-        Numbers of half cycles that were searched [1].
+        Numbers of half cycles searched [1].
     power : array, shape (signals, periods, half_cycles)
-        Largest square of the coefficient with the weight of energy.
+        Largest square of the coefficient with the weighting ``energy``.
     times : array, shape (signals, periods, half_cycles)
-        When [s].
+        Time of the largest coefficient [s].
     """
 
     periods: Float
@@ -62,7 +62,7 @@ class Heights:
 
 
 def ladder(low: float, high: float, per_octave: int = PERIODS_PER_OCTAVE) -> Float:
-    """Return the periods of the search, in equal ratios; at least one [s].
+    """Return the periods of the search [s], in equal ratios; at least one.
 
     Examples
     --------
@@ -83,20 +83,20 @@ def search(
     half_cycles: Sequence[float],
     fineness: int = _SAMPLES_PER_PERIOD,
 ) -> dict[str, Heights]:
-    """Return the largest coefficients of each wavelet over periods and half-cycle numbers.
+    """Return the largest coefficients of each wavelet over periods and numbers of half cycles.
 
     Parameters
     ----------
     signal : Signal
-        What is searched.
+        The records.
     periods : array, shape (periods,)
         T_p in ascending order [s].
     wavelets : sequence of str
         Names of wavelets.
     half_cycles : sequence of float
-        Numbers to be searched, of wavelets that have one.
+        Numbers of half cycles to search, for wavelets with that parameter.
     fineness : int
-        Times at which the coefficients are wanted, in the shortest period of an octave.
+        Number of times per shortest period of an octave.
     """
     spans = [(span, number) for span in _spans(wavelets) for number in _numbers(span, half_cycles)]
     found: dict[str, list[Float]] = {name: [] for name in wavelets}
@@ -117,22 +117,22 @@ def search(
 
 @dataclass(frozen=True, eq=False)
 class Octave:
-    """Periods within a factor of two, and the part of a spectrum that their wavelets see.
+    """Periods within a factor of two, and the part of the spectrum that their wavelets need.
 
     Parameters
     ----------
     periods : array, shape (periods,)
         T_p, ascending [s].
     spectrum : array, shape (signals, lines)
-        Of the signals, in single precision.
+        Spectrum of the signals, in single precision.
     lines : array, shape (periods, lines)
-        Where in the tabled spectra of the wavelets each line is.
+        Position of each line in the tabulated spectra of the wavelets.
     count, within : int
-        Times of the inverse transform, and of those the ones within the signal.
+        Number of times of the inverse transform, and the number of those within the signal.
     step : float
         Interval between the times, the first of which is 0 [s].
     of_velocity : bool
-        Whether velocities are compared.
+        True if velocities are compared.
     """
 
     periods: Float
@@ -145,7 +145,7 @@ class Octave:
 
 
 def octaves(signal: Signal, periods: Float, fineness: int) -> Iterator[Octave]:
-    """Cut the periods into octaves, and for each the signal down to what its wavelets see."""
+    """Divide the periods into octaves, each with the part of the spectrum that it needs."""
     numbers = np.floor(np.log2(periods / periods[0]) + 1e-9).astype(int)
     for number in range(int(numbers[-1]) + 1):
         chosen = periods[numbers == number]
@@ -169,22 +169,22 @@ def octaves(signal: Signal, periods: Float, fineness: int) -> Iterator[Octave]:
 
 
 def correlations(octave: Octave, span: str, half_cycles: float | None) -> Single:
-    """Return inner products with the parts of a wavelet at all times, up to a factor.
+    """Return the inner products with the parts of a wavelet at all times, up to a factor.
 
     Parameters
     ----------
     octave : Octave
         Periods and spectrum.
     span : str
-        Name of the wavelet whose parts are taken.
+        Name of a wavelet with these parts.
     half_cycles : float or None
-        Their number.
+        Number of half cycles.
 
     Returns
     -------
     array, shape (signals, periods, parts, times)
-        Times the square root of the period and over `step`: the coefficients with the weight of
-        energy.
+        Multiply by the square root of the period and divide by `step` to get the coefficients
+        with the weighting ``energy``.
     """
     shape = _shape(span, half_cycles, octave.of_velocity)
     rows, bins = octave.lines.shape
@@ -199,7 +199,7 @@ def correlations(octave: Octave, span: str, half_cycles: float | None) -> Single
 
 @lru_cache(maxsize=64)
 def _shape(span: str, half_cycles: float | None, of_velocity: bool) -> SingleComplex:
-    """Conjugate spectra of the parts with unit energy, over nu in steps of 1 / _FINENESS."""
+    """Return conjugate spectra of the parts with unit energy, at nu in steps of 1 / _FINENESS."""
     energies = np.array(part_energies(span, half_cycles, of_velocity))
     lines = _HIGHEST * _FINENESS
     spectra = np.stack(part_spectra(span, half_cycles, 1.0 / _FINENESS, lines, of_velocity))
@@ -207,7 +207,7 @@ def _shape(span: str, half_cycles: float | None, of_velocity: bool) -> SingleCom
 
 
 def _spans(wavelets: Sequence[str]) -> list[str]:
-    """Names of the wavelets whose parts are wanted: the Rickers of both phases serve three."""
+    """Return wavelets that provide all parts: the two Ricker wavelets serve three wavelets."""
     rickers = [name for name in wavelets if name in RICKERS or name == _ANY_PHASE]
     others = [name for name in wavelets if name not in rickers]
     if len(rickers) == 1:
@@ -220,7 +220,7 @@ def _numbers(wavelet: str, half_cycles: Sequence[float]) -> list[float | None]:
 
 
 def _powers(products: Single, span: str, wavelets: Sequence[str]) -> Iterator[tuple[str, Single]]:
-    """Squares of the coefficients of the wavelets that a span holds; `products` are used up."""
+    """Give the squared coefficients of the wavelets in a span; overwrites `products`."""
     squares = np.square(products, out=products)
     if span in RICKERS:
         yield span, squares[:, :, 0]
@@ -234,9 +234,9 @@ def _powers(products: Single, span: str, wavelets: Sequence[str]) -> Iterator[tu
 
 
 def _largest(power: Single, octave: Octave) -> Float:
-    """Largest value over the times and when, from the parabola through it and its neighbours.
+    """Return the largest value over time and its time, from a parabola through its neighbours.
 
-    Of shape (2, signals, periods): heights and times.
+    The shape is (2, signals, periods): heights and times.
     """
     scale = octave.periods / octave.step**2
     rows = power.reshape(-1, power.shape[-1])

@@ -1,4 +1,4 @@
-"""Inner products near a time, as the Taylor series of the sums over a record's spectrum."""
+"""Taylor series over time of the inner products, which are sums over a record's spectrum."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.wavelets.turns import turns
+from rockframe.wavelets.phase_ramp import phase_ramp
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-#: Terms of a series, at most, and the signs of the real and imaginary parts of powers of i.
+#: Largest number of terms, and the signs of the real and imaginary parts of the powers of i.
 _MOST_TERMS: Final = 6
 _SIGNS: Final = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])
 
 
 def taylor(matched: Complex, line: float, tau: float, terms: int) -> Float:
-    """Coefficients of the products in powers of the time around tau, over T_p; (parts, terms).
+    """Return the coefficients of the products in powers of the time around tau, over T_p.
 
-    The lines of the spectrum are `line` apart, over 1 / T_p.
+    The shape is (parts, terms). The lines of the spectrum are `line` apart, over 1 / T_p.
     """
     count = matched.shape[1]
-    turned = matched * turns(2.0 * math.pi * tau * line, count)
+    turned = matched * phase_ramp(2.0 * math.pi * tau * line, count)
     powers = _powers(1 << count.bit_length())[:, :count]
-    # i^k: the real part of the even terms, minus the imaginary of the odd ones, in turn
+    # powers of i alternate between the real part (even terms) and the imaginary part (odd terms)
     series = np.empty((matched.shape[0], terms))
     series[:, 0::2] = np.ascontiguousarray(turned.real) @ powers[0:terms:2].T
     series[:, 1::2] = np.ascontiguousarray(turned.imag) @ powers[1:terms:2].T
@@ -36,13 +36,13 @@ def taylor(matched: Complex, line: float, tau: float, terms: int) -> Float:
 
 @lru_cache(maxsize=16)
 def _powers(count: int) -> Float:
-    """(2 pi k)^n / n! for k from 0, a row for each n."""
+    """Return (2 pi k)^n / n! for k from 0, a row for each n."""
     rate = 2.0 * math.pi * np.arange(count)
     return np.stack([rate**n / math.factorial(n) for n in range(_MOST_TERMS)])
 
 
 def top_near(series: Float, energies: tuple[float, ...], bounds: tuple[float, float]) -> float:
-    """Time of the maximum of the sum of squares near 0, over T_p, no further than is trusted."""
+    """Return the time of the maximum of the sum of squares near 0, over T_p, within bounds."""
     terms = series.shape[1]
     total = np.zeros(2 * terms - 1)
     for row, energy in zip(series, energies, strict=True):

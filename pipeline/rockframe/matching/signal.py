@@ -1,4 +1,4 @@
-"""What the wavelets are compared with: a record, or its velocity, padded and transformed once."""
+"""A record, or its velocity, padded and transformed once for comparison with all wavelets."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from rockframe.wavelets import WAVELETS
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-#: A record whose samples differ by less, over the largest of them, is constant but for round-off.
+#: A record whose samples differ by less than this share of the peak is constant but for round-off.
 _CONSTANT: Final = 1e-9
-#: Squares of samples beyond this or its inverse are no numbers [m s-2].
+#: Squares of samples beyond this or its inverse overflow or underflow [m s-2].
 _STRONGEST: Final = 1e100
-#: Points at which the velocity of a wavelet is summed; it vanishes smoothly at both ends.
+#: Points of the integral of a wavelet's squared velocity, which vanishes smoothly at both ends.
 _VELOCITY_POINTS: Final = 4001
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A record as the wavelets meet it.
+    """A record padded and transformed for comparison with wavelets.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class Signal:
     time_step : float
         Interval between samples [s].
     weighting : Weighting
-        Of the transform.
+        Weighting of the transform.
     padded : int
-        Samples with the zeros after them, so that no wavelet reaches around the end.
+        Number of samples with the zeros after them, which keep wavelets from wrapping around.
     spectrum : array, shape (padded // 2 + 1,) or (signals, padded // 2 + 1)
         Fourier integral of the padded samples, at multiples of 1 / (padded time_step).
     """
@@ -52,12 +52,12 @@ class Signal:
 
     @property
     def duration(self) -> float:
-        """From the first to the last sample [s]."""
+        """Time from the first to the last sample [s]."""
         return self.time_step * float(self.samples.shape[-1] - 1)
 
     @property
     def period(self) -> float:
-        """Duration with the zeros [s]."""
+        """Duration including the zeros [s]."""
         return self.time_step * self.padded
 
     @property
@@ -74,18 +74,18 @@ def signal_of(
     Parameters
     ----------
     acceleration : array, shape (samples,) or (signals, samples)
-        Acceleration [m s-2], as `require_record` wants it.
+        Acceleration [m s-2], checked by `require_record`.
     time_step : float
         Interval between samples [s].
     weighting : Weighting
         ``VELOCITY`` takes the integral of the record.
     longest_reach : float
-        How far the longest wavelet reaches from its centre [s].
+        Largest distance from the centre at which the longest wavelet is not zero [s].
 
     Raises
     ------
     ParameterError
-        If velocities are compared and the record's is zero throughout.
+        If velocities are compared and the record's velocity is zero throughout.
     """
     samples = velocity_of(acceleration, time_step) if weighting.of_velocity else acceleration
     if weighting.of_velocity and not samples.any():  # samples that turn at each step
@@ -96,7 +96,7 @@ def signal_of(
 
 
 def velocity_of(acceleration: Float, time_step: float) -> Float:
-    """Return the velocity of a record [m s-1], from rest, by the trapezoidal rule.
+    """Return the velocity of a record that starts at rest [m s-1], by the trapezoidal rule.
 
     Examples
     --------
@@ -109,7 +109,7 @@ def velocity_of(acceleration: Float, time_step: float) -> Float:
 
 
 def padded_size(least: int) -> int:
-    """Return a length that transforms fast, of few, so that records share their wavelets.
+    """Return one of few lengths with a fast transform, so that records share their wavelets.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def padded_size(least: int) -> int:
 
 
 def require_record(acceleration: Float, time_step: float) -> Float:
-    """Return the samples of a record in which a pulse can be looked for.
+    """Return the samples of a record after checking that a pulse can be searched in it.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def require_record(acceleration: Float, time_step: float) -> Float:
 
 @lru_cache(maxsize=4096)
 def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) -> tuple[float, ...]:
-    """Return the energy of each part of a wavelet, of its velocity if that is compared [1]."""
+    """Return the energy of each part of a wavelet, or of its velocity [1]."""
     parts = WAVELETS[wavelet].parts(half_cycles)
     if not of_velocity:
         return tuple(part.energy for part in parts)
@@ -168,9 +168,9 @@ def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) ->
 def part_spectra(
     wavelet: str, half_cycles: float | None, line: float, count: int, of_velocity: bool
 ) -> tuple[Complex, ...]:
-    """Return the spectrum of each part, of its velocity if that is compared [1].
+    """Return the spectrum of each part of a wavelet, or of its velocity [1].
 
-    Over `count` frequencies times T_p from 0, `line` apart.
+    The `count` values of frequency times T_p start at 0 and are `line` apart.
     """
     spectra = WAVELETS[wavelet].spectra(line, count, half_cycles)
     if not of_velocity:

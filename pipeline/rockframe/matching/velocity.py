@@ -1,10 +1,10 @@
-"""A velocity-pulse classifier, for comparison: ratios and indicator of Baker (2007).
+"""A velocity-pulse classifier for comparison: the ratios and indicator of Baker (2007).
 
 References
 ----------
 Baker (2007), Quantitative classification of near-fault ground motions using wavelet analysis,
-Bull. Seismol. Soc. Am. 97(5), 1486-1501. His pulse is of a Daubechies wavelet; here it is the
-Ricker pulse that explains most of the velocity: the indicator is in his style, not his.
+Bull. Seismol. Soc. Am. 97(5), 1486-1501. He extracts a Daubechies wavelet; here it is the Ricker
+pulse that explains most of the velocity, so the indicator only approximates his.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from rockframe.wavelets import RICKERS, Pulse
 
 Float = NDArray[np.float64]
 
-#: Constant, and factors of the ratios of peaks and of energies, of the published regression.
+#: Constant and factors of the peak ratio and the energy ratio in the published regression.
 _INDICATOR: Final = (-23.3, 14.6, 20.5)
 
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityPulse:
-    """The pulse in a record's velocity, and what is left of the velocity without it.
+    """The pulse in a record's velocity, and the residual velocity without it.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ class VelocityPulse:
     energy_ratio : float
         Integral of the squared velocity of the residual record over that of the record [1].
     indicator : float
-        1 / (1 + exp(-23.3 + 14.6 peak_ratio + 20.5 energy_ratio)): above 0.85 Baker (2007) speaks
-        of a pulse, below 0.15 of none [1].
+        1 / (1 + exp(-23.3 + 14.6 peak_ratio + 20.5 energy_ratio)) [1]. Baker (2007) classifies
+        records above 0.85 as pulse-like and below 0.15 as not.
     """
 
     pulse: Pulse
@@ -51,7 +51,7 @@ class VelocityPulse:
 
 
 def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions) -> VelocityPulse:
-    """Find the pulse in the velocity of a record, and compare the velocities with and without it.
+    """Find the pulse in a record's velocity, and compare the velocity with and without it.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions)
     time_step : float
         Interval between samples [s].
     options : PulseOptions
-        Of which the range of periods is taken.
+        The range of periods is used.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Weightings of the transform: which power of the period stands before the inner product."""
+"""Weightings of the transform: the power of the period that multiplies the inner product."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ Float = NDArray[np.float64]
 
 
 class Weighting(StrEnum):
-    """What makes the coefficients of different periods comparable.
+    """Weighting that makes coefficients of different periods comparable.
 
     The coefficient is s^-q E^(-1/2) <a, psi((t - xi) / s)> with E the energy of psi.
 
     ``ENERGY``
-        q = 1/2, the paper's: each daughter wavelet has unit energy, |C| is the length of the
-        projection of the record on it. The only q that finds the period of a record that is itself
-        such a wavelet (Cauchy-Schwarz).
+        q = 1/2, as in the paper: each daughter wavelet has unit energy, and |C| is the length of
+        the projection of the record on it. Only this q recovers the period of a record that is
+        itself such a wavelet (Cauchy-Schwarz).
     ``AREA``
-        q = 1: biased to short periods; a Ricker pulse is found at 0.82 or 0.87 of its period.
+        q = 1: biased to short periods; Ricker pulses are found at 0.82 or 0.87 of their period.
     ``NONE``
-        q = 0: biased to long periods; 1.22 or 1.15 of it.
+        q = 0: biased to long periods; Ricker pulses are found at 1.22 or 1.15 of their period.
     ``VELOCITY``
-        q = 1/2 with the velocities of record and wavelet in place of the accelerations. It is the
-        transform of the acceleration by the integrated wavelet with s^(+1/2), so that long periods
-        win in records that hold several.
+        q = 1/2 with the velocities of record and wavelet in place of the accelerations. This equals
+        the transform of the acceleration by the integrated wavelet with s^(+1/2), so that long
+        periods win in records with several pulses.
 
     Examples
     --------
@@ -47,12 +47,12 @@ class Weighting(StrEnum):
         return _EXPONENTS[self]
 
     def of_square(self, period: Float) -> Float:
-        """What the square of a coefficient is multiplied by that has the weight of energy."""
+        """Return the factor on the square of a coefficient with the weighting ``energy``."""
         return np.asarray(period) ** (1.0 - 2.0 * self.exponent)
 
     @property
     def of_velocity(self) -> bool:
-        """Whether velocities are compared, not accelerations."""
+        """True if velocities are compared, not accelerations."""
         return self is Weighting.VELOCITY
 
 

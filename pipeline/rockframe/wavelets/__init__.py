@@ -1,4 +1,4 @@
-"""The wavelets of acceleration pulses, and the pulses that they describe, in closed form."""
+"""Wavelets and the acceleration pulses that they describe, in closed form."""
 
 from rockframe.wavelets.family import RICKERS as RICKERS
 from rockframe.wavelets.family import WAVELETS as WAVELETS

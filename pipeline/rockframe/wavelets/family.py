@@ -1,4 +1,4 @@
-"""The four wavelets by name, and what each leaves open: the phase, the number of half cycles."""
+"""The four wavelets by name, and their free parameters: phase and number of half cycles."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RICKERS: Final[Mapping[str, MotherWavelet]] = MappingProxyType(
     {wavelet.name: wavelet for wavelet in (SYMMETRIC_RICKER, ANTISYMMETRIC_RICKER)}
 )
 _ANY_PHASE: Final = "ricker_any_phase"
-#: The largest value of a wavelet is looked for at so many points, and then between the nearest.
+#: Points at which the peak of a wavelet is searched, and how often the search is refined.
 _PEAK_POINTS: Final = 401
 _PEAK_ROUNDS: Final = 4
 
@@ -37,12 +37,12 @@ class Family:
     Parameters
     ----------
     name : str
-        Its name in datasets and on the command line.
+        Name in datasets and on the command line.
     parts : callable
-        Of the number of half cycles (None for those that have none): one wavelet, or an even and
-        an odd one whose span holds all phases.
+        Function of the number of half cycles (None for wavelets without it) that returns one
+        wavelet, or an even and an odd one whose weighted sums have every phase.
     has_half_cycles : bool
-        Whether there is a number of half cycles.
+        True if the number of half cycles is a parameter.
 
     Examples
     --------
@@ -73,12 +73,12 @@ class Family:
 
     @property
     def free_phase(self) -> bool:
-        """Whether any phase is possible; otherwise 0 or pi."""
+        """True if any phase is possible, not only 0 and pi."""
         return len(self.parts(2.0)) == 2
 
 
 def _any_phase_parts(_half_cycles: float | None) -> tuple[MotherWavelet, ...]:
-    """Both Ricker wavelets with unit energy, so that phases far apart by pi / 2 weigh the same."""
+    """Return both Ricker wavelets with unit energy, so that all phases have equal weight."""
     return tuple(combined([part], [part.energy**-0.5]) for part in RICKERS.values())
 
 
@@ -104,7 +104,7 @@ WAVELETS: Final[Mapping[str, Family]] = MappingProxyType(
 
 @lru_cache(maxsize=1024)
 def mother_of(name: str, phase: float, half_cycles: float | None) -> MotherWavelet:
-    """Return the wavelet of a phase and number of half cycles, its largest absolute value 1.
+    """Return the wavelet of a phase and number of half cycles, scaled to a peak of 1.
 
     Raises
     ------
@@ -121,14 +121,14 @@ def mother_of(name: str, phase: float, half_cycles: float | None) -> MotherWavel
 def phase_and_amplitude(
     name: str, half_cycles: float | None, coefficients: tuple[float, ...]
 ) -> tuple[float, float]:
-    """Return phase and largest absolute value of a weighted sum of a wavelet's parts.
+    """Return the phase and the peak of a weighted sum of a wavelet's parts.
 
     Parameters
     ----------
     name : str
         Name of the wavelet.
     half_cycles : float or None
-        Its number of half cycles.
+        Number of half cycles.
     coefficients : tuple of float
         A factor for each of its parts, in any unit.
 
@@ -153,7 +153,7 @@ def phase_and_amplitude(
 
 
 def _largest(wavelet: MotherWavelet) -> float:
-    """Largest absolute acceleration of a wavelet, located between points."""
+    """Return the largest absolute acceleration, located between sampled points."""
     low, high = -wavelet.reach, wavelet.reach
     for _ in range(_PEAK_ROUNDS):
         tau = np.linspace(low, high, _PEAK_POINTS)

@@ -1,12 +1,12 @@
-"""The wavelet of Mavroeidis and Papageorgiou (2003): a cosine of any phase in a raised cosine.
+"""The wavelet of Mavroeidis and Papageorgiou (2003): a cosine in a raised-cosine window.
 
 With gamma half cycles its velocity is, over |tau| <= gamma / 2,
 
     v(tau) = w(tau) cos(2 pi tau + phi),  w(tau) = [1 + cos(2 pi tau / gamma)] / 2,
 
-and nothing elsewhere. Its acceleration v' has no net area whatever gamma and phi are, because v
-vanishes at both ends; with a Gabor wavelet's Gaussian in the place of w it would have one. The
-ground comes back to its place only for whole gamma >= 2, or for phi = pi / 2.
+and zero elsewhere. The integral of its acceleration v' is zero for any gamma and phi, because v
+vanishes at both ends; it would not be with the Gaussian window of a Gabor wavelet. The final
+displacement is zero only for integer gamma >= 2, or for phi = pi / 2.
 
 References
 ----------
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.wavelets.mother import MotherWavelet
-from rockframe.wavelets.turns import turns
+from rockframe.wavelets.phase_ramp import phase_ramp
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -35,7 +35,7 @@ _TURN: Final = 2.0 * math.pi
 
 @lru_cache(maxsize=256)
 def mavroeidis_papageorgiou(half_cycles: float) -> tuple[MotherWavelet, MotherWavelet]:
-    """Return the wavelets of phase 0 and pi / 2, whose span holds those of every phase.
+    """Return the wavelets of phase 0 and pi / 2, whose weighted sums have every phase.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def mavroeidis_papageorgiou(half_cycles: float) -> tuple[MotherWavelet, MotherWa
 
 
 def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
-    """Return the spectra of the wavelets of phase 0 and pi / 2; both at once cost as much as one.
+    """Return the spectra of the wavelets of phase 0 and pi / 2, for the cost of one.
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
 
 
 def spectra_of_lines(line: float, count: int, half_cycles: float) -> tuple[Complex, Complex]:
-    """Return the same over `count` frequencies from 0, `line` apart, at a third of the cost."""
+    """Return `spectra` at `count` frequencies from 0, `line` apart, at a third of the cost."""
     nu = line * np.arange(count, dtype=np.float64)
-    return _spectra(nu, half_cycles, turns(math.pi * half_cycles * line, count))
+    return _spectra(nu, half_cycles, phase_ramp(math.pi * half_cycles * line, count))
 
 
 def _spectra(nu: Float, gamma: float, turned: Complex) -> tuple[Complex, Complex]:
-    """The spectra; `turned` is exp(i pi gamma nu)."""
+    """Return the spectra; `turned` is exp(i pi gamma nu)."""
     sine, cosine = turned.imag * math.cos(math.pi * gamma), turned.real * math.sin(math.pi * gamma)
     lower = _window_spectrum(gamma * (nu - 1.0), sine - cosine, gamma)
     upper = _window_spectrum(gamma * (nu + 1.0), sine + cosine, gamma)
@@ -110,19 +110,19 @@ def _of_phase(gamma: float, phi: float) -> MotherWavelet:
 
 
 def _area_of_cosine(tau: Float, end: float, rate: float, phi: float) -> Float:
-    """Integral of cos(rate tau + phi) from -end; sound where the rate is 0."""
+    """Return the integral of cos(rate tau + phi) from -end; the rate may be 0."""
     length = tau + end
     middle = np.cos(phi + 0.5 * rate * (tau - end))
     return np.asarray(length * middle * np.sinc(rate * length / _TURN))
 
 
 def _window_spectrum(x: Float, sine: Float, gamma: float) -> Float:
-    """Fourier integral of the raised cosine w: (gamma / 2) sinc(x) / (1 - x^2), x = gamma nu.
+    """Return the Fourier integral of w: (gamma / 2) sinc(x) / (1 - x^2), x = gamma nu.
 
     `sine` is sin(pi x).
     """
     rest = x * (1.0 - x) * (1.0 + x)
-    near = np.abs(rest) < 1e-6  # the limits at 0 and +-1 are taken from three shifted sincs
+    near = np.abs(rest) < 1e-6  # at 0 and +-1 the limit follows from three shifted sincs
     whole = sine / (math.pi * np.where(near, 1.0, rest))
     if near.any():
         there = x[near]

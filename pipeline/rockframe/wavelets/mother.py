@@ -1,4 +1,4 @@
-"""A mother wavelet: what all of them have, and the sum of two."""
+"""Mother wavelets and their weighted sums."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ class MotherWavelet:
     Parameters
     ----------
     name : str
-        Its name in datasets and on the command line.
+        Name in datasets and on the command line.
     acceleration, velocity, displacement : callable
-        Functions of tau [1]; units of a_p, a_p T_p and a_p T_p^2.
+        Functions of tau [1]; in units of a_p, a_p T_p and a_p T_p^2.
     spectrum : callable
-        Fourier integral of the acceleration, with exp(-2 pi i nu tau), over nu = frequency times
-        T_p [1].
+        Fourier integral of the acceleration, with exp(-2 pi i nu tau), as a function of
+        nu = frequency times T_p [1].
     energy : float
-        Integral of acceleration squared over all tau [1].
+        Integral of the squared acceleration over all tau [1].
     reach : float
         |tau| beyond which the acceleration is below 1e-16.
     finite : bool
-        Whether it ends at its reach with a kink; else it fades smoothly.
+        True if it ends at its reach with a kink; False if it decays smoothly.
     """
 
     name: str
@@ -46,7 +46,7 @@ class MotherWavelet:
 
     @property
     def extent(self) -> int | float:
-        """|tau| within which all of it lies: its end, or whole periods for one that fades."""
+        """Half-length of the pulse: its reach, in whole periods if the pulse decays smoothly."""
         return self.reach if self.finite else math.ceil(self.reach)
 
 
@@ -56,9 +56,10 @@ def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> Mother
     Parameters
     ----------
     parts : sequence of MotherWavelet
-        One, or an even and an odd one: their product has no integral, so that energies add up.
+        One wavelet, or an even and an odd one: the integral of their product is zero, so that
+        their energies add up.
     weights : sequence of float
-        A factor for each.
+        Factor of each wavelet.
     """
 
     def total(quantity: str) -> Callable[[Float], Any]:

@@ -26,16 +26,16 @@ class Pulse:
     a_p : float
         Amplitude: the largest absolute acceleration [m s-2].
     T_p : float
-        Period, 2 pi / omega_p [s]: of a Ricker wavelet, of any phase, the one that maximises the
-        Fourier spectrum; of ``mavroeidis_papageorgiou`` that of its cosine.
+        Period, 2 pi / omega_p [s]. For Ricker wavelets of any phase the Fourier spectrum has its
+        maximum there; for ``mavroeidis_papageorgiou`` it is the period of the cosine.
     time : float
         Centre of the pulse [s].
     phase : float
-        From 0 to 2 pi [rad]. Of ``symmetric_ricker`` and ``antisymmetric_ricker`` 0, or pi for the
-        reversed pulse; of ``ricker_any_phase`` 0 is the symmetric one and pi / 2 the antisymmetric;
-        of ``mavroeidis_papageorgiou`` that of the cosine in the velocity.
+        From 0 to 2 pi [rad]. ``symmetric_ricker`` and ``antisymmetric_ricker``: 0, or pi for the
+        reversed pulse. ``ricker_any_phase``: 0 is the symmetric and pi / 2 the antisymmetric
+        wavelet. ``mavroeidis_papageorgiou``: phase of the cosine in the velocity.
     half_cycles : float, optional
-        Number of half cycles of ``mavroeidis_papageorgiou``, 1 or more [1]; others have none.
+        Number of half cycles of ``mavroeidis_papageorgiou``, 1 or more [1]; None for the others.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class Pulse:
 
     @property
     def mother(self) -> MotherWavelet:
-        """The wavelet of this phase and number of half cycles, its largest absolute value 1."""
+        """The wavelet of this phase and number of half cycles, with a peak of 1."""
         return mother_of(self.wavelet, self.phase, self.half_cycles)
 
     @property
@@ -103,15 +103,15 @@ class Pulse:
         return self.a_p * self.T_p**2
 
     def acceleration(self, t: ArrayLike) -> Float:
-        """Acceleration [m s-2] at times `t` [s]; of the Ricker wavelets eqs (44), (45)."""
+        """Return the acceleration [m s-2] at times `t` [s]; eqs (44), (45) for Ricker wavelets."""
         return self.a_p * self.mother.acceleration(self._tau(t))
 
     def velocity(self, t: ArrayLike) -> Float:
-        """Velocity [m s-1] at times `t` [s]; its integral from minus infinity."""
+        """Return the velocity [m s-1] at times `t` [s], integrated from minus infinity."""
         return self.a_p * self.T_p * self.mother.velocity(self._tau(t))
 
     def displacement(self, t: ArrayLike) -> Float:
-        """Displacement [m] at times `t` [s]."""
+        """Return the displacement [m] at times `t` [s]."""
         return self.a_p * self.T_p**2 * self.mother.displacement(self._tau(t))
 
     def _tau(self, t: ArrayLike) -> Float:

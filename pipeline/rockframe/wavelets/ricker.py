@@ -1,7 +1,7 @@
-"""The symmetric and the antisymmetric Ricker wavelet: Makris and Vassiliou (2013), section 6.
+"""The symmetric and antisymmetric Ricker wavelets: Makris and Vassiliou (2013), section 6.
 
-Each is scaled so that its largest absolute value is 1. Acceleration, velocity and displacement all
-vanish at both ends: a physically realizable pulse.
+Each is scaled to a peak of 1. Acceleration, velocity and displacement vanish at both ends, so that
+the pulses are physically realizable.
 """
 
 from __future__ import annotations

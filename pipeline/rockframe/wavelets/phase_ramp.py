@@ -1,4 +1,4 @@
-"""Sine and cosine at equal steps, for a fraction of what one after the other costs."""
+"""Sines and cosines at equal steps of the angle, computed by products of short rows."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def turns(angle: float, count: int) -> NDArray[np.complex128]:
-    """Return exp(i k angle) for k from 0: products of two short rows.
+def phase_ramp(angle: float, count: int) -> NDArray[np.complex128]:
+    """Return exp(i k angle) for k = 0, 1, ..., count - 1.
 
     Parameters
     ----------
     angle : float
         Step [rad].
     count : int
-        How many.
+        Number of values.
 
     Examples
     --------
-    >>> turns(0.5 * math.pi, 3).round(9).tolist()
+    >>> phase_ramp(0.5 * math.pi, 3).round(9).tolist()
     [(1+0j), 1j, (-1+0j)]
     """
     side = math.isqrt(count) + 1
