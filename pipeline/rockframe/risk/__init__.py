@@ -1,4 +1,4 @@
-"""Statistics of verdicts: fragility, hazard, distributions of peaks, ranks of records."""
+"""Statistics of responses: fragility, overturning rates, peak distributions, ranks of records."""
 
 from rockframe.risk.comparison import Preference as Preference
 from rockframe.risk.comparison import better_measure as better_measure

@@ -1,4 +1,4 @@
-"""Which of several measures of intensity tells better what overturns."""
+"""Comparison of intensity measures by how well they predict overturning."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy  # what is used of it is loaded then
+import scipy  # its submodules load when they are first used
 from numpy.typing import NDArray
 
 from rockframe.risk.fragility import Fragility, Outcome
 
 Float = NDArray[np.float64]
 
-#: With fewer independent motions no measure is called the better one.
+#: Fewest independent motions for which a better measure is named.
 FEWEST_MOTIONS: Final = 10
-#: Between two measures that are equally good, one is named with this probability: half of it for
-#: each, as the leading one is known only from the data.
+#: Probability that one of two equally good measures is named, by chance. The test is two-sided,
+#: because only the data tell which measure leads.
 _LEVEL: Final = 0.05
 
 
 @dataclass(frozen=True)
 class Preference:
-    """The measure that tells better what overturns, if one can be named.
+    """The measure that predicts overturning better, if one can be named.
 
     Parameters
     ----------
     measure : str
-        Its name; empty if none can be named.
+        Name of the measure; empty if none can be named.
     reason : str
-        Why, or why not, in words.
+        Reason in words, also if no measure is named.
     """
 
     measure: str
@@ -39,20 +39,21 @@ class Preference:
 
 
 def better_measure(fits: Mapping[str, Fragility]) -> Preference:
-    """Compare fits to the same verdicts by the likelihood of each independent motion.
+    """Return the measure whose fragility fits the same verdicts better, by Vuong's test.
 
     Parameters
     ----------
     fits : mapping of str to Fragility
-        By the name of the measure; all of the same motions.
+        Fits by the name of the measure, all to the same motions.
 
     Notes
     -----
-    Vuong's (1989) test: the mean difference of log-likelihood over motions, over its standard
-    error, against Student's t at 5 %, two-sided. The scales of a motion are one observation here:
-    more of them are no more evidence. Chance alone names a measure with a probability of 5 % where
-    the differences are normal. Two equally noisy copies of what decides, each with its own fit, had
-    a better one in 9, 8 and 5 % of simulations with 10, 20 and 60 motions: of few, it is a hint.
+    Vuong's (1989) test: the mean difference of log-likelihood over the independent motions,
+    divided by its standard error, is compared with Student's t at 5 %, two-sided. All scales of a
+    motion count as one observation, because more scales are not more evidence. If the differences
+    are normal, chance alone names a measure with a probability of 5 %. In simulations with two
+    equally noisy copies of the decisive measure, one was named in 9, 8 and 5 % of the cases with
+    10, 20 and 60 motions: the result for few motions is only a hint.
 
     Examples
     --------
@@ -94,7 +95,7 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
 
 
 def compared_motions(intensities: Mapping[str, Float]) -> NDArray[np.bool_]:
-    """Return which motions have every measure that any of them has, shape (motions,).
+    """Return True for each motion that has every measure that any motion has, shape (motions,).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Distributions of peaks with their bands, and ranks of the motions by demand."""
+"""Distributions of peaks with confidence bands, and ranks of motions by demand."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from rockframe.risk.fragility import CONFIDENCE
 
 Float = NDArray[np.float64]
 
-#: Samples drawn from the motions.
+#: Number of bootstrap samples.
 _REPLICATES: Final = 1000
 _QUANTILE: Final = 1.6448536269514722
 
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A cumulative distribution with a band of 90 % confidence.
+    """A cumulative distribution with its 90 % confidence band.
 
     Parameters
     ----------
     share, low, high : array, shape (levels,)
-        Share of motions whose peak is at most the level, and the band of it [1].
+        Share of motions whose peak is at most the level, and its bounds [1].
     """
 
     share: Float
@@ -40,18 +40,18 @@ def peak_distribution(
     Parameters
     ----------
     peaks : array_like, shape (motions,)
-        Infinite for what overturns.
+        Peak of each motion; infinite if the structure overturns.
     levels : array_like, shape (levels,)
-        Of the same quantity.
+        Levels of the same quantity.
     clusters : array_like of int, shape (motions,), optional
-        Motions of one number are drawn together.
+        Motions with the same number are drawn together.
     seed : int
-        Of the draws: the same seed gives the same band.
+        Random seed of the bootstrap.
 
     Notes
     -----
-    Draws say nothing where none or all of a few motions lie below a level; there the band is as
-    wide as Wilson's interval for so many independent motions.
+    The bootstrap gives no band where none or all of the motions lie below a level. The band is
+    therefore at least as wide as Wilson's interval for the number of independent motions.
 
     Examples
     --------
@@ -82,16 +82,16 @@ def peak_distribution(
 def over_azimuths(
     peaks: ArrayLike, clusters: ArrayLike, shares: ArrayLike = (0.0, 50.0, 100.0)
 ) -> Float:
-    """Return percentiles of the peaks over the azimuths of each recording: RotD00, 50 and 100.
+    """Return percentiles of the peaks over the azimuths of each recording, such as RotD50.
 
     Parameters
     ----------
     peaks : array_like, shape (motions, structures)
-        Largest |theta| / alpha [1]; infinite for what overturns.
+        Largest |theta| / alpha [1]; infinite if the structure overturns.
     clusters : array_like of int, shape (motions,)
-        Motions of one number are azimuths of one recording.
+        Motions with the same number are azimuths of one recording.
     shares : array_like, shape (shares,)
-        Percentiles [percent]; of an even number of azimuths the median is the larger middle one.
+        Percentiles [percent]; the median of an even number of azimuths is the larger middle value.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def over_azimuths(
     [0.1, 0.3, inf]
     """
     values, belongs = np.asarray(peaks, dtype=np.float64), np.asarray(clusters)
-    # between a number and infinity there is nothing to interpolate
+    # "higher", because a number and infinity cannot be interpolated
     return np.stack(
         [
             np.percentile(values[belongs == one], np.asarray(shares), axis=0, method="higher")
@@ -117,23 +117,23 @@ def over_azimuths(
 def observed_shares(
     intensity: ArrayLike, scales: ArrayLike, overturned: ArrayLike, classes: int
 ) -> tuple[Float, Float]:
-    """Return the shares that overturn in classes of equal numbers of observations.
+    """Return the share that overturns in classes with equal numbers of observations.
 
     Parameters
     ----------
     intensity : array_like, shape (motions,)
-        Of each motion as recorded; one that is not positive or not known is left out.
+        Intensity of each motion as recorded; motions without a positive value are skipped.
     scales : array_like, shape (scales,)
         Multiples of the motions [1].
     overturned : array_like of bool, shape (motions, scales)
-        Which of them overturn.
+        True if the motion at this scale overturns the structure.
     classes : int
         Number of classes.
 
     Returns
     -------
     centre, share : array, shape (classes,)
-        Geometric mean of the intensities of each class, and the share [1]; NaN if it is empty.
+        Geometric mean of the intensities of each class, and its share [1]; NaN for empty classes.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def observed_shares(
 
 
 def wilson(share: ArrayLike, count: int) -> tuple[Float, Float]:
-    """Return Wilson's interval of 90 % confidence for a share of so many motions [1].
+    """Return Wilson's 90 % confidence interval for a share of `count` motions [1].
 
     Examples
     --------
@@ -170,12 +170,13 @@ def wilson(share: ArrayLike, count: int) -> tuple[Float, Float]:
 
 
 def demand_ranks(peaks: ArrayLike) -> Float:
-    """Rank motions by the rotation that they demand of each structure: 1 is the most severe.
+    """Return the rank of each motion by the rotation of each structure: 1 is the most severe.
 
     Parameters
     ----------
     peaks : array_like, shape (motions, structures)
-        Largest |theta| / alpha [1]; infinite for what overturns. Equal ones share the mean rank.
+        Largest |theta| / alpha [1]; infinite if the structure overturns. Equal peaks share the
+        mean rank.
 
     Examples
     --------

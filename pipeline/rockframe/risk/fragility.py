@@ -1,4 +1,4 @@
-"""Probability of overturning against intensity: logistic regression by maximum likelihood."""
+"""Probability of overturning as a function of intensity, by logistic regression."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.risk.newton import maximum_likelihood
+from rockframe.risk.logistic_fit import maximum_likelihood
 
 Float = NDArray[np.float64]
 
-#: Confidence of the bands.
+#: Confidence level of the bands.
 CONFIDENCE: Final = 0.9
 
 
 class Outcome(IntEnum):
-    """What the verdicts allow to be said; the values of the flag variable `fragility_outcome`."""
+    """Result of a fit: the values of the flag variable `fragility_outcome`."""
 
     FITTED = 0
     NONE_OVERTURN = 1
@@ -32,7 +32,7 @@ class Outcome(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What it means, in words."""
+        """The outcome in words."""
         return _SENTENCES[self]
 
 
@@ -50,33 +50,33 @@ _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.
 
 @dataclass(frozen=True, eq=False)
 class Fragility:
-    """Share of motions that overturn a structure, over a measure of their intensity.
+    """Share of motions that overturn a structure, as a function of an intensity measure.
 
     P = 1 / (1 + exp(-(intercept + slope ln x))).
 
     Parameters
     ----------
     outcome : Outcome
-        Only if it is ``FITTED`` there is a curve; NaN stands for what there is not.
+        A curve exists only if it is ``FITTED``; otherwise its values are NaN.
     motions, observations, overturned : int
-        Independent motions; motions times scales; how many of these overturn.
+        Number of independent motions, of motions times scales, and of those that overturn.
     lowest, highest : float
-        Range of intensities that were tried, in the unit of the measure.
+        Range of the intensities tried, in the unit of the measure.
     safe_to, overturned_from : float
-        The strongest observation that stands, and the weakest that overturns.
+        Strongest observation that stands, and weakest that overturns.
     intercept, slope : float
-        Of the logit over the logarithm of the intensity.
+        Coefficients of the logit over the logarithm of the intensity.
     covariance : array, shape (2, 2)
-        Of these two, with scales and azimuths of one motion as one cluster; NaN for one or two
-        motions, whose scores at the maximum only mirror each other.
+        Covariance of intercept and slope, with scales and azimuths of one motion as one cluster;
+        NaN for one or two motions, which do not determine it.
     stood, fell : array, shape (motions,)
-        The strongest observation of each independent motion that stands, and the weakest that
+        For each independent motion, the strongest observation that stands and the weakest that
         overturns; -inf and inf if there is none.
     log_likelihood : array, shape (motions,)
-        What each independent motion adds to it.
+        Log-likelihood of each independent motion.
     pseudo_r2, concordance, brier : float
-        Goodness of fit: McFadden's 1 - ln L / ln L_0; the share of pairs, one that overturns and
-        one that stands, of which the first is stronger; mean squared error of the probability.
+        Goodness of fit: McFadden's 1 - ln L / ln L_0; the share of pairs (one overturns, one
+        stands) in which the overturning motion is stronger; the mean squared error of P.
 
     Examples
     --------
@@ -108,7 +108,7 @@ class Fragility:
 
     @property
     def median(self) -> float:
-        """Intensity at which half overturn."""
+        """Intensity at which half of the motions overturn."""
         return math.exp(-self.intercept / self.slope) if self.slope > 0.0 else math.nan
 
     @property
@@ -120,22 +120,23 @@ class Fragility:
     def lognormal_beta(self) -> float:
         """Standard deviation of ln x at overturning [1]: pi / sqrt(3) times the logistic scale.
 
-        The lognormal fragility curve of this beta and the same median is the one whose ln x has
-        the same mean and standard deviation; the two curves differ by at most 0.023.
+        The lognormal curve with this beta and the same median has the same mean and standard
+        deviation of ln x; the two curves differ by at most 0.023.
         """
         return math.pi / math.sqrt(3.0) * self.logistic_scale
 
     def probability(self, intensity: ArrayLike) -> Float:
-        """Return the probability of overturning [1]; NaN if there is no curve."""
+        """Return the probability of overturning [1]; NaN without a curve."""
         return logistic(self.intercept + self.slope * np.log(np.asarray(intensity, np.float64)))
 
     def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
-        """Return bounds of the probability [1]: of 90 % confidence, or all that can be said.
+        """Return the 90 % confidence bounds of the probability [1].
 
-        Of a curve they follow from the covariance and Student's t for so many motions. Where
-        nothing or everything overturned, or the verdicts are separated: the share that is left open
-        by so many independent motions as stand at the intensity or above (overturn at it or below),
-        as overturning does not become rarer with it. Else 0 and 1.
+        With a curve they follow from the covariance and Student's t. If no motion or every motion
+        overturned, or the verdicts are separated, the upper bound follows from the number of
+        independent motions that stand at this intensity or above, and the lower bound from the
+        number that overturn at it or below, because overturning does not become rarer with
+        intensity. Otherwise the bounds are 0 and 1.
         """
         x = np.asarray(intensity, dtype=np.float64)
         zero, one = np.zeros_like(x), np.ones_like(x)
@@ -150,14 +151,14 @@ class Fragility:
         if self.outcome in _WITHOUT_MAXIMUM:
             stand = (self.stood >= x[..., None]).sum(axis=-1)
             fall = (self.fell <= x[..., None]).sum(axis=-1)
-            # where one motion stands and another falls, neither bound holds
+            # neither bound holds where one motion stands and another overturns
             low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
             return low, np.where(fall > 0, one, _left_open(stand))
         return zero, one
 
 
 def _left_open(motions: NDArray[np.intp]) -> Float:
-    """The largest probability of what none of so many motions showed; 1 for no motion."""
+    """Return the upper bound of the probability of an event that no motion showed."""
     chance = 0.5 * (1.0 - CONFIDENCE)
     return np.where(motions > 0, 1.0 - chance ** (1.0 / np.maximum(motions, 1)), 1.0)
 
@@ -185,7 +186,7 @@ def fit_fragility(
     overturned : array_like of bool, shape (motions, scales)
         Which of them overturn.
     clusters : array_like of int, shape (motions,), optional
-        Motions of the same number are not independent: azimuths of one record.
+        Motions with the same number are not independent, for example azimuths of one record.
 
     Raises
     ------
@@ -230,7 +231,7 @@ def fit_fragility(
 
 
 def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fragility:
-    """What was tried, and whether there is a maximum of the likelihood."""
+    """Return a fragility without a curve: the range tried, and the outcome."""
     outcome = _outcome(x, fell)
     motions = int(clusters.max(initial=-1)) + 1
     stands, falls = np.full(motions, -np.inf), np.full(motions, np.inf)
@@ -248,7 +249,7 @@ def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fra
         overturned_from=math.exp(x[fell].min()) if fell.any() else math.nan,
         stood=np.exp(stands),
         fell=np.exp(falls),
-        # a step explains separated verdicts wholly: towards it the likelihood tends to 1
+        # a step explains separated verdicts completely, so the likelihood tends to 1
         log_likelihood=np.zeros(motions if outcome is Outcome.SEPARATED else 0),
     )
 
@@ -275,7 +276,7 @@ def _without_measure(fell: NDArray[np.bool_]) -> float:
 
 
 def _concordance(x: Float, fell: NDArray[np.bool_]) -> float:
-    """Mann and Whitney's U over the number of pairs; ties count half."""
+    """Return Mann and Whitney's U over the number of pairs; ties count half."""
     safe = np.sort(x[~fell])
     strong = x[fell]
     below = np.searchsorted(safe, strong, side="left")

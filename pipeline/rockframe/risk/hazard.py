@@ -1,9 +1,8 @@
-"""The hazard of a site, and the mean annual rate of overturning that follows from it.
+"""The hazard curve of a site, and the mean annual rate of overturning.
 
-Hazard studies print annual rates or probabilities in some time, 50 years for example, and a column
-may be named for the one and hold the other. `read_hazard` refuses rates that no site has, and a
-curve that stays level just below 1, as probabilities do. Where all probabilities are small, nothing
-tells them from rates.
+Hazard studies publish annual rates, or probabilities in a time such as 50 years, and a column
+named for one may contain the other. `read_hazard` rejects rates that no site has, and a curve that
+stays just below 1, as probabilities do. Small probabilities cannot be told from rates.
 """
 
 from __future__ import annotations
@@ -26,21 +25,21 @@ Float = NDArray[np.float64]
 
 #: Column of the annual rates.
 _RATE: Final = "annual_rate"
-#: A curve that begins between this and 1 and falls with a smaller power of the intensity than the
-#: next number is one of probabilities. Rates level off too, but seldom just below once a year.
+#: A curve contains probabilities if it starts between `_NEAR_ONE` and 1 and falls with a smaller
+#: power of the intensity than `_LEVEL`. Rates level off too, but seldom just below once a year.
 _NEAR_ONE: Final = 0.9
 _LEVEL: Final = 0.5
-#: Rates of strong shaking fall at least with this power of the intensity, from once a year at
-#: `Measure.yearly`. This is several times the rate at the most active sites.
+#: Largest possible rates fall with this power of the intensity, from once a year at
+#: `Measure.yearly`. They are several times the rates at the most active sites.
 _FALL: Final = 2.0
 _CONVERT: Final = "Probabilities P in t years are rates of -ln(1 - P) / t."
-#: Cells of one piece of the curve, over which the probability is taken at their middle.
+#: Integration cells per segment of the curve.
 _CELLS: Final = 256
 
 
 @dataclass(frozen=True, eq=False)
 class HazardCurve:
-    """How often a year each intensity is exceeded at a site; a power law between the points.
+    """Annual rates of exceedance at a site, with a power law between the points.
 
     Parameters
     ----------
@@ -54,7 +53,7 @@ class HazardCurve:
     Raises
     ------
     ParameterError
-        If there are fewer than two points, or they are not as said above.
+        If there are fewer than two points, or they break one of these rules.
 
     Examples
     --------
@@ -93,17 +92,17 @@ class HazardCurve:
 
 @dataclass(frozen=True, eq=False)
 class OverturningRate:
-    """Mean annual rate of overturning, and which intensities it comes from.
+    """Mean annual rate of overturning, and the contribution of each intensity.
 
     Parameters
     ----------
     rate, low, high : float
         Mean annual rate [1/year], NaN without a fragility curve, and its bounds.
     contributions : array, shape (points,)
-        What motions between each point of the hazard curve and the next add to it; last, those
-        above the curve.
+        Contribution of the motions between each point of the hazard curve and the next; the last
+        one is that of motions above the curve [1/year].
     extrapolated : float
-        Share of the rate from intensities outside of those that were tried [1].
+        Share of the rate from intensities outside the range tried [1].
     """
 
     rate: float
@@ -114,18 +113,18 @@ class OverturningRate:
 
 
 def overturning_rate(curve: HazardCurve, fragility: Fragility) -> OverturningRate:
-    """Integrate the probability of overturning over the hazard curve.
+    """Return the mean annual rate of overturning, by integration over the hazard curve.
 
-    Motions above the last point of the curve overturn with the probability at that point, in the
-    upper bound all of them; motions below the first point are not counted: how many there are is
-    not stated.
+    Motions above the last point of the curve overturn with the probability at that point; in the
+    upper bound all of them overturn. Motions below the first point are not counted, because the
+    curve does not state how frequent they are.
 
     Parameters
     ----------
     curve : HazardCurve
-        Of the site.
+        Hazard curve of the site.
     fragility : Fragility
-        Over the same measure.
+        Fragility over the same measure.
 
     Examples
     --------
@@ -167,7 +166,7 @@ def read_hazard(path: Path) -> HazardCurve:
     Parameters
     ----------
     path : Path
-        Its columns are `annual_rate` and one of pga_g, pgv_m_s, a_p_g, L_p_m, in any order.
+        CSV file with the columns `annual_rate` and one of pga_g, pgv_m_s, a_p_g, L_p_m.
 
     Raises
     ------
@@ -229,7 +228,7 @@ def _require_possible(
 
 
 def _refuse_probabilities(path: Path, values: Float) -> None:
-    """Refuse a curve that begins just below 1 and stays there."""
+    """Reject a curve that starts just below 1 and stays there."""
     if len(values) < 2 or not (values[:2] > 0.0).all():
         return
     (weak, often), (strong, less) = values[:2]

@@ -1,4 +1,4 @@
-"""The maximum of the likelihood of a logistic curve, and how well it is known."""
+"""Maximum-likelihood fit of a logistic curve, with the covariance of its coefficients."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 
-#: Observations looked at together: bounds the memory of a step.
+#: Observations processed together, which bounds the memory of a step.
 _BLOCK: Final = 65536
-#: Newton's method doubles the digits in each step; more steps halve where the data hardly overlap.
+#: Largest number of Newton steps; many are needed only if the data hardly overlap.
 _STEPS: Final = 200
-#: The gain of likelihood that ends it [1].
+#: Gain of log-likelihood below which the iteration ends [1].
 _ENOUGH: Final = 1e-12
 
 
 @dataclass(frozen=True)
 class LogisticFit:
-    """The curve P = 1 / (1 + exp(-(intercept + slope x))); see `Fragility` for the others."""
+    """The curve P = 1 / (1 + exp(-(intercept + slope x))), with fields as in `Fragility`."""
 
     intercept: float
     slope: float
@@ -32,16 +32,16 @@ class LogisticFit:
 def maximum_likelihood(
     x: Float, happened: NDArray[np.bool_], clusters: NDArray[np.intp]
 ) -> LogisticFit:
-    """Find the maximum, of which there is one where neither outcome lies above all of the other.
+    """Return the curve of maximum likelihood, which exists if the outcomes overlap in x.
 
     Parameters
     ----------
     x : array, shape (rows, columns)
-        Not all equal.
+        Values, not all equal.
     happened : array of bool, shape (rows, columns)
-        Overlapping in x.
+        Outcomes, which must overlap in x.
     clusters : array of int, shape (rows,)
-        Rows of one number are not independent; 0 to their number - 1.
+        Rows with the same number are not independent; the numbers count from 0 without gaps.
 
     Notes
     -----
@@ -68,7 +68,7 @@ def maximum_likelihood(
 
 
 def _terms(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[float, Float, Float]:
-    """Log-likelihood, its gradient, and its curvature turned positive."""
+    """Return the log-likelihood, its gradient, and its negative curvature."""
     total, gradient, curvature = 0.0, np.zeros(2), np.zeros((2, 2))
     for rows in _blocks(z):
         part, missed, weight = _of_block(z[rows], happened[rows], where)
@@ -80,11 +80,11 @@ def _terms(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[float, 
 
 
 def _of_block(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[Float, Float, Float]:
-    """Log-likelihood of each observation, observed minus expected, and variance."""
+    """Return the log-likelihood of each observation, observed minus expected, and variance."""
     logit = where[0] + where[1] * z
     small = np.exp(-np.abs(logit))
     probability = np.where(logit >= 0.0, 1.0, small) / (1.0 + small)
-    # ln P of what happened is -ln(1 + exp(-+logit)), whose larger part is taken out
+    # ln P of each outcome is -ln(1 + exp(-+logit)), written so that exp cannot overflow
     against = np.where(happened, -logit, logit)
     likelihood = -(np.maximum(against, 0.0) + np.log1p(small))
     return likelihood, happened - probability, small / (1.0 + small) ** 2
@@ -111,7 +111,7 @@ def _described(
         both = np.stack([missed.sum(axis=1), (missed * z[rows]).sum(axis=1)], axis=1)
         np.add.at(scores, clusters[rows], both)
         squares += float((missed**2).sum())
-    # the scores add up to zero: of two clusters they are one and its mirror, and span no plane
+    # the scores add up to zero, so those of two clusters are opposite: their covariance is singular
     spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 2 else np.nan)
     centre, spread = scaling
     back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])

@@ -1,4 +1,4 @@
-"""Measures of intensity that fragility is stated against."""
+"""Intensity measures of fragility and hazard curves."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from rockframe.units import GRAVITY
 
 @dataclass(frozen=True)
 class Measure:
-    """One measure; it grows in proportion with the motion.
+    """An intensity measure that is proportional to the scale of the motion.
 
     Parameters
     ----------
     name : str
-        Its variable in the datasets.
+        Name of its variable in the datasets.
     column : str
-        Its column in tables, unit included.
+        Name of its column in tables, with the unit.
     symbol, unit : str
-        As it is printed.
+        Symbol and unit as printed.
     printed : float
-        What is printed is the value in SI units, over this.
+        Printed unit in SI units.
     largest : float
         Largest intensity of a hazard curve, as printed.
     yearly : float
@@ -43,7 +43,7 @@ class Measure:
     yearly: float = 0.1
 
 
-#: By name.
+#: The measures by name.
 MEASURES: Final = MappingProxyType(
     {
         measure.name: measure
