@@ -1,4 +1,4 @@
-"""The options of each stage: one frozen model, from which all that states them follows."""
+"""The options of each stage, one frozen model each, from which all interfaces are derived."""
 
 from rockframe.options.execution import BatchOptions as BatchOptions
 from rockframe.options.execution import ExecutionOptions as ExecutionOptions

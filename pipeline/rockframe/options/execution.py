@@ -1,4 +1,4 @@
-"""Options of where and in how many parts a stage is computed; results do not depend on them."""
+"""Options of processes, clusters and batches, which do not change results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pydantic import Field
 
 from rockframe.options.model import Options
 
-#: More processes than any machine has cores for.
+#: Largest number of processes; no machine has more cores.
 _MOST_WORKERS: Final = 4096
 
 

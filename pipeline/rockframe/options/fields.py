@@ -1,4 +1,4 @@
-"""Types of options: bounds, lists of numbers, units, names of wavelets."""
+"""Types of option fields: bounds, lists of numbers, units, names of wavelets."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from pydantic_core import PydanticCustomError
 from rockframe.options.model import VALUE
 from rockframe.units import ACCELERATION_UNITS
 
-#: More numbers are hardly meant, and too many to read.
+#: Largest number of values in a list; more are hardly intended.
 MOST_NUMBERS: Final = 2_000
-#: Far beyond what anything is measured in; what is between two such numbers can be computed.
+#: Limit of the ends of a span, so that values between them can be computed without overflow.
 _HUGE: Final = 1e300
 _SPAN: Final = (
     f"Must be a list of numbers, or {{ from = NUMBER, to = NUMBER, count = 2 to {MOST_NUMBERS} }}"
@@ -24,14 +24,14 @@ _SPAN: Final = (
 
 
 def evenly(first: float, last: float, count: int) -> list[float]:
-    """Return evenly spaced numbers: both ends to the last bit, and 0.1 to 3 by 30 holds 1.
+    """Return evenly spaced numbers with exact ends; 30 values from 0.1 to 3 contain exactly 1.
 
     Parameters
     ----------
     first, last : float
         The ends.
     count : int
-        How many numbers, at least 2.
+        Number of values, at least 2.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def evenly(first: float, last: float, count: int) -> list[float]:
 
 
 def _listed(stated: Any) -> Any:
-    """The list that a table of ends and count stands for; anything else as it is."""
+    """Return the list that a table of ends and count describes; anything else unchanged."""
     if not isinstance(stated, dict):
         return stated.tolist() if hasattr(stated, "tolist") else stated
     match stated:
@@ -80,7 +80,7 @@ def _above_zero(numbers: tuple[float, ...]) -> tuple[float, ...]:
     return numbers
 
 
-#: At least one number, increasing; or ``{ from = 1.0, to = 8.0, count = 71 }``.
+#: Increasing numbers, at least one; or ``{ from = 1.0, to = 8.0, count = 71 }``.
 Numbers = Annotated[
     tuple[float, ...],
     Field(strict=False, min_length=1),
@@ -109,7 +109,7 @@ Numbers = Annotated[
         }
     ),
 ]
-#: The same of numbers that are zero or positive, and of positive ones.
+#: The same for numbers that are zero or positive, and for positive numbers.
 NumbersFromZero = Annotated[Numbers, AfterValidator(_from_zero)]
 PositiveNumbers = Annotated[Numbers, AfterValidator(_above_zero)]
 
@@ -160,10 +160,10 @@ Bounds = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_inc
 Range = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_positive)]
 #: At least one text, none twice.
 Texts = Annotated[tuple[str, ...], Field(strict=False, min_length=1), AfterValidator(_different)]
-#: A file; in a study relative to the study's folder.
+#: A file; in a study relative to the folder of the study file.
 File = Annotated[Path, Field(strict=False)]
 #: Name of a study or a structure: letters and digits of any script (with their marks), points,
-#: hyphens and underscores, the first a letter or digit; composed (NFC), so that it is found again.
+#: hyphens and underscores, starting with a letter or digit; NFC, so that equal names compare equal.
 Name = Annotated[
     str,
     Field(pattern=r"^[\p{L}\p{Nd}][\p{L}\p{M}\p{Nd}._-]{0,63}$"),
@@ -178,5 +178,5 @@ Wavelet = Literal[
 Wavelets = Annotated[
     tuple[Wavelet, ...], Field(strict=False, min_length=1), AfterValidator(_different)
 ]
-#: Which histories are written: those of no response, of those that overturn or nearly do, of all.
+#: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]

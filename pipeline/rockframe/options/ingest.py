@@ -86,11 +86,11 @@ class Filters(Options):
     """Peak ground velocity after processing, from and to [m/s]."""
 
     def bounds(self) -> dict[str, list[float]]:
-        """Return the filters that are stated, as JSON has them."""
+        """Return the stated filters as JSON values."""
         return {name: list(bounds) for name, bounds in self if bounds is not None}
 
     def refusal(self, **values: float) -> str:
-        """Return the first reason why a record of these values is filtered out, or ""."""
+        """Return the first reason why a record with these values is filtered out, or ""."""
         for name, value in values.items():
             bounds = getattr(self, name)
             if bounds is None:

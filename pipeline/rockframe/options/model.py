@@ -1,4 +1,4 @@
-"""The base of all option models, and one line for each mistake in a value."""
+"""The base class of all option models, with one-line messages for invalid values."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 else:
     ModelMetaclass = type(BaseModel)  # which has no public name
 
-#: Type of an error that a model raises itself: a whole sentence without its full stop.
+#: Type of an error raised by a model: a complete sentence without its full stop.
 RULE: Final = "rule"
-#: Type of an error of one key: a sentence that begins with the value.
+#: Type of an error of one field: a sentence that starts with the value.
 VALUE: Final = "value"
 _MUST_BE: Final = {
     "bool_type": "true or false",
@@ -36,7 +36,7 @@ _MUST_BE: Final = {
 
 
 class _OneLine(ModelMetaclass):
-    """Models whose constructor raises a `ParameterError` of one line."""
+    """Metaclass of models whose constructor raises a one-line `ParameterError`."""
 
     def __call__(cls, *args: Any, **values: Any) -> Any:  # noqa: N805 -- of a metaclass
         try:
@@ -46,10 +46,10 @@ class _OneLine(ModelMetaclass):
 
 
 class Options(BaseModel, metaclass=_OneLine):
-    """Options of a stage: unknown names and values of another type are errors.
+    """Options of a stage; unknown names and values of another type are errors.
 
-    Each field states its type, bounds, default and, in the line below it, its meaning with the
-    unit. The command line, the study file, its JSON schema and its comments follow from that.
+    Each field states its type, bounds and default, followed by its description with the unit. The
+    command line, the study file, its JSON schema and its comments are derived from the fields.
 
     Raises
     ------
@@ -62,35 +62,27 @@ class Options(BaseModel, metaclass=_OneLine):
     )
 
     def stated(self) -> dict[str, Any]:
-        """Return all values as JSON has them; of files only the names."""
+        """Return all values as JSON values; files are reduced to their names."""
         values = self.model_dump(mode="json")
         for name, path in self.files().items():
             values[name] = path.name
         return values
 
     def files(self) -> dict[str, Path]:
-        """Return the files that are stated, by the name of their option."""
+        """Return the stated files by the name of their option."""
         return {name: value for name, value in self if isinstance(value, Path)}
 
     def beside(self, folder: Path) -> Self:
-        """Return the options with their files taken relative to a folder."""
+        """Return the options with files resolved relative to a folder."""
         return self.replaced(**{name: folder / path for name, path in self.files().items()})
 
     def replaced(self, **values: Any) -> Self:
-        """Return the options with other values, which are validated."""
+        """Return the options with some values replaced and validated."""
         return type(self)(**{**dict(self), **values})
 
 
 def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
-    """Return one line on an invalid value: what it is, and what is allowed.
-
-    Parameters
-    ----------
-    error : dict
-        An error of pydantic.
-    named : callable
-        Returns how the user writes the name of a field.
-    """
+    """Return one line with an invalid value and what is allowed; `named` gives names of fields."""
     kind = error["type"]
     if kind == RULE:
         return f"{error['msg']}."
@@ -121,7 +113,7 @@ def must_be(error: ErrorDetails) -> str:
 
 
 def options_within(annotation: Any) -> type[Options] | None:
-    """Return the model that an annotation names, optional or one of many, if it names one."""
+    """Return the option model inside an annotation, or None."""
     if isinstance(annotation, type) and issubclass(annotation, Options):
         return annotation
     found = (options_within(inner) for inner in get_args(annotation))

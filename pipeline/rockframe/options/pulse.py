@@ -11,9 +11,9 @@ from pydantic_core import PydanticCustomError
 from rockframe.options.fields import Range, Seed, Wavelet, Wavelets
 from rockframe.options.model import RULE, VALUE, Options
 
-#: With fewer surrogates no share of them reaches the level of the test, 5 %.
+#: Fewest surrogates with which p can reach the significance level, 5 %.
 FEWEST_SURROGATES: Final = 19
-#: With these p reaches 1/10000, far below the level of the test.
+#: Most surrogates: p can reach 1/10000, far below the significance level.
 _MOST_SURROGATES: Final = 9_999
 #: Interval between the numbers of half cycles of the search.
 _HALF_CYCLE_STEP: Final = 0.25
@@ -72,7 +72,7 @@ class PulseOptions(Options):
 
     @property
     def half_cycles(self) -> tuple[float, ...]:
-        """Numbers of half cycles of the search, before refinement."""
+        """Numbers of half cycles that are searched before refinement."""
         rungs = math.ceil((self.most_half_cycles - 1.0) / _HALF_CYCLE_STEP) + 1
         step = (self.most_half_cycles - 1.0) / max(rungs - 1, 1)
         return (*(1.0 + k * step for k in range(rungs - 1)), self.most_half_cycles)

@@ -101,7 +101,7 @@ class ScreenOptions(Options):
 
     @model_validator(mode="after")
     def _azimuths(self) -> Self:
-        """Azimuths must differ, and no pulse is known for rotated motions."""
+        """Require different azimuths, and no filters by the pulse, which rotated motions lack."""
         azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
         for azimuth in azimuths:
             if azimuths.count(azimuth) > 1:
@@ -114,6 +114,6 @@ class ScreenOptions(Options):
         return self
 
     def pulse_filters(self) -> dict[str, object]:
-        """Return the filters by the pulse that are stated."""
+        """Return the stated filters by the pulse."""
         names = ("pulse_period_s", "pulse_length_m", "pulse_like")
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}

@@ -43,8 +43,8 @@ class SpectrumOptions(Options):
 
     @model_validator(mode="after")
     def _pulses(self) -> Self:
-        """Each wavelet must take the phase and the half cycles that are stated."""
-        from rockframe.wavelets import Pulse  # numpy, which other models need not wait for
+        """Require a phase and a number of half cycles that are valid for each wavelet."""
+        from rockframe.wavelets import Pulse  # loads numpy, which other models do not need
 
         phase = math.radians(self.phase_degree)
         for name in self.wavelet:

@@ -1,4 +1,4 @@
-"""What a user states in TOML, as strict models, and what the package ships."""
+"""The user's TOML files as strict models, and the bundled structures and records."""
 
 from rockframe.study.commented import SCHEMA as SCHEMA
 from rockframe.study.commented import commented_study as commented_study

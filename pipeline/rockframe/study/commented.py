@@ -1,4 +1,4 @@
-"""A commented study file, and the JSON schema for editors: both follow from the model."""
+"""A commented study file and the JSON schema for editors, both derived from the model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic_core import PydanticUndefined
 from rockframe.options.model import Options, options_within
 from rockframe.study.study import StudyTables
 
-#: Name of the schema, in the folder of the studies that point to it.
+#: File name of the schema, beside the studies that refer to it.
 SCHEMA: Final = "study.schema.json"
 _STRUCTURE: Final = """\
 # Structures of this study; without any, those that rockframe ships.
@@ -43,7 +43,7 @@ def commented_study(name: str) -> str:
             if below is not None:
                 keys += ["", *_comment(below.__doc__ or ""), f"[{key}.{inner}]", *_keys(below)]
         heading = [f"[{key}]", *keys]
-        if field.default is None and key != "records":  # a stage that is only done if it is asked
+        if field.default is None and key != "records":  # a stage that runs only if requested
             heading = [line if line[:1] in ("#", "") else f"# {line}" for line in heading]
         lines += ["", *_comment(table.__doc__ or ""), *heading]
     return "\n".join([*lines, "", _STRUCTURE])

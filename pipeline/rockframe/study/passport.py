@@ -1,4 +1,4 @@
-"""Limits of the record passport: the ``[passport]`` table."""
+"""Limits of the checks in a record's passport."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ from rockframe.options.model import RULE, Options
 from rockframe.study.toml import parse, read_text
 from rockframe.units import GRAVITY
 
-#: Not below zero, and a number; infinity switches a limit of what must be at most off, and 0 a
-#: limit of what must be at least.
+#: Zero or positive. Infinity disables an upper limit, and 0 a lower one.
 _Limit = Annotated[float, Field(ge=0.0)]
 
 
-#: Checks whose value must be at least the limit; of all others it must be at most that.
+#: Checks with a lower limit; all others have an upper one.
 _AT_LEAST: Final = frozenset(
     ["signal_to_noise", "usable_period_longest", "significant_duration", "arias_intensity"]
 )
@@ -27,59 +26,60 @@ _AT_LEAST: Final = frozenset(
 class PassportLimits(Options):
     """Limits of the record passport: the ``[passport]`` table.
 
-    Of each check there is a limit that warns and one that rejects. Rejected by default is only what
-    no whole record of ground motion shows: flat tops, filled gaps, a peak of 10 g or one that does
-    not rise above the noise, a time step above 1 s. The rest depends on the use,
-    and old records and mathematical pulses are used with it knowingly: it warns. Each warning limit
-    lies where the real records at hand that are whole and well processed mostly pass.
+    Each check has a limit that warns and one that rejects. By default only faults that no sound
+    record of ground motion has lead to rejection: flat tops, filled gaps, a peak of 10 g or one
+    that does not rise above the noise, a time step above 1 s. Other faults may be acceptable, for
+    example in old records and mathematical pulses, so they only warn. Most complete and well
+    processed records pass the warning limits.
 
     Parameters
     ----------
     peak_acceleration_warn, peak_acceleration_reject : float
-        Peak after processing [m s-2], at most. Few records pass 2 g and none in the archives 5 g;
-        10 g are gal taken for g, or no ground motion.
+        Largest peak after processing [m s-2]. Few records exceed 2 g, and none in the archives 5 g;
+        10 g means that gal were taken for g, or that it is no ground motion.
     time_step_warn, time_step_reject : float
-        Interval between samples [s], at most. Accelerographs take ten samples a second and more;
-        steps of seconds are milliseconds, or samples a second, taken for seconds.
+        Largest interval between samples [s]. Accelerographs take ten samples per second or more;
+        a step of seconds is a number of milliseconds or of samples per second misread.
     not_free_field_warn, not_free_field_reject : float
-        1 if the header says that the sensor stood in a structure or a borehole, 0 if on free ground
-        [1], at most. What a structure amplifies, or the ground above a borehole, is no motion of
-        the base of another structure. Never rejects by default; 0 does.
+        Largest value of the flag [1]: 1 if the header says that the sensor stood in a structure or
+        a borehole, 0 on free ground. A motion amplified by a structure, or recorded at depth, is
+        not the base motion of another structure. Never rejects by default; the limit 0 does.
     stated_peak_warn, stated_peak_reject : float
-        Difference between the peak in the file, with its sign where the header's has one, and the
-        peak that the header states, over the latter [1], at most. Readers refuse what goes beyond
-        the last printed digit; a hundredth more is a coarse header, and half is another record.
+        Largest difference between the peak of the samples and the peak that the header states,
+        relative to the latter [1]; signs count if the header has one. Readers already reject a
+        difference beyond the last printed digit. One percent more is a coarse header, and half
+        means that the header belongs to another record.
     clipped_samples_warn, clipped_samples_reject : float
-        Longest run of equal samples at an extreme [1], at most. Three or four come from rounding
-        (few digits, many samples a period); a run of 25 is a flat top.
+        Longest run of equal samples at an extreme [1]. Three or four result from rounding (few
+        digits, many samples per period); a run of 25 is a flat top.
     constant_time_warn, constant_time_reject : float
-        Longest time without any change within the strong motion [s], at most. Ground motion above
-        the resolution changes with each sample; half a second of none takes out a whole cycle of
-        what rocks a structure.
+        Longest time without any change within the strong motion [s]. Ground motion above the
+        resolution changes with each sample; a gap of half a second can hide a whole cycle that
+        matters for rocking.
     opening_share_warn, opening_share_reject : float
-        Peak of the first 0.1 s over the peak [1], at most. A tenth is no longer the first arrival:
-        the trigger was late. Never rejects by default, for most analogue records are so, and
-        pulses in closed form begin at once.
+        Largest ratio of the peak in the first 0.1 s to the peak [1]. Above 0.1 the trigger was
+        late. Never rejects by default, because most analogue records are like that, and
+        mathematical pulses start at once.
     closing_share_warn, closing_share_reject : float
-        Peak of the last 0.1 s over the peak [1], at most. A tenth is no coda: the record was cut,
-        or lost its end. Never rejects by default, as one that is cut late is of use.
+        Largest ratio of the peak in the last 0.1 s to the peak [1]. Above 0.1 the record was cut
+        or lost its end. Never rejects by default, because a record cut late is still useful.
     end_velocity_share_warn, end_velocity_share_reject : float
-        Absolute velocity at the end over the peak [1], at most. The ground ends at rest; a tenth of
-        the peak shows a baseline that drifts. Never rejects by default: a half-sine ends moving.
+        Largest ratio of the final velocity to its peak [1]. The ground ends at rest; 0.1 indicates
+        a drifting baseline. Never rejects by default, because a half-sine pulse ends moving.
     end_displacement_share_warn, end_displacement_share_reject : float
-        Absolute displacement at the end over the peak [1], at most. A record near a fault may keep
-        a true offset, so the limit is wide: above 0.9 the displacement is all drift, or all fling.
+        Largest ratio of the final displacement to its peak [1]. Records near a fault may keep a
+        true offset, so the limit is wide: above 0.9 the displacement is only drift, or only fling.
         Never rejects by default.
     signal_to_noise_warn, signal_to_noise_reject : float
-        Peak over the root mean square of the noise before the event [1], at least. Noise itself
-        peaks at about 4 times its root mean square; at 20 times, a fifth of the peak is noise.
+        Smallest ratio of the peak to the root mean square of the noise before the event [1]. Noise
+        alone peaks at about 4 times its root mean square; at 20, a fifth of the peak is noise.
     usable_period_longest_warn, usable_period_longest_reject : float
-        Longest usable period [s], at least. Periods of pulses that overturn structures of some
-        metres are 0.5 s to 2 s and more.
+        Smallest longest usable period [s]. Pulses that overturn structures of some metres have
+        periods from 0.5 s to 2 s and more.
     significant_duration_warn, significant_duration_reject : float
-        D5-95 [s], at least. What is over sooner is a spike or the cut of a record.
+        Smallest D5-95 [s]. A shorter record is a spike or a fragment.
     arias_intensity_warn, arias_intensity_reject : float
-        Arias intensity [m s-1], at least. A second at 0.003 g makes 1e-4 m/s: only instruments
+        Smallest Arias intensity [m s-1]. One second at 0.003 g gives 1e-4 m/s; only instruments
         feel less.
     signal_to_noise_ratio : float
         Ratio of Fourier amplitudes above which a frequency is usable [1]; 3 is usual.
@@ -126,7 +126,7 @@ class PassportLimits(Options):
     signal_to_noise_ratio: Annotated[float, Field(gt=1.0)] = 3.0
 
     def stated(self) -> dict[str, float | None]:
-        """Return the limits as JSON has them: None for a limit that is switched off by infinity."""
+        """Return the limits as JSON values, with None for a limit disabled by infinity."""
         return {
             name: value if math.isfinite(value) else None
             for name, value in self.model_dump().items()
@@ -134,7 +134,7 @@ class PassportLimits(Options):
 
     @model_validator(mode="after")
     def _warns_first(self) -> Self:
-        """A value that is rejected must be one that would warn."""
+        """Require that every rejected value would also warn."""
         for name in type(self).model_fields:
             check, _, kind = name.rpartition("_")
             if kind != "warn":
@@ -160,13 +160,13 @@ def read_limits(path: Path) -> PassportLimits:
     Parameters
     ----------
     path : Path
-        A TOML file with a ``[passport]`` table; what it does not state keeps its default.
+        TOML file with a ``[passport]`` table; missing keys keep their defaults.
 
     Raises
     ------
     InputError
-        If the file is missing, is not TOML, has an unknown key or a wrong value, or a limit of
-        rejection that is passed before that of the warning.
+        If the file is missing, is not TOML, has an unknown key or an invalid value, or a
+        rejection limit that is stricter than the warning limit.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Files of structures, and what the package ships: its structures and its records."""
+"""Files of structures, and the bundled structures and records."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from rockframe.options.model import Options
 from rockframe.study.toml import line_of, parse, read_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
-#: The structures that the package ships.
+#: The bundled structures.
 SHIPPED_STRUCTURES: Final = _PACKAGE / "data" / "structures.toml"
 
 
 def bundled_records() -> Path:
-    """Return the folder of the small real records that come with the package.
+    """Return the folder of the bundled records.
 
     Examples
     --------
@@ -39,7 +39,7 @@ class StructureEntry(Options):
     Parameters
     ----------
     name : str
-        What tables call it: letters and digits of any script, points, hyphens, underscores.
+        Name in tables: letters and digits of any script, points, hyphens, underscores.
     height_m, width_m : float
         Height and width of a column [m].
     mass_ratio : float
@@ -50,7 +50,7 @@ class StructureEntry(Options):
         I_o / (m_c R^2) of a column of another shape about its corner, above 1 and at most 100 [1],
         instead of the section.
     restitution_factor : float
-        What the restitution of eq (43) is multiplied by [1].
+        Factor on the restitution of eq (43) [1].
     """
 
     name: Name
@@ -62,7 +62,7 @@ class StructureEntry(Options):
     restitution_factor: float = 1.0
 
     def frame(self) -> RockingFrame:
-        """Return the frame that it describes.
+        """Return the frame that the entry describes.
 
         Raises
         ------
@@ -97,7 +97,7 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     Parameters
     ----------
     path : Path
-        A file of ``[[structure]]`` tables; without it, the structures that are shipped.
+        File of ``[[structure]]`` tables; by default the bundled structures.
 
     Returns
     -------
@@ -107,8 +107,8 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     Raises
     ------
     InputError
-        If the file is missing, is not TOML, has an unknown key or a wrong value, states a name
-        twice, or a structure that does not rock.
+        If the file is missing, is not TOML, has an unknown key or an invalid value, states a name
+        twice, or describes a structure that does not rock.
 
     Examples
     --------
@@ -122,15 +122,6 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
 def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
     """Return the frames that the ``[[structure]]`` tables of a file describe.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for the error.
-    text : str
-        Its contents, for the line of the error.
-    entries : sequence of StructureEntry
-        The tables.
-
     Raises
     ------
     InputError
@@ -138,7 +129,7 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
     """
     frames: dict[str, RockingFrame] = {}
     for i, entry in enumerate(entries):
-        if entry.name in frames:  # looked for only here: each look goes through the whole text
+        if entry.name in frames:  # only now, because finding the line reads the whole text
             line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         try:

@@ -1,4 +1,4 @@
-"""A study: one TOML file that says all of a run."""
+"""A study: one TOML file that describes a complete run."""
 
 from __future__ import annotations
 
@@ -73,14 +73,14 @@ class StudyTables(Options):
 
 @dataclass(frozen=True)
 class Study:
-    """What a study file says, with its paths where they are.
+    """A study file with its paths resolved.
 
     Parameters
     ----------
     path : Path
         The file, absolute.
     tables : StudyTables
-        What it says.
+        Its contents.
     """
 
     path: Path
@@ -88,12 +88,12 @@ class Study:
 
     @property
     def name(self) -> str:
-        """What the study is called."""
+        """Name of the study."""
         return self.tables.name
 
     @property
     def records(self) -> tuple[Path, ...]:
-        """Files and folders of records; none of a study without them."""
+        """Files and folders of records; empty for a study without records."""
         table = self.tables.records
         if table is None:
             return ()
@@ -101,20 +101,20 @@ class Study:
 
     @property
     def structures(self) -> Path:
-        """The file that holds the ``[[structure]]`` tables: this one, or another."""
+        """File with the ``[[structure]]`` tables: this one, or another."""
         if self.tables.structure:
             return self.path
         stated = self.tables.structures
         return self.beside(stated) if stated is not None else SHIPPED_STRUCTURES
 
     def beside(self, stated: str | Path) -> Path:
-        """Return the absolute path that the file states relative to itself."""
+        """Return the absolute path of a path stated relative to the study file."""
         path = self.path.parent / stated
-        # a link keeps its name: lists do not depend on where it leads
+        # do not resolve the last part: a link keeps its own name in lists
         return path.resolve() if path.name == ".." else path.parent.resolve() / path.name
 
     def files(self) -> dict[tuple[str, ...], Path]:
-        """Return the files that the study states besides records, by table and key; absolute."""
+        """Return the absolute paths of all files stated other than records, by table and key."""
         stated: dict[tuple[str, ...], Path] = {
             (key,): path for key, path in self.tables.files().items()
         }
@@ -124,13 +124,13 @@ class Study:
         return {where: self.beside(path) for where, path in stated.items()}
 
     def options(self, table: str) -> Any:
-        """Return the options of a table with its files where they are."""
+        """Return the options of a table with absolute paths."""
         options = getattr(self.tables, table)
         found = {where[-1]: path for where, path in self.files().items() if where[0] == table}
         return options.replaced(**found)
 
     def parameters(self) -> dict[str, Any]:
-        """Return all that the file says, with the defaults of what it does not, as JSON has it."""
+        """Return all values of the study, with defaults filled in, as JSON values."""
         return dict(json.loads(self.tables.model_dump_json()))
 
 
@@ -145,8 +145,8 @@ def read_study(path: Path) -> Study:
     Raises
     ------
     InputError
-        If the file is missing, is not TOML, has an unknown key or a wrong value, or names a file
-        that does not exist.
+        If the file is missing, is not TOML, has an unknown key or an invalid value, or names a
+        file that does not exist.
 
     Examples
     --------
@@ -173,7 +173,7 @@ def read_study(path: Path) -> Study:
 
 
 def _require_records(study: Study, text: str) -> None:
-    """Refuse stages that have nothing to work on, and a study that does nothing."""
+    """Reject stages that need records if there are none, and a study without any stage."""
     tables = study.tables
     if tables.records is not None:
         return
@@ -186,7 +186,7 @@ def _require_records(study: Study, text: str) -> None:
 
 
 def _require_files(study: Study, text: str) -> None:
-    """Refuse what is stated and is not there, before anything runs."""
+    """Reject paths that do not exist, before anything runs."""
     table = study.tables.records
     named = dict(study.files())
     for stated in (table.paths or ()) if table is not None else ():
@@ -199,12 +199,12 @@ def _require_files(study: Study, text: str) -> None:
 
 
 def structures_text(study: Study) -> str:
-    """Return the ``[[structure]]`` tables of a study as a file of its own.
+    """Return the ``[[structure]]`` tables of a study as the text of a separate file.
 
     Parameters
     ----------
     study : Study
-        With tables of its own, a file of them, or none: then those that are shipped.
+        The study; without structures of its own, the result is the bundled ones.
     """
     if not study.tables.structure:
         return read_text(study.structures)

@@ -1,4 +1,4 @@
-"""A TOML file into a strict model: each mistake is one line with its place in the file."""
+"""Read a TOML file into a strict model, with one line and a line number for each mistake."""
 
 from __future__ import annotations
 
@@ -19,34 +19,25 @@ if TYPE_CHECKING:
 
 _Location = tuple[str | int, ...]
 File = TypeVar("File", bound=Options)
-#: Levels of tables and lists within each other; no model has more than four.
+#: Largest depth of nested tables and lists; no model has more than four levels.
 _DEEPEST: Final = 16
-#: Whole numbers of TOML are smaller.
+#: Bound of integers in TOML.
 _LIMIT: Final = 2**63
 
 
 def parse(path: Path, text: str, model: type[File]) -> File:
-    """Return the model of a TOML text.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for the error.
-    text : str
-        Its contents.
-    model : type
-        Model of the whole file.
+    """Return the model of the text of a TOML file.
 
     Raises
     ------
     InputError
-        If the text is not TOML, a key is unknown or missing, or a value is wrong.
+        If the text is not TOML, a key is unknown or missing, or a value is invalid.
     """
     content = _loaded(path, text)
     try:
         return model.model_validate(content)
     except ValidationError as invalid:
-        # an unknown key explains the missing one beside it
+        # an unknown key first: it is often the misspelling of a missing one
         errors = sorted(invalid.errors(), key=lambda error: error["type"] != "extra_forbidden")
         message, where = _explain(errors[0], model)
         raise InputError(path, message, line_of(text, where)) from None
@@ -63,7 +54,7 @@ def _loaded(path: Path, text: str) -> dict[str, Any]:
         ) from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(path, f"is not TOML: {error}.") from None
-    except ValueError:  # from 4,300 digits on
+    except ValueError:  # integers of more than 4300 digits
         beyond = ("",)
     if beyond:
         raise InputError(path, "a whole number must fit into 64 bits.", line_of(text, beyond))
@@ -71,7 +62,7 @@ def _loaded(path: Path, text: str) -> dict[str, Any]:
 
 
 def _beyond(value: Any, where: _Location = ()) -> _Location:
-    """Return the place of the first whole number beyond 64 bits, if there is one."""
+    """Return the place of the first integer beyond 64 bits, or ()."""
     if len(where) > _DEEPEST:
         raise RecursionError
     if isinstance(value, int) and not -_LIMIT <= value < _LIMIT:
@@ -83,7 +74,7 @@ def _beyond(value: Any, where: _Location = ()) -> _Location:
 
 
 def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
-    """What is wrong and what it must be, and where; the model's own words are for programmers."""
+    """Return the message and place of an error, because pydantic's text is for programmers."""
     kind, where = error["type"], error["loc"]
     if kind == RULE:
         return f"{error['msg']}.", where
@@ -110,7 +101,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
 
 
 def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Options]]:
-    """The table that these names lead to, as the file writes it, and its model."""
+    """Return the table that these names lead to, as the file writes it, and its model."""
     written = ""
     for name in names:
         inner = options_within(model.model_fields[name].annotation)
@@ -122,7 +113,7 @@ def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Opti
 
 
 def _written(model: type[Options], key: str, table: str) -> str:
-    """How a file writes a key: a table in brackets."""
+    """Return a key as the file writes it; a table is in brackets."""
     if key not in model.model_fields:
         return key
     annotation = model.model_fields[key].annotation
@@ -132,7 +123,7 @@ def _written(model: type[Options], key: str, table: str) -> str:
 
 
 def _dotted(model: type[Options], names: tuple[str, ...]) -> str:
-    """The name of a key, with that of its table where the file has tables of several kinds."""
+    """Return the name of a key, preceded by its table if the file has several kinds of table."""
     alone = len(model.model_fields) == 1 or any(
         get_origin(model.model_fields[name].annotation) is tuple
         for name in names[:-1]
@@ -142,7 +133,7 @@ def _dotted(model: type[Options], names: tuple[str, ...]) -> str:
 
 
 def line_of(text: str, where: _Location) -> int | None:
-    """Line of a key, counted from 1; of its table if the key is not found; else None."""
+    """Return the line of a key (from 1), or of its table if the key is not found, or None."""
     tables: Counter[str] = Counter()
     table: _Location = ()
     found, deepest = None, 0
