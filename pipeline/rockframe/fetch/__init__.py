@@ -1,9 +1,9 @@
-"""Records from FDSN data centres: asked for, verified, and kept as received."""
+"""Download records from FDSN data centres, check them, and keep them as received."""
 
 from rockframe.fetch.coverage import Break as Break
 from rockframe.fetch.coverage import Coverage as Coverage
-from rockframe.fetch.facts import Channel as Channel
-from rockframe.fetch.fetched import Fetched as Fetched
+from rockframe.fetch.coverage import Fetched as Fetched
+from rockframe.fetch.metadata import Channel as Channel
 from rockframe.fetch.request import ACCELEROMETERS as ACCELEROMETERS
 from rockframe.fetch.request import Event as Event
 from rockframe.fetch.request import Request as Request

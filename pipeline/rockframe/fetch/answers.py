@@ -1,4 +1,4 @@
-"""What the answers of a service mean, in one line each, with what to do."""
+"""Explain the replies of a service, each problem in one line with what to do."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from email.utils import parsedate_to_datetime
 from enum import Enum, auto
 from typing import Final
 
-#: Longest part of a service's own words that is repeated in an error [characters].
+#: Longest quotation of a service's own message in an error [characters].
 _LONGEST_WORDS: Final = 200
-#: Answers that may be another one a little later.
+#: HTTP statuses for which a retry may succeed.
 _PASSING: Final = frozenset([429, 500, 502, 503, 504])
 _AGAIN: Final = "Must be tried again later: the same command goes on where it stopped."
 _BY_HAND: Final = (
@@ -22,7 +22,7 @@ _BY_HAND: Final = (
 
 
 class Kind(Enum):
-    """What kind of problem an answer is."""
+    """Kind of problem with a reply."""
 
     NO_DATA = auto()
     WITHHELD = auto()
@@ -34,18 +34,18 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Problem:
-    """Why an answer cannot be used.
+    """The reason why a reply cannot be used.
 
     Parameters
     ----------
     kind : Kind
-        What kind of problem.
+        Kind of problem.
     reason : str
-        What was answered, and what to do.
+        What the service replied, and what to do.
     passing : bool
-        Whether it may be gone at the next attempt.
+        True if a retry may succeed.
     wait : float
-        What the service asks to wait before it [s].
+        Pause before the retry that the service asks for [s].
 
     Examples
     --------
@@ -60,21 +60,21 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Heard:
-    """One answer as it came in.
+class ServiceReply:
+    """One reply of a service as received.
 
     Parameters
     ----------
     url : str
-        What was asked, in full.
+        Complete URL of the request.
     status : int
-        HTTP status; 0 if there was none.
+        HTTP status; 0 without a reply.
     headers : Message
-        Headers of the answer.
+        Headers of the reply.
     body : bytes
-        What came in.
+        Body as received.
     problem : Problem, optional
-        What went wrong on the way.
+        Problem during the transfer.
     """
 
     url: str
@@ -84,30 +84,23 @@ class Heard:
     problem: Problem | None = None
 
 
-def judge(heard: Heard, content: re.Pattern[str]) -> Problem | None:
-    """Return why an answer cannot be used, or None.
-
-    Parameters
-    ----------
-    heard : Heard
-        The answer.
-    content : pattern
-        Content types that the service may answer with.
+def judge(reply: ServiceReply, content: re.Pattern[str]) -> Problem | None:
+    """Return the problem of a reply, or None.
 
     Examples
     --------
-    >>> heard = Heard("http://127.0.0.1/query", 413, Message(), b"")
-    >>> judge(heard, re.compile("application/xml")).reason[:31]
+    >>> reply = ServiceReply("http://127.0.0.1/query", 413, Message(), b"")
+    >>> judge(reply, re.compile("application/xml")).reason[:31]
     'answered 413: too much at once.'
     """
-    if heard.problem is not None:
-        return heard.problem
-    if heard.status != 200:
-        return _of_status(heard)
-    if not heard.body:
+    if reply.problem is not None:
+        return reply.problem
+    if reply.status != 200:
+        return _of_status(reply)
+    if not reply.body:
         return Problem(Kind.NO_DATA, "answered 200 with nothing: no data. " + _HELD)
-    # Without the header Message would say text/plain, which nobody stated.
-    given = heard.headers.get_content_type() if "Content-Type" in heard.headers else ""
+    # Without the header, Message returns text/plain, which the service did not state.
+    given = reply.headers.get_content_type() if "Content-Type" in reply.headers else ""
     if given and not content.fullmatch(given):
         return Problem(
             Kind.DAMAGED,
@@ -120,8 +113,8 @@ def judge(heard: Heard, content: re.Pattern[str]) -> Problem | None:
 _HELD: Final = "Must be codes and times that the service holds."
 
 
-def _of_status(heard: Heard) -> Problem:
-    status, said = heard.status, _words(heard.body)
+def _of_status(reply: ServiceReply) -> Problem:
+    status, said = reply.status, _words(reply.body)
     if status in {204, 404}:
         service = " (or no such service at this address)" if status == 404 else ""
         return Problem(Kind.NO_DATA, f"answered {status}: no data{service}. {_HELD}")
@@ -134,7 +127,7 @@ def _of_status(heard: Heard) -> Problem:
             "or a shorter span of time.",
         )
     if status in _PASSING:
-        wait = _retry_after(heard.headers)
+        wait = _retry_after(reply.headers)
         asked = f" and asks to wait {wait:g} s" if wait else ""
         reason = f"answered {status}{said}{asked}. {_AGAIN}"
         return Problem(Kind.UNAVAILABLE, reason, passing=True, wait=wait)
@@ -144,7 +137,7 @@ def _of_status(heard: Heard) -> Problem:
 
 
 def unreachable(reason: str) -> Problem:
-    """Return the problem of a service that did not answer.
+    """Return the problem of a service that did not reply.
 
     Examples
     --------
@@ -155,7 +148,7 @@ def unreachable(reason: str) -> Problem:
 
 
 def slow(seconds: float) -> Problem:
-    """Return the problem of an answer that takes too long.
+    """Return the problem of a reply that timed out.
 
     Examples
     --------
@@ -173,7 +166,7 @@ def _words(body: bytes) -> str:
 
 
 def one_line(text: str) -> str:
-    r"""Return somebody else's words as one line, without control characters, cut if long.
+    r"""Return a foreign text as one line, without control characters, truncated if long.
 
     Examples
     --------
@@ -185,14 +178,14 @@ def one_line(text: str) -> str:
 
 
 def _retry_after(headers: Message) -> float:
-    """Seconds of the header Retry-After: a number, or a date; 0 without it."""
+    """Return the seconds of the header Retry-After, a number or a date; 0 without it."""
     text = headers.get("Retry-After", "").strip()
     if text.isascii() and text.isdecimal():
         return float(text)
     try:
         until = parsedate_to_datetime(text)
-        # Against the service's own clock if it states it: ours may be wrong.
+        # Prefer the service's clock, because the local one may be wrong.
         now = parsedate_to_datetime(headers["Date"]) if "Date" in headers else datetime.now(UTC)
         return max((until - now).total_seconds(), 0.0)
-    except (ValueError, TypeError):  # no date, or one of the two without a zone
+    except (ValueError, TypeError):  # not a date, or only one of the two has a time zone
         return 0.0

@@ -1,22 +1,26 @@
-"""What came in, held against what was asked for."""
+"""Compare the received data with the request."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
+from rockframe.fetch.metadata import Channel
 from rockframe.fetch.obspy_parts import Stream, UTCDateTime
+from rockframe.fetch.request import Event
 
 
 @dataclass(frozen=True)
 class Break:
-    """A gap or an overlap.
+    """A gap or an overlap in the samples of a channel.
 
     Parameters
     ----------
     time : str
-        Where it ends, and the next samples begin (ISO 8601, UTC).
+        Time at which it ends and the next samples start (ISO 8601, UTC).
     seconds : float
-        How long it is [s].
+        Its length [s].
 
     Examples
     --------
@@ -30,26 +34,26 @@ class Break:
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage:
-    """What came in of one channel, or of the StationXML of one station.
+    """The received data of one channel, or of the StationXML of one station.
 
     Parameters
     ----------
     what : str
-        ``NET.STA.LOC.CHA`` of a channel, ``NET.STA`` of StationXML; a code that is not listed.
+        ``NET.STA.LOC.CHA`` of a channel, ``NET.STA`` of StationXML, or a code that is not listed.
     file : str
-        Name of its file; empty if nothing came in.
+        Name of its file; empty if nothing was received.
     requested_start, requested_end, received_start, received_end : str
-        Spans (ISO 8601, UTC); empty if nothing came in.
+        Spans (ISO 8601, UTC); empty if nothing was received.
     samples : int
-        Samples that came in.
+        Number of samples received.
     missing_start, missing_end : float
-        What is missing at the ends of the requested span [s].
+        Time missing at the ends of the requested span [s].
     gaps, overlaps : tuple of Break
-        Between the first and the last sample.
+        Gaps and overlaps between the first and the last sample.
     distance : float, optional
-        From the epicentre [km].
+        Distance from the epicentre [km].
     reason : str
-        Why nothing came in, or what came in cannot be used.
+        Reason why nothing was received, or why it cannot be used.
 
     Examples
     --------
@@ -73,12 +77,12 @@ class Coverage:
 
     @property
     def complete(self) -> bool:
-        """Whether all that was asked for is there, once."""
+        """True if every requested sample was received exactly once."""
         return self.verdict == "complete"
 
     @property
     def verdict(self) -> str:
-        """What is wrong, in words, or ``complete``."""
+        """All faults in words, or ``complete``."""
         found = [self.reason] if self.reason else []
         if self.missing_start:
             found.append(f"starts {self.missing_start:g} s late")
@@ -89,22 +93,68 @@ class Coverage:
         return "; ".join(found) or "complete"
 
 
+@dataclass(frozen=True)
+class Fetched:
+    """The result of a download.
+
+    Parameters
+    ----------
+    event : Event or None
+        The event.
+    channels : tuple of Channel
+        Channels with received waveforms.
+    coverage : tuple of Coverage
+        One row for each channel, and one for anything else that is missing.
+
+    Examples
+    --------
+    >>> Fetched(None, (), ()).complete
+    True
+    """
+
+    event: Event | None
+    channels: tuple[Channel, ...]
+    coverage: tuple[Coverage, ...]
+
+    @property
+    def complete(self) -> bool:
+        """True if everything requested was received."""
+        return all(row.complete for row in self.coverage)
+
+    def facts(self) -> list[dict[str, Any]]:
+        """Return the catalogue row of each waveform file."""
+        event = self.event
+        return [
+            {
+                "file": f"{channel.name}.mseed",
+                "event": event.name if event else "",
+                "station": channel.station,
+                "network": channel.network,
+                "magnitude": event.magnitude if event else math.nan,
+                "epicentral_distance": round(channel.distance, 1),
+                "source": f"{event.source}; distance: WGS84 geodesic" if event else "",
+            }
+            for channel in self.channels
+        ]
+
+
 def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
-    """Compare the samples of one channel with the span that was asked for.
+    """Compare the samples of one channel with the requested span.
 
     Parameters
     ----------
     what : str
         ``NET.STA.LOC.CHA``, with ``--`` for a blank location.
     span : tuple of str
-        Start and end that were asked for (ISO 8601, UTC).
+        Requested start and end (ISO 8601, UTC).
     stream : obspy.Stream
-        What came in. Services send whole miniSEED records, so it may begin earlier and end later.
+        Received samples. Services send whole miniSEED records, so they may start earlier and end
+        later than requested.
 
     Returns
     -------
     Coverage
-        A span within one sample of the requested one is whole.
+        The comparison; a span within one sample of the requested one is complete.
 
     Examples
     --------
@@ -127,7 +177,7 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
     last = max(trace.stats.endtime for trace in stream)
     step = max(trace.stats.delta for trace in stream)
     rates = sorted({trace.stats.sampling_rate for trace in stream})
-    breaks = stream.get_gaps()  # [..., time before, time after, seconds, samples] each
+    breaks = stream.get_gaps()  # rows of [..., time before, time after, seconds, samples]
     return Coverage(
         what=what,
         requested_start=str(start),

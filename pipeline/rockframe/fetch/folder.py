@@ -1,4 +1,4 @@
-"""The folder of a fetch: bytes as received, and `request.json`, which says what they are."""
+"""The folder of a download: files as received, and `request.json`, which describes them."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.fetch.answers import Heard
+from rockframe.fetch.answers import ServiceReply
 from rockframe.provenance import read_json, sha256_of, whole_file
 
-#: What was asked for, and the SHA-256 of what came in.
+#: File with the request and the SHA-256 of everything received.
 REQUEST: Final = "request.json"
-#: The event and the list of channels as received; of names that no reader takes for a record's.
+#: The event and the list of channels as received; no reader takes these names for records.
 EVENT: Final = "event.quakeml"
 CHANNELS: Final = "channels.stationxml"
 
 
 @dataclass
 class Ledger:
-    """What a folder holds of a request; it grows with each answer, so that a rerun can go on.
+    """The received files of a request, updated after each reply so that a rerun can resume.
 
     Parameters
     ----------
     folder : Path
         The folder.
     request : dict
-        What is asked for, as JSON values.
+        The request as JSON values.
     files : dict
-        By name: `url`, `sha256`, `bytes` of what was received.
+        `url`, `sha256` and `bytes` of each received file, by name.
     received_at : dict
-        By name: when (ISO 8601, UTC). Here alone is the clock on the wall.
+        Time of receipt by name (ISO 8601, UTC). Nothing else in the folder depends on the clock.
     services : dict
-        By name: `url` and `version`.
+        `url` and `version` of each service, by name.
     """
 
     folder: Path
@@ -46,15 +46,15 @@ class Ledger:
     services: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def kept(self, name: str) -> bytes | None:
-        """Return a file that was received before, if its bytes are still the same."""
+        """Return the contents of a file received earlier, or None if it is missing or changed."""
         stated = self.files.get(name)
         path = self.folder / name
         if stated is None or not path.is_file() or sha256_of(path) != stated["sha256"]:
             return None
         return path.read_bytes()
 
-    def keep(self, name: str, heard: Heard) -> None:
-        """Write a file whole, then the ledger.
+    def keep(self, name: str, reply: ServiceReply) -> None:
+        """Write a file atomically, then the ledger.
 
         Raises
         ------
@@ -62,17 +62,17 @@ class Ledger:
             If the folder cannot be written to.
         """
         with whole_file(self.folder / name) as partial:
-            partial.write_bytes(heard.body)
+            partial.write_bytes(reply.body)
         self.files[name] = {
-            "url": heard.url,
-            "sha256": sha256(heard.body).hexdigest(),
-            "bytes": len(heard.body),
+            "url": reply.url,
+            "sha256": sha256(reply.body).hexdigest(),
+            "bytes": len(reply.body),
         }
         self.received_at[name] = datetime.now(UTC).isoformat(timespec="seconds")
         self.write()
 
     def write(self, **found: Any) -> None:
-        """Write `request.json`, with what was found out.
+        """Write `request.json`, with further results.
 
         Raises
         ------
@@ -93,14 +93,7 @@ class Ledger:
 
 
 def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
-    """Return the ledger of a folder: that of an earlier run of the same request, or a new one.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder; made when the first file is written.
-    request : dict
-        What is asked for, as JSON values.
+    """Return the ledger of an earlier run of the same request, or a new one.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the event service and the station service state, and nothing beyond it."""
+"""Metadata of events and channels as the event and station services state them."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from rockframe.fetch.obspy_parts import (
 )
 from rockframe.fetch.request import Event, Request
 
-#: What obspy's readers of XML raise on a file that is none of theirs.
+#: Errors that obspy's XML readers raise for files of other formats.
 _UNREADABLE: Final = (
-    SyntaxError,  # lxml's, on what is no XML
+    SyntaxError,  # from lxml, if it is not XML
     ObsPyException,
     ValueError,
     TypeError,
@@ -29,7 +29,7 @@ _UNREADABLE: Final = (
     KeyError,
 )
 _QUAKEML: Final = re.compile(rb"<(\w+:)?quakeml[\s>].*<(\w+:)?eventParameters[\s>]", re.DOTALL)
-#: Codes that may become part of a file's name.
+#: Codes that are safe in file names.
 _CODE: Final = re.compile(r"[A-Za-z0-9]{1,8}")
 
 
@@ -42,7 +42,7 @@ class Channel:
     network, station, location, channel : str
         Codes; the location is ``--`` if it is blank.
     distance : float
-        From the epicentre [km], along the WGS84 geodesic; NaN without an event.
+        Distance from the epicentre [km], along the WGS84 geodesic; NaN without an event.
 
     Examples
     --------
@@ -63,21 +63,12 @@ class Channel:
 
 
 def read_event(url: str, body: bytes, event_id: str) -> Event:
-    """Read the facts of one event from QuakeML: what it prefers, or the only one.
-
-    Parameters
-    ----------
-    url : str
-        What was asked, for the error.
-    body : bytes
-        The answer.
-    event_id : str
-        Identifier that was asked for.
+    """Read the preferred, or the only, origin and magnitude of one event from QuakeML.
 
     Raises
     ------
     ServiceError
-        If it is not QuakeML, not of one event, or no origin is preferred among several.
+        If it is not QuakeML, does not hold exactly one event, or prefers none of several origins.
 
     Examples
     --------
@@ -95,8 +86,8 @@ Must be an event.
         raise ServiceError(url, message) from None
     if len(events) != 1:
         raise ServiceError(url, f"{len(events)} events {event_id!r}. Must be one.")
-    origin = _settled(events[0].preferred_origin(), events[0].origins)
-    magnitude = _settled(events[0].preferred_magnitude(), events[0].magnitudes)
+    origin = _preferred(events[0].preferred_origin(), events[0].origins)
+    magnitude = _preferred(events[0].preferred_magnitude(), events[0].magnitudes)
     if magnitude is not None and magnitude.mag is None:
         magnitude = None
     if origin is None or None in (origin.time, origin.latitude, origin.longitude):
@@ -121,7 +112,7 @@ Must be an event.
         raise ServiceError(url, f"event {event_id!r}: {error}") from None
 
 
-def _settled(preferred: Any, stated: list[Any]) -> Any:
+def _preferred(preferred: Any, stated: list[Any]) -> Any:
     if preferred is not None:
         return preferred
     return stated[0] if len(stated) == 1 else None
@@ -129,13 +120,6 @@ def _settled(preferred: Any, stated: list[Any]) -> Any:
 
 def read_stations(url: str, body: bytes) -> Inventory:
     """Read StationXML.
-
-    Parameters
-    ----------
-    url : str
-        What was asked, for the error.
-    body : bytes
-        The answer.
 
     Raises
     ------
@@ -159,18 +143,7 @@ Must be of stations.
 def list_channels(
     url: str, inventory: Inventory, event: Event | None, request: Request
 ) -> list[Channel]:
-    """List the channels of an inventory, by distance, then by name, each once.
-
-    Parameters
-    ----------
-    url : str
-        What was asked, for the error.
-    inventory : obspy.Inventory
-        What the station service states.
-    event : Event, optional
-        From where distances are measured.
-    request : Request
-        Its `radius_km` is the largest distance.
+    """Return the channels within the requested radius, sorted by distance and name, each once.
 
     Raises
     ------
@@ -207,14 +180,7 @@ def _distance(event: Event | None, station: Any) -> float:
 
 
 def unlisted(request: Request, channels: list[Channel]) -> list[str]:
-    """Return the codes asked for by name, without wild cards, that the station service lacks.
-
-    Parameters
-    ----------
-    request : Request
-        What was asked.
-    channels : list of Channel
-        What is listed.
+    """Return the requested codes without wild cards that the station service does not list.
 
     Examples
     --------
@@ -245,13 +211,6 @@ def _plain(codes: str) -> list[str]:
 
 def without_response(inventory: Inventory, channels: list[Channel]) -> list[str]:
     """Return the names of the channels whose StationXML states no sensitivity and no response.
-
-    Parameters
-    ----------
-    inventory : obspy.Inventory
-        StationXML of a station.
-    channels : list of Channel
-        Those of the station.
 
     Examples
     --------

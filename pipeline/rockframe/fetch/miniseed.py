@@ -1,4 +1,4 @@
-"""miniSEED as a service sends it: every record whole, every sample readable."""
+"""Read received miniSEED, and reject it if it is truncated or corrupted."""
 
 from __future__ import annotations
 
@@ -22,14 +22,7 @@ _HEADER: Final = re.compile(rb"[0-9 \0]{6}[DRQM][ \0][A-Za-z0-9 ]{12}")
 
 
 def read_whole(name: str, body: bytes) -> Stream:
-    """Read miniSEED, and refuse it if it is cut off or damaged.
-
-    Parameters
-    ----------
-    name : str
-        What the file is called, for the error.
-    body : bytes
-        The records.
+    """Read miniSEED, and reject it if it is truncated or corrupted.
 
     Returns
     -------
@@ -74,8 +67,8 @@ Must be whole records.
 
 
 def _record_length(body: bytes, offset: int) -> int:
-    """Length of the record at an offset [bytes], or 0 if none begins there."""
-    head = body[offset : offset + 64]  # fixed header, and the blockette that states the length
+    """Return the length of the record at an offset [bytes], or 0 if none starts there."""
+    head = body[offset : offset + 64]  # fixed header, and the blockette with the length
     if len(head) < 64 or not _HEADER.match(head):
         return 0
     try:

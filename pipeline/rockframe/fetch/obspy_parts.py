@@ -1,4 +1,4 @@
-"""What this room takes from obspy; this file alone imports it."""
+"""The parts of obspy used for downloads, imported only here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of a data centre: which event, which stations, which span of time."""
+"""A request to a data centre: the event, the stations and the time span."""
 
 from __future__ import annotations
 
@@ -17,14 +17,7 @@ _CODES: Final = re.compile(r"[A-Za-z0-9?*-]{1,8}(,[A-Za-z0-9?*-]{1,8})*")
 
 
 def utc(what: str, text: str) -> str:
-    """Return a time in ISO 8601 as UTC with microseconds; without a zone it is taken as UTC.
-
-    Parameters
-    ----------
-    what : str
-        What it is the time of, for the error.
-    text : str
-        The time.
+    """Return an ISO 8601 time in UTC with microseconds; a time without a zone is in UTC.
 
     Raises
     ------
@@ -48,7 +41,7 @@ def utc(what: str, text: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Event:
-    """Where and when the earthquake was. Unknown is NaN or an empty string.
+    """Place and time of an earthquake. Unknown values are NaN or empty.
 
     Parameters
     ----------
@@ -59,14 +52,14 @@ class Event:
     magnitude : float
         Magnitude [1].
     name : str
-        What it is called.
+        Name of the earthquake.
     source : str
-        Where these facts come from.
+        Source of these values.
 
     Raises
     ------
     ParameterError
-        If the time is none, or the epicentre is not on the Earth.
+        If the time or the coordinates are invalid.
 
     Examples
     --------
@@ -98,28 +91,28 @@ def _require_within(what: str, value: float, limit: float) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What to fetch: one event by its identifier or by its facts, or a span of time.
+    """The data to fetch: those of one event, or of a time span.
 
     Parameters
     ----------
     url : str
         Data centre: an address, or a short name that obspy knows (``SCEDC``, ``INGV``).
     event_url, station_url : str
-        Those of the event and station services where they are not at `url`.
+        Addresses of the event and station services, if not at `url`.
     event_id : str
         Identifier of the event in the event service.
     event : Event, optional
-        Facts of the event, in place of its identifier.
+        The event itself, in place of its identifier.
     start, end : str
-        A span of time (ISO 8601), in place of an event.
+        A time span (ISO 8601), in place of an event.
     network, station, location, channel : str
-        Codes, with ``?`` and ``*``, separated by commas; location ``--`` is blank.
+        Codes separated by commas, with ``?`` and ``*`` as wild cards; location ``--`` is blank.
     radius_km : float
         Largest distance of a station from the epicentre [km], along the WGS84 geodesic.
     min_radius, max_radius : float
-        The same as the station service measures it [degree], in place of `radius_km`.
+        Range of distances measured by the station service [degree], in place of `radius_km`.
     before, after : float
-        Span asked for before and after the origin time [s].
+        Time requested before and after the origin time [s].
 
     Raises
     ------
@@ -198,7 +191,7 @@ class Request:
             )
 
     def document(self) -> dict[str, Any]:
-        """Return it as JSON values; unknown is None."""
+        """Return the request as JSON values, with None for unknown values."""
         stated = asdict(self)
         if self.event is not None:
             stated["event"] = known(asdict(self.event))
@@ -206,7 +199,7 @@ class Request:
 
 
 def known(values: dict[str, Any]) -> dict[str, Any]:
-    """Return the values with None for those that are not a number.
+    """Return the values with None in place of NaN.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Event, stations, waveforms: asked for in turn, verified, and kept."""
+"""Request event, stations and waveforms in turn, check them, and keep them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from typing import Any, Final, TypeVar
 
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch.answers import Kind
-from rockframe.fetch.coverage import Coverage, measure
-from rockframe.fetch.facts import (
+from rockframe.fetch.coverage import Coverage, Fetched, measure
+from rockframe.fetch.folder import CHANNELS, EVENT, Ledger, open_folder
+from rockframe.fetch.metadata import (
     Channel,
     list_channels,
     read_event,
@@ -22,16 +23,14 @@ from rockframe.fetch.facts import (
     unlisted,
     without_response,
 )
-from rockframe.fetch.fetched import Fetched
-from rockframe.fetch.folder import CHANNELS, EVENT, Ledger, open_folder
 from rockframe.fetch.miniseed import read_whole
 from rockframe.fetch.obspy_parts import UTCDateTime
 from rockframe.fetch.request import Event, Request, known
 from rockframe.fetch.service import TIMEOUT, Service, Sleep, open_service
 
-#: The shortest degree of latitude [km], so that a radius in degrees leaves no station out.
+#: The shortest degree of latitude [km], so that a radius in degrees misses no station.
 _SHORTEST_DEGREE: Final = 110.5
-#: Problems that every other request would meet too; the rest are of one file and stop nothing.
+#: Problems that every other request would have too; other problems concern one file only.
 _OF_ALL_FILES: Final = frozenset([Kind.MISTAKE, Kind.UNAVAILABLE])
 
 T = TypeVar("T")
@@ -48,26 +47,26 @@ class _Session:
     progress: Callable[[str], None]
 
     def obtain(self, service: str, name: str, ask: Ask, check: Check[T]) -> tuple[T | None, str]:
-        """Return what `check` makes of a file, kept or sent now; or None and the reason."""
+        """Return `check` of a file, kept or downloaded, or None and the reason."""
         body = self.ledger.kept(name)
         if body is not None:
             return check(self.ledger.files[name]["url"], body), ""
         self.progress(name)
-        heard = self.services[service].ask(ask)
-        if heard.problem is not None:
-            if heard.problem.kind in _OF_ALL_FILES:
-                raise ServiceError(heard.url, heard.problem.reason)
-            return None, heard.problem.reason
+        reply = self.services[service].ask(ask)
+        if reply.problem is not None:
+            if reply.problem.kind in _OF_ALL_FILES:
+                raise ServiceError(reply.url, reply.problem.reason)
+            return None, reply.problem.reason
         try:
-            found = check(heard.url, heard.body)
+            found = check(reply.url, reply.body)
         except (InputError, ServiceError) as error:
             return None, error.reason
         self._note_version(service)
-        self.ledger.keep(name, heard)
+        self.ledger.keep(name, reply)
         return found, ""
 
     def require(self, service: str, name: str, ask: Ask, check: Check[T]) -> T:
-        """Return the same of a file without which nothing can go on."""
+        """Return `check` of a file that is indispensable, or raise."""
         found, reason = self.obtain(service, name, ask, check)
         if found is None:
             raise ServiceError(f"{self.services[service].address} ({service} service)", reason)
@@ -87,38 +86,38 @@ def fetch(
     sleep: Sleep = time.sleep,
     progress: Callable[[str], None] | None = None,
 ) -> Fetched:
-    """Fetch event, StationXML and waveforms into a folder; a rerun goes on where this one stopped.
+    """Fetch event, StationXML and waveforms into a folder; a rerun resumes an interrupted one.
 
-    Each channel is one file, ``NET.STA.LOC.CHA.mseed``, beside ``NET.STA.xml`` of its station, as
-    received. ``request.json`` says what was asked, and the SHA-256 of each file.
+    Each channel is one file, ``NET.STA.LOC.CHA.mseed``, beside the ``NET.STA.xml`` of its station,
+    as received. ``request.json`` contains the request and the SHA-256 of each file.
 
     Parameters
     ----------
     request : Request
-        What to fetch.
+        The data to fetch.
     folder : Path
-        New, empty, or that of an earlier run of the same request.
+        A new or empty folder, or that of an earlier run of the same request.
     timeout : float
-        Longest time for one answer [s].
+        Longest time for one reply [s].
     sleep : callable
-        Waits a number of seconds between attempts.
+        Function that waits for a number of seconds between attempts.
     progress : callable, optional
-        Called with the name of each file that is asked for.
+        Called with the name of each requested file.
 
     Returns
     -------
     Fetched
-        What came in, and what is missing.
+        Received and missing data.
 
     Raises
     ------
     InputError
         If the folder holds something else, or cannot be written to.
     ParameterError
-        If an address is none.
+        If an address is invalid.
     ServiceError
-        If there is no such event or station, no waveform came in at all, or a service stays
-        silent or refuses what it is asked.
+        If there is no such event or station, no waveform was received, or a service does not
+        reply or rejects the request.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""One FDSN service: obspy's client asks, and every answer is seen before obspy takes it apart."""
+"""Requests to one FDSN service through obspy's client; each reply is checked before obspy."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from io import BytesIO
 from typing import Any, Final
 
 from rockframe.errors import ParameterError
-from rockframe.fetch.answers import Heard, Kind, Problem, judge, slow, unreachable
+from rockframe.fetch.answers import Kind, Problem, ServiceReply, judge, slow, unreachable
 from rockframe.fetch.obspy_parts import Client, FDSNException
 
-#: Attempts at one request, the first included.
+#: Number of attempts at one request.
 ATTEMPTS: Final = 4
 #: First pause between attempts, doubled each time [s].
 _FIRST_PAUSE: Final = 2.0
-#: Longest time for one answer, unless told otherwise [s].
+#: Default of the longest time for one reply [s].
 TIMEOUT: Final = 120.0
-#: Longest pause that a service may ask for [s].
+#: Longest pause on a service's request [s].
 LONGEST_PAUSE: Final = 120.0
-#: Most bytes of one answer: a day of 3 components at 200 Hz is a fifth of it.
+#: Largest reply [bytes]: five days of 3 components at 200 Hz.
 _MOST_BYTES: Final = 512 * 1024 * 1024
 _CHUNK: Final = 65536
 _AGENT: Final = f"rockframe/{version('rockframe')} (obspy {version('obspy')})"
-#: What a service may answer with; the first is what the standard says.
+#: Allowed content types of each service; the first is the standard one.
 _CONTENT: Final = {
     "dataselect": re.compile(
         r"application/vnd.fdsn.mseed|application/octet-stream|application/x-mseed"
@@ -43,22 +43,24 @@ Sleep = Callable[[float], None]
 
 
 class _Witness(urllib.request.BaseHandler):
-    """Reads each answer within bounds, and keeps what obspy drops: headers, what is missing."""
+    """Reads each reply within limits, and keeps what obspy drops: headers and transfer faults."""
 
-    handler_order = 100  # before urllib turns an answer into an error
+    handler_order = 100  # before urllib raises an error for a status
 
     def __init__(self, timeout: float) -> None:
         self.timeout = timeout
-        self.heard: Heard | None = None
+        self.reply: ServiceReply | None = None
 
-    def take(self) -> Heard | None:
-        """Return the last answer, once."""
-        heard, self.heard = self.heard, None
-        return heard
+    def take(self) -> ServiceReply | None:
+        """Return the last reply and forget it."""
+        reply, self.reply = self.reply, None
+        return reply
 
     def http_response(self, request: urllib.request.Request, response: HTTPResponse) -> Any:
         body, problem = _read(response, self.timeout)
-        self.heard = Heard(request.full_url, response.status, response.headers, body, problem)
+        self.reply = ServiceReply(
+            request.full_url, response.status, response.headers, body, problem
+        )
         passed = BytesIO(b"" if problem else body)
         again = urllib.response.addinfourl(
             passed, response.headers, request.full_url, response.status
@@ -70,7 +72,7 @@ class _Witness(urllib.request.BaseHandler):
 
 
 def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None]:
-    """The body, and what is wrong with how it came in."""
+    """Return the body, and the problem of the transfer if any."""
     body = bytearray()
     deadline = time.monotonic() + timeout
     try:
@@ -109,7 +111,7 @@ def _cut_off(received: int, stated: str) -> Problem:
 
 @dataclass(frozen=True)
 class Service:
-    """One service of a data centre, asked with patience but not without end.
+    """One service of a data centre, with a limited number of retries.
 
     Parameters
     ----------
@@ -118,11 +120,11 @@ class Service:
     address : str
         Address of the data centre.
     client : obspy.clients.fdsn.Client
-        Knows how to ask.
+        Sends the requests.
     witness : handler
-        Sees each answer.
+        Keeps each reply.
     sleep : callable
-        Waits a number of seconds.
+        Waits for a number of seconds.
 
     Examples
     --------
@@ -141,54 +143,39 @@ class Service:
         try:
             return ".".join(map(str, self.client.get_webservice_version(self.name)))
         except (FDSNException, HTTPException, OSError, ValueError):
-            return ""  # worth knowing, but no reason to stop
+            return ""  # useful, but not required
         finally:
             self.witness.take()
 
-    def ask(self, request: Callable[[Client, BytesIO], None]) -> Heard:
-        """Ask, again if the problem may pass, and return the last answer with its problem.
-
-        Parameters
-        ----------
-        request : callable
-            Called with obspy's client and a buffer for the answer.
-        """
+    def ask(self, request: Callable[[Client, BytesIO], None]) -> ServiceReply:
+        """Send a request, retry if the problem may pass, and return the last reply."""
         pause = _FIRST_PAUSE
         for attempt in range(1, ATTEMPTS + 1):
-            heard = self._ask_once(request)
-            problem = judge(heard, _CONTENT[self.name])
-            heard = replace(heard, problem=problem)
+            reply = self._ask_once(request)
+            problem = judge(reply, _CONTENT[self.name])
+            reply = replace(reply, problem=problem)
             if problem is None or not problem.passing or problem.wait > LONGEST_PAUSE:
                 break
             if attempt < ATTEMPTS:
                 self.sleep(max(pause, problem.wait))
                 pause *= 2.0
-        return heard
+        return reply
 
-    def _ask_once(self, request: Callable[[Client, BytesIO], None]) -> Heard:
+    def _ask_once(self, request: Callable[[Client, BytesIO], None]) -> ServiceReply:
         reason = "nothing came in"
         try:
             request(self.client, BytesIO())
         except (FDSNException, HTTPException, OSError, NotImplementedError) as error:
             reason = str(error)
-        return self.witness.take() or Heard(self.address, 0, Message(), b"", unreachable(reason))
+        return self.witness.take() or ServiceReply(
+            self.address, 0, Message(), b"", unreachable(reason)
+        )
 
 
 def open_service(
     name: str, url: str, timeout: float = TIMEOUT, sleep: Sleep = time.sleep
 ) -> Service:
-    """Return a service, without asking it anything yet.
-
-    Parameters
-    ----------
-    name : str
-        ``dataselect``, ``station`` or ``event``.
-    url : str
-        Address, or a short name that obspy knows.
-    timeout : float
-        Longest time for one answer [s].
-    sleep : callable
-        Waits a number of seconds.
+    """Return a service, without sending a request.
 
     Raises
     ------
@@ -203,8 +190,8 @@ def open_service(
 http:// or https://, or be a short name that obspy knows (as SCEDC, INGV).
     """
     try:
-        # Without discovery: every request is one of ours, and each answer is judged. Without
-        # gzip: the bytes are kept as received, and nothing expands without bound.
+        # No discovery, so that each reply is checked here. No gzip, so that files are kept as
+        # received and nothing expands without limit.
         client = Client(
             url, timeout=timeout, user_agent=_AGENT, use_gzip=False, _discover_services=False
         )
@@ -214,5 +201,5 @@ http:// or https://, or be a short name that obspy knows (as SCEDC, INGV).
             "https://, or be a short name that obspy knows (as SCEDC, INGV)."
         ) from None
     witness = _Witness(timeout)
-    client._url_opener.add_handler(witness)  # noqa: SLF001  # obspy hands out no headers
+    client._url_opener.add_handler(witness)  # noqa: SLF001  # obspy does not pass headers on
     return Service(name, client.base_url, client, witness, sleep)
