@@ -1,4 +1,4 @@
-"""Cells of CSV tables: decimal numbers, and text that no spreadsheet takes for a formula."""
+"""Cells of CSV tables: decimal numbers, and text that spreadsheets do not run as a formula."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import SimpleNamespace
 from typing import Final, TextIO
 
-#: A number as every program reads it: ASCII digits, no underscores, no names.
+#: A number that every program reads alike: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
-#: Text that a spreadsheet computes, and the same behind the quotes that `harmless` adds.
+#: Text that a spreadsheet runs as a formula, also after the quotes that `harmless` adds.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
 
 def decimal(text: str) -> float:
-    """Return the finite number that a text states.
+    """Return the finite number in a text.
 
-    Python's own `float` also takes ``6_5``, digits of other scripts, ``nan`` and ``infinity``:
-    elsewhere these are other numbers or none.
+    Python's `float` also accepts ``6_5``, digits of other scripts, ``nan`` and ``infinity``, which
+    other programs read differently or not at all.
 
     Parameters
     ----------
     text : str
-        A decimal number, with white space around it or not.
+        A decimal number, optionally with white space around it.
 
     Raises
     ------
     ValueError
-        If it is anything else, or too large for a float.
+        If the text is anything else, or the number is too large for a float.
 
     Examples
     --------
@@ -46,10 +46,10 @@ def decimal(text: str) -> float:
 
 
 def harmless(text: str) -> str:
-    """Return a text as a cell that a spreadsheet shows instead of computing it.
+    """Return a text as a cell that spreadsheets show unchanged.
 
-    A single quote is put before ``=``, ``+``, ``-``, ``@``, their full-width forms, a tab and a
-    line end. A text that is a decimal number stays as it is.
+    A text that starts with ``=``, ``+``, ``-``, ``@``, their full-width forms, a tab or a line end
+    gets a single quote in front, unless it is a decimal number.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def harmless(text: str) -> str:
 
 
 def original(cell: str) -> str:
-    """Return the text that `harmless` was given.
+    """Return the text from which `harmless` made a cell.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def original(cell: str) -> str:
 
 
 def write_rows(stream: TextIO, rows: Iterable[Iterable[object]]) -> None:
-    r"""Write rows of CSV: NaN and None are empty, texts are `harmless`.
+    r"""Write rows as CSV, with empty cells for NaN and None and `harmless` texts.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def write_rows(stream: TextIO, rows: Iterable[Iterable[object]]) -> None:
 
 
 def write_table(stream: TextIO, rows: Iterable[Mapping[str, object]]) -> int:
-    r"""Write rows as `write_rows` does, below the names of their columns; return their number.
+    r"""Write a header and rows as `write_rows` does, and return the number of rows.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def write_table(stream: TextIO, rows: Iterable[Mapping[str, object]]) -> int:
 
 
 def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
-    r"""Give the rows of CSV that are not empty, with their line numbers; texts are `original`.
+    r"""Give the line number and the `original` texts of each row of CSV that is not empty.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
 
 
 def _writer(stream: TextIO) -> Callable[[Iterable[object]], object]:
-    # Before Python 3.13 the module quotes no carriage return that is not part of its line end.
+    # Before Python 3.13 csv quotes a carriage return only if it is part of the line terminator.
     lines = SimpleNamespace(write=lambda line: stream.write(line.removesuffix("\r\n") + "\n"))
     return csv.writer(lines, lineterminator="\r\n").writerow
 

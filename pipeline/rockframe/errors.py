@@ -1,4 +1,4 @@
-"""What the user can mend: one line each, that says what is wrong, where, and what must be."""
+"""Errors that the user can fix: one line with what is wrong, where, and what is allowed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 class RockframeError(Exception):
-    """Base of every error that the user can mend. Not raised itself."""
+    """Base class of all errors that the user can fix; not raised itself."""
 
 
 class ParameterError(RockframeError, ValueError):
@@ -14,14 +14,14 @@ class ParameterError(RockframeError, ValueError):
 
 
 class InputError(RockframeError):
-    """A file is missing, damaged, or not what it was taken for.
+    """A file is missing, corrupted, or of another kind than expected.
 
     Parameters
     ----------
     path : str or Path
         The file.
     message : str
-        What is invalid, its value, and what it must be.
+        What is invalid, its value, and what is allowed.
     line : int, optional
         Line number in the file, counted from 1.
 
@@ -45,14 +45,14 @@ class InputError(RockframeError):
 
 
 class ServiceError(RockframeError):
-    """A data centre gave no answer, or none that can be used.
+    """A data centre gave no reply, or an unusable one.
 
     Parameters
     ----------
     url : str
-        What was asked of it.
+        URL of the request.
     message : str
-        What it answered, and what to do.
+        What the data centre replied, and what to do.
 
     Examples
     --------
@@ -71,4 +71,4 @@ class ServiceError(RockframeError):
 
 
 class EngineError(RockframeError):
-    """The workers that were to compute are not there, or end again and again."""
+    """The workers cannot be reached, or crash repeatedly."""

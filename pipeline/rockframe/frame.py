@@ -1,7 +1,7 @@
 """The rocking frame: N free-standing columns of equal size, capped with a rigid beam.
 
-Makris and Vassiliou (2013), COMPDYN 2013: equations are numbered as printed there. The frame moves
-as one free-standing column of the same slenderness and a larger size; its impacts lose more.
+Equation numbers are those of Makris and Vassiliou (2013), COMPDYN 2013. The frame rocks like one
+free-standing column of the same slenderness and a larger size, but loses more at impacts.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from rockframe.units import GRAVITY
 #: I_o / (m_c R^2) of a rectangular column about its base corner.
 RECTANGULAR: Final = 4.0 / 3.0
 
-#: Column sections whose inertia `inertia_ratio_of` knows.
+#: Column sections accepted by `inertia_ratio_of`.
 SECTIONS: Final = ("rectangular", "circular")
 
-#: Dimensions of what stands free and rocks [m].
+#: Smallest and largest dimension of a free-standing structure [m].
 _SMALLEST: Final = 0.001
 _LARGEST: Final = 1000.0
-#: I_o / (m_c R^2) is 1 for a mass in one point; for a mass of larger reach there is no column.
+#: I_o / (m_c R^2) is 1 for a point mass; no column exceeds the upper bound.
 _LEAST_INERTIA: Final = 1.0
 _LARGEST_INERTIA: Final = 100.0
-#: A beam so heavy that the frame is at the limit of eq (28) to round-off.
+#: Largest mass ratio: the frame is at the limit of eq (28) to round-off.
 _HEAVIEST: Final = 1e15
 
 
@@ -75,13 +75,13 @@ class RockingFrame:
     mass_ratio : float
         Mass of the cap beam over the mass of all columns, gamma = m_b / (N m_c) [1].
     name : str
-        What tables call it.
+        Name in tables.
     inertia_ratio : float
-        I_o / (m_c R^2) of a column about its base corner [1]; 4/3 for a rectangular one, others
-        from `inertia_ratio_of`.
+        I_o / (m_c R^2) of a column about its base corner [1]: 4/3 for a rectangular one; use
+        `inertia_ratio_of` for other sections.
     restitution_factor : float
-        What the velocity ratio of eq (43) is multiplied by [1]; 1 is the least loss that rigid
-        bodies allow.
+        Factor on the velocity ratio of eq (43) [1]; 1 is the smallest possible loss of rigid
+        bodies.
 
     Raises
     ------
@@ -156,7 +156,7 @@ class RockingFrame:
 
     @property
     def slenderness_limit(self) -> float:
-        """Slenderness at which the restitution of eq (43) vanishes [rad]; 54.74 degrees at most."""
+        """Slenderness at which the restitution of eq (43) vanishes [rad], at most 54.74 degrees."""
         gamma = self.mass_ratio
         return math.asin(
             min(1.0, math.sqrt((self.inertia_ratio + 4.0 * gamma) / (2.0 + 8.0 * gamma)))
@@ -164,12 +164,12 @@ class RockingFrame:
 
     @property
     def frequency_parameter(self) -> float:
-        """Frequency parameter of a column alone, p = sqrt(3 g / 4 R) if rectangular [rad s-1]."""
+        """Frequency parameter of one column, p = sqrt(3 g / 4 R) if rectangular [rad s-1]."""
         return math.sqrt(GRAVITY / (self.inertia_ratio * self.size))
 
     @property
     def effective_size(self) -> float:
-        """Semi-diagonal of the single column that rocks like the frame, R-hat of eq (29) [m]."""
+        """Semi-diagonal of the column that rocks like the frame, R-hat of eq (29) [m]."""
         gamma = self.mass_ratio
         return self.size * (1.0 + 4.0 * gamma / self.inertia_ratio) / (1.0 + 2.0 * gamma)
 
@@ -180,7 +180,7 @@ class RockingFrame:
 
     @property
     def restitution(self) -> float:
-        """Angular velocity after an impact over that before it [1].
+        """Ratio of the angular velocity after an impact to that before it [1].
 
         sqrt(r) of eq (43), times the restitution factor.
         """
@@ -194,7 +194,7 @@ class RockingFrame:
         return GRAVITY * self.width / self.height
 
     def horizontal_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
-        """Horizontal displacement u of the beam relative to the ground [m], eq (7).
+        """Return the horizontal displacement u of the beam relative to the ground [m], eq (7).
 
         Parameters
         ----------
@@ -208,13 +208,13 @@ class RockingFrame:
         1.6
         """
         theta = np.asarray(theta, dtype=np.float64)
-        # 2R [sin(alpha) - sin(alpha - |theta|)] without its cancellation at small theta
+        # 2R [sin(alpha) - sin(alpha - |theta|)] without cancellation at small theta
         half = 0.5 * np.abs(theta)
         u: NDArray[np.float64] = np.sign(theta) * np.sin(half) * np.cos(self.slenderness - half)
         return 4.0 * self.size * u
 
     def vertical_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
-        """Vertical lift v of the beam [m], eq (10).
+        """Return the vertical lift v of the beam [m], eq (10).
 
         Parameters
         ----------
@@ -232,15 +232,15 @@ class RockingFrame:
         return 4.0 * self.size * v
 
     def horizontal_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
-        """Rate of u [m s-1], eq (8), for rotation `theta` [rad] and its rate `omega` [rad s-1]."""
+        """Return the rate of u [m s-1], eq (8), at `theta` [rad] and its rate `omega` [rad s-1]."""
         phi = self.slenderness - np.abs(np.asarray(theta, dtype=np.float64))
         rate: NDArray[np.float64] = 2.0 * self.size * np.cos(phi) * np.asarray(omega)
         return rate
 
     def vertical_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
-        """Rate of v [m s-1], eq (11), for rotation `theta` [rad] and its rate `omega` [rad s-1].
+        """Return the rate of v [m s-1], eq (11), at `theta` [rad] and its rate `omega` [rad s-1].
 
-        At theta = 0, where the rate jumps, it is the one just after the impact.
+        At theta = 0, where the rate jumps, it is the value just after the impact.
         """
         theta = np.asarray(theta, dtype=np.float64)
         omega = np.asarray(omega, dtype=np.float64)
@@ -252,7 +252,7 @@ class RockingFrame:
     def horizontal_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
     ) -> NDArray[np.float64]:
-        """Second rate of u [m s-2], eq (9); `omega_rate` is the angular acceleration [rad s-2]."""
+        """Return the second rate of u [m s-2], eq (9); `omega_rate` is that of theta [rad s-2]."""
         theta = np.asarray(theta, dtype=np.float64)
         omega = np.asarray(omega, dtype=np.float64)
         phi = self.slenderness - np.abs(theta)
@@ -269,7 +269,7 @@ class RockingFrame:
     def vertical_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
     ) -> NDArray[np.float64]:
-        """Second rate of v [m s-2], eq (12); `omega_rate` is the angular acceleration [rad s-2]."""
+        """Return the second rate of v [m s-2], eq (12); `omega_rate` is that of theta [rad s-2]."""
         theta = np.asarray(theta, dtype=np.float64)
         omega = np.asarray(omega, dtype=np.float64)
         phi = self.slenderness - np.abs(theta)
@@ -285,5 +285,5 @@ class RockingFrame:
 
 
 def _side(theta: NDArray[np.float64], omega: NDArray[np.float64]) -> NDArray[np.float64]:
-    """sgn(theta), and at theta = 0 the side that the motion enters."""
+    """Return sgn(theta), or at theta = 0 the side to which the frame starts to rotate."""
     return np.where(theta == 0.0, np.sign(omega), np.sign(theta))

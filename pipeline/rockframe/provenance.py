@@ -1,4 +1,4 @@
-"""Where a result comes from, and files that are either whole or absent."""
+"""Hashes and versions of what results are made from, and atomic writing of files and folders."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 
-#: Suffixes of the files that make up the package.
+#: Suffixes of the package's own files.
 _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
-#: A disk with less room than this has no more [bytes].
+#: A disk with less free space than this counts as full [bytes].
 _FULL: Final = 65536
-#: What is said of a file that something else than this package changed.
+#: Message for a file that was changed after it was written.
 DAMAGED: Final = "is damaged: not as it was written"
-#: The last file of a run.
+#: File that completes a run.
 MANIFEST: Final = "manifest.json"
-#: Distributions whose versions can change a number in a result.
+#: Distributions whose versions can change results.
 _DISTRIBUTIONS: Final = (
     "rockframe",
     "matplotlib",
@@ -55,7 +55,7 @@ def sha256_of(path: Path) -> str:
     rockframe.errors.InputError: no-such-file: cannot be read: No such file or directory.
     """
     try:
-        if not (path.is_file() or path.is_dir()) and path.exists():  # a pipe would be waited for
+        if not (path.is_file() or path.is_dir()) and path.exists():  # reading a pipe would hang
             raise InputError(path, "is not a regular file. Must be one.")
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -64,12 +64,7 @@ def sha256_of(path: Path) -> str:
 
 
 def sealed(content: Mapping[str, Any]) -> bytes:
-    """Return JSON that begins with the hash of the rest, so that damage to the file can be found.
-
-    Parameters
-    ----------
-    content : mapping
-        JSON values; at least one.
+    """Return JSON that starts with the hash of the rest, so that corruption can be detected.
 
     Examples
     --------
@@ -80,7 +75,7 @@ def sealed(content: Mapping[str, Any]) -> bytes:
 
 
 def is_sealed(text: bytes) -> bool:
-    """Return whether the content of a file is as `sealed` gave it.
+    """Return True if the content of a file is an unchanged result of `sealed`.
 
     Examples
     --------
@@ -95,13 +90,12 @@ def _sealed(rest: bytes) -> bytes:
 
 
 def read_json(content: str | bytes) -> Any:
-    """Return what a JSON text says.
+    """Parse a JSON text.
 
     Raises
     ------
     ValueError
-        If it is not JSON, lists and tables are within each other too often, or a whole number has
-        thousands of digits.
+        If it is not JSON, is nested too deeply, or has an integer of thousands of digits.
 
     Examples
     --------
@@ -117,7 +111,7 @@ def read_json(content: str | bytes) -> Any:
 
 @cache
 def source_code_hash() -> str:
-    """Return the SHA-256 of the package's own source and data files, names included."""
+    """Return the SHA-256 of the package's source and data files and of their names."""
     root = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*")):
@@ -128,7 +122,7 @@ def source_code_hash() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the packages that a result depends on.
+    """Return the versions of the packages that results depend on.
 
     Examples
     --------
@@ -139,10 +133,9 @@ def versions() -> dict[str, str]:
 
 
 def processor() -> str:
-    """Return the kind of this processor: its architecture, and the extensions that numpy uses.
+    """Return the architecture of this processor and the extensions that numpy uses.
 
-    numpy computes some functions (`exp`, `tan`) by other instructions where there are better ones,
-    which changes the last bits.
+    numpy uses these extensions for some functions (`exp`, `tan`), which changes the last bits.
 
     Examples
     --------
@@ -150,7 +143,7 @@ def processor() -> str:
     >>> processor().split()[0] == platform.machine()
     True
     """
-    import numpy as np  # what only hashes files does not wait for it
+    import numpy as np  # loaded here, because hashing files does not need it
 
     extensions: Any = np.show_config(mode="dicts").get("SIMD Extensions", {})
     used = [*extensions.get("baseline", ()), *extensions.get("found", ())]
@@ -159,19 +152,14 @@ def processor() -> str:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside `path`, and put it in its place only if the block succeeds.
+    """Give a temporary path beside `path`, and move it there only if the block succeeds.
 
-    A reader sees the old file, the new file, or none; on failure nothing is left behind.
-
-    Parameters
-    ----------
-    path : Path
-        Where the file is to be. Its folder is made if it is missing.
+    Readers see the old file, the new file, or none. A missing folder is created.
 
     Raises
     ------
     InputError
-        If the folder cannot be made or written to.
+        If the folder cannot be created or written to.
 
     Examples
     --------
@@ -201,7 +189,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def _why(error: OSError, partial: Path) -> str:
-    """What is wrong in the system's words; netCDF keeps to itself that a disk is full."""
+    """Return the system's message; netCDF does not report a full disk, so it is checked here."""
     if error.strerror is None and shutil.disk_usage(partial.parent).free < _FULL:
         return os.strerror(errno.ENOSPC)
     return error.strerror or str(error)
@@ -210,7 +198,7 @@ def _why(error: OSError, partial: Path) -> str:
 def _settle(partial: Path, path: Path) -> None:
     umask = os.umask(0)
     os.umask(umask)
-    partial.chmod(0o666 & ~umask)  # mkstemp's 0600 would hide results from colleagues
+    partial.chmod(0o666 & ~umask)  # mkstemp's 0600 would hide results from other users
     with partial.open("rb") as stream:
         os.fsync(stream.fileno())
     partial.replace(path)
@@ -219,19 +207,14 @@ def _settle(partial: Path, path: Path) -> None:
 def refuse_overwriting(
     outputs: Iterable[Path], inputs: Iterable[Path], beside: Path | None = None
 ) -> None:
-    """Refuse to write over a file that is read.
+    """Raise an error if an output would overwrite an input.
 
-    Parameters
-    ----------
-    outputs, inputs : iterable of Path
-        What is to be written, and what is read.
-    beside : Path, optional
-        The output that the user named, where others are written beside it.
+    `beside` is the output that the user named, if others are written beside it.
 
     Raises
     ------
     InputError
-        If an output is one of the inputs, by whatever path.
+        If an output is one of the inputs, also by another path.
 
     Examples
     --------
@@ -252,36 +235,37 @@ def refuse_overwriting(
 def whole_folder(folder: Path) -> Iterator[Path]:
     """Give a temporary folder for the files of a run, and move them in only if the block succeeds.
 
-    An older run in the folder stays as it was until then; of it, the files that its manifest lists
-    are replaced or removed. ``manifest.json`` goes first and comes last: without it a run is not
-    complete.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the files are to be; made if it is missing.
+    Until then, an older run in the folder stays unchanged; afterwards the files listed in its
+    manifest are replaced or removed. ``manifest.json`` is removed first and written last, so that a
+    folder without it is an incomplete run. A missing folder is created.
 
     Raises
     ------
     InputError
-        If the folder cannot be made or written to.
+        If the folder cannot be created or written to.
     """
-    is_new = not folder.exists()
+    with _partial_folder(folder, folder, ".partial-") as partial:
+        yield partial
+        _move_in(partial, folder)
+
+
+@contextmanager
+def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -> Iterator[Path]:
+    """Give a temporary folder in `parent`; errors name the `folder` that it is for."""
+    is_new = not parent.exists()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder))
+        parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=prefix, suffix=suffix, dir=parent))
     except OSError as error:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
     try:
         yield partial
-        _move_in(partial, folder)
     except OSError as error:
-        message = f"cannot be written: {error.strerror or error}."
-        raise InputError(folder, message) from error
+        raise InputError(folder, f"cannot be written: {error.strerror or error}.") from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-        if is_new and not any(folder.iterdir()):
-            folder.rmdir()
+        if is_new and not any(parent.iterdir()):
+            parent.rmdir()
 
 
 def _move_in(partial: Path, folder: Path) -> None:
@@ -297,7 +281,7 @@ def _move_in(partial: Path, folder: Path) -> None:
 
 
 def listed_outputs(manifest: Path) -> set[Path]:
-    """Return the outputs that a manifest names, those that are inside its folder."""
+    """Return the outputs in a manifest that are inside its folder."""
     try:
         names = read_json(manifest.read_text(encoding="utf-8"))["outputs"]
     except (OSError, ValueError, KeyError, TypeError):
@@ -306,7 +290,7 @@ def listed_outputs(manifest: Path) -> set[Path]:
 
 
 def is_within(name: str) -> bool:
-    """Return whether a name that a file states is of something inside its folder.
+    """Return True if a relative name stays inside its folder.
 
     Examples
     --------
@@ -319,13 +303,9 @@ def is_within(name: str) -> bool:
 
 @contextmanager
 def replaced_folder(folder: Path) -> Iterator[Path]:
-    """Give a temporary folder beside `folder`, and put it in its place if the block succeeds.
+    """Give a temporary folder beside `folder`, and move it there only if the block succeeds.
 
-    Parameters
-    ----------
-    folder : Path
-        Where it is to be. An older one there is removed with all that is in it: the caller makes
-        sure that this is nobody else's.
+    An existing folder is removed with all its files: the caller makes sure that this is right.
 
     Raises
     ------
@@ -334,21 +314,10 @@ def replaced_folder(folder: Path) -> Iterator[Path]:
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(folder, "is a file. Must be a folder.")
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(
-            tempfile.mkdtemp(prefix=f".{folder.name}-", suffix=".partial", dir=folder.parent)
-        )
-    except OSError as error:
-        raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
-    try:
+    with _partial_folder(folder, folder.parent, f".{folder.name}-", ".partial") as partial:
         new = partial / "new"
         new.mkdir()
         yield new
         if folder.exists():
             folder.replace(partial / "old")
         new.replace(folder)
-    except OSError as error:
-        raise InputError(folder, f"cannot be written: {error.strerror or error}.") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)

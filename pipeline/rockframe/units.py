@@ -1,4 +1,4 @@
-"""Units: SI inside, conversion only on the way in and on the way out, nothing guessed."""
+"""Units: SI inside the package; input and output are converted, and no unit is guessed."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Final
 
 from rockframe.errors import ParameterError
 
-#: Acceleration of gravity [m s-2]. The one value for the weight of the frame and for the unit "g"
-#: of a record, so that the ratio of the two, on which rocking depends, is free of it. It is the
-#: value of the paper's examples, not the conventional 9.80665.
+#: Acceleration of gravity [m s-2], as in the paper's examples, not the conventional 9.80665. The
+#: same value serves for the weight of the frame and for the unit "g" of a record, so that it
+#: cancels in their ratio, on which rocking depends.
 GRAVITY: Final = 9.81
 
-#: One of each acceleration unit in m s-2. `gal` is cm s-2, never the gallon.
+#: Acceleration units in m s-2. `gal` is cm s-2, never the gallon.
 ACCELERATION_UNITS: Final = {
     "g": GRAVITY,
     "gal": 0.01,
@@ -25,7 +25,7 @@ ACCELERATION_UNITS: Final = {
 
 
 def acceleration_factor(units: str) -> float:
-    """Return the factor that turns accelerations in `units` into m s-2.
+    """Return the factor that converts accelerations in `units` to m s-2.
 
     Parameters
     ----------
