@@ -1,4 +1,4 @@
-"""The stages as path -> path: read, compute, write. The one room where the others meet."""
+"""The stages: functions that read files, compute, and write files."""
 
 from rockframe.stages.common import Batch as Batch
 from rockframe.stages.fetch import fetch_stage as fetch_stage

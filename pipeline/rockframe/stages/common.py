@@ -1,4 +1,4 @@
-"""What several stages need."""
+"""Batches, progress and record selection shared by several stages."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from rockframe.results import RecordsFile
 
 Task = TypeVar("Task")
 
-#: Called with what is done and what there is to do in all.
+#: Callback with the number of items done and in total.
 Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
 class Batch:
-    """One of several parts of the records; a stage that is given one leaves the others alone.
+    """One of several parts of the records, to which a stage can be restricted.
 
     Parameters
     ----------
     number, count : int
-        The first of four is 1, 4.
+        Number of the batch, from 1, and number of batches.
 
     Raises
     ------
@@ -45,18 +45,18 @@ class Batch:
             )
 
     def of(self, names: Sequence[str]) -> list[str]:
-        """Return the names of this part; none if there are more parts than names."""
+        """Return the names in this batch; none if there are more batches than names."""
         start, stop = (len(names) * k // self.count for k in (self.number - 1, self.number))
         return list(names[start:stop])
 
     @property
     def stated(self) -> str:
-        """How the command line states it; empty for all records."""
+        """The batch as on the command line; empty for all records."""
         return "" if self.whole else f"{self.number}/{self.count}"
 
     @property
     def whole(self) -> bool:
-        """Whether there is no other part."""
+        """True if this is the only batch."""
         return self.count == 1
 
 
@@ -66,14 +66,14 @@ WHOLE = Batch()
 
 @dataclass(frozen=True)
 class Counted(Generic[Task]):
-    """Tasks that are made as they are taken, of which it is known about how many there are.
+    """Tasks created on demand, with an estimate of their number.
 
     Parameters
     ----------
     tasks : iterable
         The tasks.
     number : int
-        Their number, or more: what left-out records would be in is counted.
+        Number of tasks, or more, because tasks of rejected records are counted.
 
     Examples
     --------
@@ -93,7 +93,7 @@ class Counted(Generic[Task]):
 
 
 def silent(_done: int, _total: int) -> None:
-    """Report progress to nobody."""
+    """Ignore progress."""
 
 
 def horizontal(records: RecordsFile) -> list[str]:

@@ -1,4 +1,4 @@
-"""Figures of many responses at once: those of screenings and spectra."""
+"""Figures of screenings and spectra."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from rockframe.figures import (
 from rockframe.results import read_rocking_spectrum, read_screening, read_spectrum
 from rockframe.rocking import Verdict
 
-#: Name of a figure without its suffix, what it shows, and the figure.
+#: Name of a figure without its suffix, its description, and the figure.
 _Named = tuple[str, str, Captioned]
 
 
 def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str, str]:
-    """Draw the curves of files, each kind into a folder of its own.
+    """Draw the curves of files, each kind into its own folder.
 
     Parameters
     ----------
     given : mapping of str to Path
-        Files by their kind; other kinds have no curves.
+        Files by kind; other kinds have no curves.
     folder : Path
-        Where the folders go.
+        Folder for the new folders.
     most : int
-        Most figures of single records.
+        Largest number of figures of single records.
 
     Returns
     -------
     dict of str to str
-        By the file of each figure, relative to the folder, what it is of.
+        Description of each figure by its file, relative to the folder.
     """
     drawn: dict[str, str] = {}
     for kind, figures in _FIGURES.items():
@@ -74,7 +74,7 @@ def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
 
 
 def _furthest(spectrum: xr.Dataset, most: int) -> list[int]:
-    """Records by position; of too many, those under which a frame turns furthest and stands."""
+    """Return positions of records, at most `most`: those with the largest rotations that stand."""
     stands = spectrum["verdict"] != Verdict.OVERTURNED
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values

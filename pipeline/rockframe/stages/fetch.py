@@ -1,4 +1,4 @@
-"""fetch: from the data centre to a folder of files."""
+"""Fetch records from a data centre into a folder of files."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def fetch_stage(
     timeout: float,
     progress: Callable[[str], None] | None = None,
 ) -> Fetched:
-    """Fetch records into a folder that `ingest_stage` reads, with a `catalogue.csv` of the event.
+    """Fetch records into a folder for `ingest_stage`, with a `catalogue.csv` of the event.
 
     Parameters
     ----------
     request : Request
-        What to fetch.
+        The data to fetch.
     folder : Path
-        New, empty, or that of an earlier run of the same request.
+        A new or empty folder, or that of an earlier run of the same request.
     timeout : float
-        Longest time for one answer [s].
+        Longest time for one reply [s].
     progress : callable, optional
-        Called with the name of each file that is asked for.
+        Called with the name of each requested file.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def fetch_stage(
     ServiceError
         If nothing came in, or a service stays silent or refuses what it is asked.
     """
-    from rockframe.fetch import fetch  # obspy's client: the other stages need not wait for it
+    from rockframe.fetch import fetch  # loads obspy's client, which other stages do not need
 
     fetched = fetch(request, folder, timeout=timeout, progress=progress)
     entries = [CatalogueEntry(**facts) for facts in fetched.facts()]

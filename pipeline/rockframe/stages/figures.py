@@ -1,4 +1,4 @@
-"""figures: from the outputs of the stages to a folder of figures."""
+"""Draw figures from the outputs of the other stages."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from rockframe.stages.common import Progress, silent
 from rockframe.stages.curves import draw_curves
 from rockframe.stages.table import table_rows_of
 
-#: The list of the figures in their folder.
+#: List of the figures, in their folder.
 _INDEX: Final = "figures.csv"
-#: Files that the figure of a record is drawn from.
+#: Files from which the figure of a record is drawn.
 _OF_RECORDS: Final = ("records", "pulses", "response")
 
 
@@ -38,24 +38,24 @@ def figures_stage(
     *,
     progress: Progress = silent,
 ) -> dict[str, str]:
-    """Draw what the stages computed: each record with its responses, and all curves.
+    """Draw a figure of each record with its responses, and all curves.
 
     Parameters
     ----------
     files : sequence of Path
-        Outputs of stages, one of a kind: of ingest, pulse and respond, all three, for a figure of
-        each record; of screen for fragility and peaks; of spectrum for its curves.
+        Outputs of stages, one of each kind: all three of ingest, pulse and respond for figures of
+        records; that of screen for fragility and peaks; those of spectrum for their curves.
     output : Path
-        The folder to write; one that this stage wrote before is replaced.
+        The folder to write; an earlier folder of this stage is replaced.
     options : FigureOptions, optional
-        How many figures.
+        Number of figures.
     progress : callable
-        Called with the number of records drawn and in all.
+        Called with the number of records drawn and in total.
 
     Returns
     -------
     dict of str to str
-        What each figure shows, by its file, relative to the folder.
+        Description of each figure by its file, relative to the folder.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def figures_stage(
 
 
 def _refuse_strange(folder: Path) -> None:
-    """Refuse to replace a folder with files that are none of its figures."""
+    """Refuse to replace a folder that contains other files than figures."""
     index = folder / _INDEX
     figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]
     ours = {index, *figures, *(figure.with_suffix(".caption.txt") for figure in figures)}
@@ -93,7 +93,7 @@ def _refuse_strange(folder: Path) -> None:
 
 
 def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
-    """The files by what they hold: one of a kind, and of records all that their figures want."""
+    """Return the files by kind, after checking that none is missing or stated twice."""
     given: dict[str, Path] = {}
     for file in files:
         kind = kind_of(file)
@@ -112,12 +112,12 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
 def _draw_furthest(
     given: Mapping[str, Path], folder: Path, most: int, progress: Progress
 ) -> dict[str, str]:
-    """What each figure shows, by its file."""
+    """Return the description of each figure by its file."""
     files = tuple(given[kind] for kind in _OF_RECORDS)
     first: dict[str, TableRow] = {}
 
     def rows() -> Iterator[TableRow]:
-        for row in table_rows_of(*files):  # of very many one of each record is held
+        for row in table_rows_of(*files):  # keeps one row per record in memory
             first.setdefault(row.record_id, row)
             yield row
 
@@ -133,7 +133,7 @@ def draw_records(
     chosen: Sequence[str],
     progress: Progress = silent,
 ) -> None:
-    """Draw one figure for each of the chosen records, with its responses."""
+    """Draw a figure of each chosen record with its responses."""
     by_record = {row.record_id: vars(row) for row in rows}
     pulses = best_pulses(files[1])
     with open_records(files[0]) as records, open_response(files[2]) as response:
@@ -150,7 +150,7 @@ def draw_records(
 
 
 def _furthest(rows: Iterable[TableRow], response: Path, most: int) -> list[str]:
-    """Records with histories; of too many, those under which something turns furthest."""
+    """Return records with histories, at most `most`: those with the largest rotations."""
     furthest: dict[str, float] = {}
     for row in rows:
         stands = row.verdict in ("safe", "undecided") and math.isnan(row.overturning_time_s)

@@ -1,4 +1,4 @@
-"""ingest: from files to records.nc and the table of all inputs."""
+"""Read record files into records.nc and the table of all inputs."""
 
 from __future__ import annotations
 
@@ -46,11 +46,12 @@ def ingest_stage(
     limits: Limits | None = None,
     listed: Callable[[Sequence[Entry]], None] | None = None,
 ) -> Ingested:
-    """Read record files into ``records.nc``; uncorrected ones get baseline and band-pass.
+    """Read record files into ``records.nc``; uncorrected records are corrected.
 
-    Each record gets a passport, and one with a verdict of rejection is rejected. Beside it goes a
-    CSV file of the same name: every input, accepted, rejected or unread, with the reason and the
-    checks; it is written even if no record of several files went through.
+    The correction is a baseline and a band-pass. Each record gets a passport, whose verdict can
+    reject it. A CSV file with the same name beside the output lists every input as accepted,
+    rejected or unread, with the reason and the checks. It is also written if no record of several
+    files was accepted.
 
     Parameters
     ----------
@@ -59,18 +60,18 @@ def ingest_stage(
     output : Path
         The netCDF file to write.
     options : IngestOptions, optional
-        How files are read, and what is done to each record.
+        Options of reading and processing.
     filters : Filters, optional
-        Which of the accepted records are written; the others are listed as filtered out.
+        Filters of accepted records; records outside the range are listed as filtered out.
     progress : callable, optional
         Called with the name of each file.
     workers : int, optional
-        Most processes that read files, by default one for each core; 0 reads in this one, where a
-        crash of a reader is a crash of the run. The output is the same.
+        Largest number of processes that read files, by default one for each core; 0 reads in this
+        process, where a crash of a reader ends the run. The output is the same.
     limits : Limits, optional
-        Time and memory that reading a file may take.
+        Limits of time and memory for reading a file.
     listed : callable, optional
-        Called with the rows of the table once it is written, also if no record went through.
+        Called with the rows of the table once it is written, also if no record was accepted.
 
     Returns
     -------
@@ -99,7 +100,7 @@ def ingest_stage(
     catalogues = _catalogues(sources, catalogue)
     _refuse(outputs, sources, catalogues.values())
     intake = Intake(options, _limits(options), outputs[1], listed, filters or Filters())
-    # What is to be rotated must not lose its partner to a filter of peaks.
+    # Filters of peaks come after the rotation, because a pair needs both of its records.
     first = replace(intake, filters=Filters()) if azimuths else intake
     parameters = options.stated() | {
         "filters": intake.filters.bounds(),
@@ -154,13 +155,13 @@ def _read_options(options: IngestOptions) -> ReadOptions:
 
 @contextmanager
 def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
-    """Where the records go as they are recorded: a folder that vanishes if they are rotated."""
+    """Give the path for the records as recorded: a temporary one if they are to be rotated."""
     if not rotated:
         yield output
         return
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        folder = tempfile.TemporaryDirectory(  # after a kill it is known by this name
+        folder = tempfile.TemporaryDirectory(  # recognisable by this name if the run is killed
             prefix=f".{output.stem}-", suffix=f".partial{output.suffix}", dir=output.parent
         )
     except OSError as error:
@@ -170,14 +171,14 @@ def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
 
 
 def _catalogues(sources: Sequence[Source], given: Path | None) -> dict[str, Path]:
-    """The catalogues that state facts, by name."""
+    """Return the catalogues in use, by name."""
     if given:
         return {given.name: given}
     return {s.name: s.path for s in sources if s.path.name == CATALOGUE and s.note}
 
 
 def _refuse(outputs: Sequence[Path], sources: Sequence[Source], used: Iterable[Path]) -> None:
-    """Refuse outputs that would replace an input; what this command wrote before is none."""
+    """Refuse outputs that would overwrite an input; earlier outputs may be overwritten."""
     strange = [s.path for s in sources if s.path.suffix == ".nc" and not is_netcdf(s.path)]
     read = [*used, *strange, *(s.path for s in sources if s.is_read)]
     refuse_overwriting(outputs, read, beside=outputs[0])

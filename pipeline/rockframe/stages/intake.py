@@ -1,4 +1,4 @@
-"""What becomes of the files that are read: records that go through, and a row for everything."""
+"""Acceptance of records: processing, checks, filters, and a table row for every input."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from rockframe.signals import BandPass, Passport, correct, passport
 from rockframe.study import PassportLimits
 from rockframe.units import GRAVITY
 
-#: Status of the rows of the table, in their order.
+#: Status of the rows of the table, in the order of the table.
 _ORDER: Final = ("accepted", "rejected", "filtered", "rotated", "unread")
 
-#: Checks (and measures) of what a rotation hides, and a filter and a taper before it.
+#: Checks and measures of faults that a rotation, a filter or a taper hides.
 _AS_RECORDED: Final = (
     "stated_peak",
     "clipped_samples",
@@ -33,22 +33,22 @@ _AS_RECORDED: Final = (
 
 @dataclass(frozen=True)
 class Accepted:
-    """A record that went through; its samples are in the file.
+    """An accepted record, without its samples, which are in the file.
 
     Parameters
     ----------
     record_id, source_format : str
-        Its identifier, and the format of its file.
+        Identifier, and format of its file.
     samples : int
-        Their number.
+        Number of samples.
     time_step : float
-        Interval between them [s].
+        Interval between samples [s].
     corrected_here : bool
-        Whether it got a baseline and a band-pass.
+        True if the record was corrected here.
     processing : tuple of str
-        What was done to the samples after reading, in order.
+        Processing steps after reading, in order.
     passport : Passport
-        What was measured on it.
+        Results of the checks.
     """
 
     record_id: str
@@ -62,20 +62,19 @@ class Accepted:
 
 @dataclass(frozen=True)
 class Ingested:
-    """What became of the files.
+    """Result of the ingest stage.
 
     Parameters
     ----------
     accepted : tuple of Accepted
-        The records that went through.
+        The accepted records.
     rejections : tuple of Rejection
-        Those that did not, and the files that gave none.
+        The rejected records, and the files without a readable record.
     entries : tuple of Entry
-        Rows of the table, a record or a file each, with the passport where one was made: accepted
-        first, then rejected, filtered out, rotated, unread.
+        Rows of the table, one for each record or unread file, with the passport if there is one:
+        accepted, rejected, filtered out, rotated, unread.
     inputs : mapping of str to str
-        Names and SHA-256 of the files that gave the records, of their StationXML, and of the
-        catalogues.
+        Names and SHA-256 of the record files, of their StationXML, and of the catalogues.
     """
 
     accepted: tuple[Accepted, ...]
@@ -86,22 +85,22 @@ class Ingested:
 
 @dataclass(frozen=True)
 class Intake:
-    """How records are processed and checked, and what became of those that have been.
+    """Processing and checking of records, with the results so far.
 
     Parameters
     ----------
     options : IngestOptions
-        How records are processed.
+        Options of processing.
     limits : PassportLimits
         Limits of the checks of each record.
     table : Path
-        Where the table goes.
+        Path of the table.
     listed : callable, optional
         Called with the rows of the table once it is written.
     filters : Filters
-        Which of the accepted records go on.
+        Filters of accepted records.
     accepted, entries : list
-        What went through, and a row for everything, so far.
+        Accepted records, and the rows of all inputs.
     """
 
     options: IngestOptions
@@ -115,7 +114,7 @@ class Intake:
     def inspected(
         self, outcomes: Iterable[Record | Rejection | Unread]
     ) -> Iterator[tuple[Record, Passport | None]]:
-        """Give what goes through, one after the other, and note what became of everything."""
+        """Give the accepted records one at a time, and add a row for every input."""
         for outcome in outcomes:
             if isinstance(outcome, Record):
                 known = replace(outcome, uncorrected=True) if self.options.uncorrected else outcome
@@ -128,7 +127,7 @@ class Intake:
         self.require_some()
 
     def let_through(self, record: Record, entry: Entry, *, corrected_here: bool) -> bool:
-        """Note what became of a record, and return whether it goes through.
+        """Add the row of a record, and return True if the record is accepted.
 
         Raises
         ------
@@ -155,7 +154,7 @@ class Intake:
         return True
 
     def require_some(self) -> None:
-        """Refuse to go on with nothing, but leave the table.
+        """Raise an error if no record was accepted, after writing the table.
 
         Raises
         ------
@@ -177,9 +176,9 @@ class Intake:
         raise InputError(first.file, said, first.line)
 
     def publish(self) -> tuple[Entry, ...]:
-        """Write the table, by status."""
+        """Write the table, sorted by status, and return its rows."""
         rows = tuple(sorted(self.entries, key=lambda entry: _ORDER.index(entry.status)))
-        # Of one file that is refused, the error says all that a table could.
+        # For a single rejected file, the error already says everything.
         if self.accepted or len(rows) > 1:
             write_entries(rows, self.table)
         if self.listed is not None:
@@ -194,19 +193,19 @@ def checked(
     components: Sequence[Passport] = (),
     start: tuple[float, float] = (0.0, 0.0),
 ) -> Entry:
-    """Return the row of a record with its passport, and the reason if that rejects it.
+    """Return the row of a record with its passport, and the reason if it is rejected.
 
     Parameters
     ----------
     record, before : Record
-        After processing, and as its archive hands it out.
+        The record after processing, and as its archive distributes it.
     limits : PassportLimits
         Limits of the checks.
     components : sequence of Passport
-        Of the recorded components that the record is made of, if it is a rotated one: clipping,
-        gaps, late trigger and the like are the worst of theirs.
+        Passports of the recorded components of a rotated record; it takes the worst of their
+        values for clipping, gaps, late trigger and similar faults.
     start : (float, float)
-        Velocity and displacement at the first sample [m s-1], [m].
+        Velocity [m s-1] and displacement [m] at the first sample.
     """
     result = passport(before, record, limits, start)
     if components:
@@ -219,7 +218,7 @@ def checked(
 
 
 def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
-    """The passport of a rotated motion, with the damage of the components in it."""
+    """Return the passport of a rotated motion with the faults of its components."""
     worst = {
         name: max(components, key=lambda one: np.nan_to_num(getattr(one.measures, name), nan=-1.0))
         for name in _AS_RECORDED
@@ -232,7 +231,7 @@ def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
 
 
 def _filtered(record: Record, entry: Entry, filters: Filters) -> Entry:
-    """Return the row with the reason why the record is filtered out, if it is."""
+    """Return the row, with the reason if the record is filtered out."""
     if entry.reason or entry.passport is None:
         return entry
     measures = entry.passport.measures
@@ -253,7 +252,7 @@ def _entry(outcome: Rejection | Unread) -> Entry:
 
 
 def _inspected(record: Record, band: BandPass, limits: PassportLimits) -> tuple[Record, Entry]:
-    """Return the record after processing, and its row of the table; with a reason: rejected."""
+    """Return the processed record and its table row, which has a reason if it is rejected."""
     try:
         if not record.uncorrected:
             return record, checked(_moving(record), record, limits)
@@ -278,7 +277,7 @@ def _processed(record: Record, band: BandPass) -> tuple[Record, tuple[float, flo
     return replace(
         record,
         acceleration=corrected,
-        # fmax and fmin pass over what the archive does not state.
+        # fmax and fmin ignore NaN, for values that the archive does not state.
         filter_low=float(np.fmax(record.filter_low, low)),
         filter_high=float(np.fmin(record.filter_high, high)),
         processing=(*record.processing, *steps),

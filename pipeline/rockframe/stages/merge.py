@@ -1,4 +1,4 @@
-"""merge: from the files of batches of records to one file of all of them."""
+"""Merge the files of batches of records into one file."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from rockframe.results import kind_of, merge
 
 
 def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
-    """Put the files of all batches of a stage together.
+    """Merge the files of all batches of a stage.
 
     Parameters
     ----------
     parts : sequence of Path
-        Outputs of one stage with ``batch``, in their order.
+        Outputs of one stage with ``batch``, in the order of the batches.
     output : Path
-        The netCDF file to write; what it holds is what the stage gives for all records at once.
+        The netCDF file to write, with the same content as for all records at once.
 
     Returns
     -------
     tuple of Rejection
-        Records that were left out.
+        The rejected records.
 
     Raises
     ------

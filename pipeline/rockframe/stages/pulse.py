@@ -1,4 +1,4 @@
-"""pulse: from records.nc to pulses.nc."""
+"""Find the pulses of records.nc and write pulses.nc."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from rockframe.record import Record
 from rockframe.results import RecordsFile, input_hash, open_records, write_pulses
 from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
 
-#: Records of a task.
+#: Records per task.
 _TOGETHER: Final = 8
 
 
 @dataclass(frozen=True)
 class _Task:
-    """Records, each with what is to be found in it."""
+    """Records, each with the options of its search."""
 
     records: tuple[tuple[Record, PulseOptions], ...]
 
@@ -45,18 +45,18 @@ def pulse_stage(
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : PulseOptions, optional
-        How pulses are searched. The range of periods is cut to that in which each record is usable.
+        Options of the search. The range of periods is cut to the usable range of each record.
     batch : Batch
-        Which of the records; `merge_stage` puts the files of all batches together.
+        Part of the records; `merge_stage` merges the files of all batches.
     engine : Engine, optional
-        Where pulses are looked for; the file is the same.
+        Engine of the computation; the file is the same.
     progress : callable
-        Called with the number of records done and in all.
+        Called with the number of records done and in total.
 
     Returns
     -------
     tuple of Rejection
-        Records in which no pulse of these periods can be searched; they are left out.
+        Rejected records: no pulse with these periods can be searched in them.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def pulse_stage(
 
 
 def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOptions:
-    """Return the options with the range of periods cut to that in which a record is usable.
+    """Return the options with the range of periods cut to the usable range of a record.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOption
 def _tasks(
     file: RecordsFile, names: Sequence[str], options: PulseOptions, left_out: dict[str, str]
 ) -> Iterator[_Task]:
-    """Read the records, a few at a time."""
+    """Give the tasks; only a few records are in memory at a time."""
     held: list[tuple[Record, PulseOptions]] = []
     for name in names:
         try:
@@ -148,7 +148,7 @@ def _tasks(
 
 
 def _answer(task: _Task) -> list[tuple[str, RecordPulses | None, str]]:
-    """What is found in each record, or the reason why nothing is."""
+    """Return the pulses of each record, or the reason why there are none."""
     answered: list[tuple[str, RecordPulses | None, str]] = []
     for record, options in task.records:
         try:

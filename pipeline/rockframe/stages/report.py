@@ -1,4 +1,4 @@
-"""report: from the folder of a run to its page."""
+"""Write the report page of a run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rockframe.report import choose, is_whole, render, sealed
 from rockframe.results import read_histories, read_run
 from rockframe.stages.verify import verify_run
 
-#: The page, in the folder of its run.
+#: File name of the page, in the folder of its run.
 PAGE: Final = "report.html"
 
 
@@ -30,12 +30,12 @@ def report_stage(
     output : Path, optional
         The page to write; by default in the folder.
     options : ReportOptions, optional
-        How many rows and histories the page shows.
+        Number of rows and histories on the page.
 
     Returns
     -------
     dict of str to int
-        Numbers of ``histories`` in the page, of those ``left_out``, and of ``rows``.
+        Numbers of ``histories`` on the page, of those ``left_out``, and of ``rows``.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def report_stage(
 
 
 def require_whole(folder: Path) -> None:
-    """Refuse a run that is not whole.
+    """Raise an error if a run is incomplete or changed.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def require_whole(folder: Path) -> None:
 
 
 def strange_report(folder: Path) -> Sequence[str]:
-    """Return why the page in the folder of a run is not that of the run; nothing if it is."""
+    """Return the reasons why the page in a folder does not belong to its run; empty if it does."""
     page = folder / PAGE
     if not page.is_file():
         steps = json.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("steps", {})

@@ -1,4 +1,4 @@
-"""respond: from records.nc and a file of structures to response.nc."""
+"""Compute responses from records.nc and a file of structures, and write response.nc."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal,
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets import Pulse
 
-#: Samples times structures of a task: its histories are held, a few tasks at a time.
+#: Samples times structures of a task, which bounds the memory for histories.
 _NODES: Final = 200_000
 
 
 @dataclass(frozen=True)
 class _Task:
-    """Motions by the names of their records, and the structures that answer them."""
+    """Motions by the names of their records, and the structures that respond to them."""
 
     motions: Mapping[str, Record | GroundAcceleration]
     pulses: Mapping[str, Pulse]
@@ -68,23 +68,22 @@ def respond_stage(
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : RespondOptions, optional
-        Which structure, motion, histories and margins.
+        Options of structures, motions, histories and margins.
     structures_path : Path
-        TOML file of ``[[structure]]`` tables; by default the shipped ones.
+        TOML file of ``[[structure]]`` tables; by default the bundled ones.
     pulses_path : Path, optional
         Output of `pulse_stage` for these records: adds the response to the pulse alone.
     batch : Batch
-        Which of the records; `merge_stage` puts the files of all batches together.
+        Part of the records; `merge_stage` merges the files of all batches.
     engine : Engine, optional
-        Where responses are computed; the file is the same.
+        Engine of the computation; the file is the same.
     progress : callable
-        Called with the number of records done and in all.
+        Called with the number of records done and in total.
 
     Returns
     -------
     tuple of Rejection
-        Records without a vertical that was asked for, or with one that falls faster than gravity;
-        they are left out.
+        Rejected records: a requested vertical is missing, or it falls faster than gravity.
 
     Raises
     ------
@@ -140,7 +139,7 @@ def respond_stage(
 def _motions(
     file: RecordsFile, names: Sequence[str], vertical: bool, left_out: dict[str, str]
 ) -> Iterator[tuple[Record, Record | GroundAcceleration]]:
-    """Read one record after the other; only verticals need all of them beside each other."""
+    """Read one record at a time, with its vertical if requested."""
     beside = vertical_beside(file) if vertical else {}
     for name in names:
         record = file.read(name)
@@ -172,7 +171,7 @@ def _tasks(
 
 @dataclass(frozen=True)
 class _Pulses:
-    """The pulses of a file, each with the hash of the samples that it is of."""
+    """The pulses of a file, each with the hash of its record's samples."""
 
     path: Path | None
     known: Mapping[str, tuple[Pulse, str]]
@@ -187,7 +186,7 @@ class _Pulses:
         return cls(path, known)
 
     def of(self, record: Record) -> dict[str, Pulse]:
-        """The record's pulse by its name, if there is one."""
+        """Return the record's pulse by its name, or nothing."""
         if self.path is None or record.record_id not in self.known:
             return {}
         pulse, sha256 = self.known[record.record_id]
@@ -201,9 +200,9 @@ class _Pulses:
 
 
 def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
-    """Responses to each record, or the reason why there are none.
+    """Return the responses to each record, or the reason why there are none.
 
-    The kernel lets other threads run: margins, which take most of the time, share the cores.
+    Margins take most of the time and run in threads, because the kernel releases the GIL.
     """
     return on_threads(partial(_answer_one, task), list(task.motions))
 
@@ -223,14 +222,14 @@ def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
 
 
 def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:
-    """Return the ground motion of a record with the vertical one that was recorded beside it.
+    """Return the ground motion of a record with its vertical component.
 
     Parameters
     ----------
     record : Record
         The horizontal record.
     beside : mapping of str to Record
-        What `vertical_beside` found.
+        Result of `vertical_beside`.
 
     Raises
     ------
@@ -259,7 +258,7 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
 
 
 def choose_structures(path: Path, name: str | None) -> list[RockingFrame]:
-    """Return the structures of a file, or the one of that name.
+    """Return the structures of a file, or only the one with this name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The horizontals of each motion in a file of records: RotD of both, and rotation."""
+"""RotD measures and rotation of the pairs of horizontals in a file of records."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from rockframe.stages.intake import Intake, checked
 
 
 def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, Sequence[float]]:
-    """Return what the motion of both horizontals reaches toward all azimuths, for each record.
+    """Return measures of both horizontals over all azimuths for each record.
 
     Parameters
     ----------
     file : RecordsFile
         The records.
     recorded : RecordsFile, optional
-        The components that were recorded, if the records are rotated ones; those of one motion are
-        held at a time.
+        The recorded components, if the records are rotated ones; one motion is in memory at a
+        time.
 
     Returns
     -------
     dict of str to sequence of float
-        By variable, a number a record: RotD50 and RotD100 of PGA [m s-2] and PGV [m s-1], and the
-        azimuth of the largest acceleration [degree]; NaN for verticals and what is of no pair.
+        One value per record by variable: RotD50 and RotD100 of PGA [m s-2] and PGV [m s-1], and the
+        azimuth of the largest acceleration [degree]; NaN for verticals and unpaired records.
     """
     source = recorded or file
     across = dict(zip(source.names, source.orientations, strict=True))
@@ -54,19 +54,19 @@ def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, 
 def rotated(
     file: RecordsFile, azimuths: Sequence[float], intake: Intake
 ) -> Iterator[tuple[Record, Passport | None]]:
-    """Give the motion of each pair toward the azimuths, and the verticals as they are.
+    """Give the motion of each pair toward the azimuths, and the verticals unchanged.
 
-    A vertical beside a pair that was cut to a common length is cut alike. What is of no pair is
-    rejected, with the reason.
+    If a pair is cut to a common length, its vertical is cut too. Unpaired records are rejected with
+    the reason.
 
     Parameters
     ----------
     file : RecordsFile
-        The records as recorded; those of one motion are held at a time.
+        The records as recorded; one motion is in memory at a time.
     azimuths : sequence of float
         Directions of the motions [degree].
     intake : Intake
-        What became of the recorded components; theirs and the rotated ones' rows are put into it.
+        Takes the rows of the recorded components and of the rotated records.
     """
     recorded = {row.record_id: row for row in intake.entries if row.record_id and not row.reason}
     corrected = {one.record_id for one in intake.accepted if one.corrected_here}
@@ -99,7 +99,7 @@ def _toward(
     made = [rotate(pair, azimuth) for azimuth in azimuths]
     names = [component.record_id for component in (pair.first, pair.second)]
     for record in made:
-        # What stands square to the azimuth has no part in the motion toward it.
+        # A component perpendicular to the azimuth does not contribute to the motion toward it.
         within = [
             recorded[one.record_id].passport
             for one in (pair.first, pair.second)
@@ -132,7 +132,7 @@ def _swept(pair: HorizontalPair) -> dict[str, float]:
 
 
 def _motions(file: RecordsFile) -> list[list[str]]:
-    """The identifiers of the records of each motion, in the order of the first ones."""
+    """Return the identifiers of the records of each motion, in the order of the file."""
     names: defaultdict[Hashable, list[str]] = defaultdict(list)
     for record in file:
         names[motion_of(record)].append(record.record_id)

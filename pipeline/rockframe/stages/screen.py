@@ -1,4 +1,4 @@
-"""screen: from records.nc and a file of structures to screen.nc and its table."""
+"""Screen structures by all records at many scales, and write screen.nc and its table."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ from rockframe.study import SHIPPED_STRUCTURES
 
 @dataclass(frozen=True)
 class Screening:
-    """What a screening took and what it left out.
+    """Summary of a screening.
 
     Parameters
     ----------
     motions, scenarios : int
-        Motions; motions times structures times scales.
+        Number of motions, and of motions times structures times scales.
     rejections : tuple of Rejection
-        Records without a partner or a vertical that was asked for.
+        Records without a partner or without a requested vertical.
     left_out : mapping of str to str
-        Why motions are left out by the selection, by identifier.
+        Reasons of the motions that the selection rejects, by identifier.
     table : Path
-        The summary: a row for each motion and structure.
+        CSV file with a row for each motion and structure.
     """
 
     motions: int
@@ -66,25 +66,26 @@ def screen_stage(
 ) -> Screening:
     """Screen structures by all records at all scales: ``screen.nc``, and a table beside it.
 
-    An interrupted run leaves its complete batches beside the output; the same call goes on.
+    An interrupted run leaves its completed batches beside the output; the same call resumes it.
 
     Parameters
     ----------
     records_path, output : Path
-        Output of `ingest_stage`, and the netCDF file to write; the table has its name and ``.csv``.
+        Output of `ingest_stage`, and the netCDF file to write; the table has the same name with
+        the suffix ``.csv``.
     options : ScreenOptions, optional
-        Which motions, scales and results.
+        Options of motions, scales and results.
     structures_path : Path
-        TOML file of ``[[structure]]`` tables; by default the shipped ones.
+        TOML file of ``[[structure]]`` tables; by default the bundled ones.
     pulses_path : Path, optional
-        Output of `pulse_stage` for the same records: for fragility over a_p and L_p, and for
-        filters by the pulse.
+        Output of `pulse_stage` for the same records, which fragility over a_p and L_p and filters
+        by the pulse need.
     filters : Filters, optional
-        Which records; by default all that are horizontal.
+        Filters of records; by default all horizontal records.
     engine : Engine, optional
-        Where responses are computed; the file is the same.
+        Engine of the computation; the file is the same.
     progress : callable
-        Called with the number of batches done and in all.
+        Called with the number of batches done and in total.
 
     Raises
     ------
@@ -135,7 +136,7 @@ def screen_stage(
 
 
 def _identity(chosen: Motions) -> dict[str, Any]:
-    """What tells motions from others: names, and azimuths, which names round."""
+    """Return what identifies the motions: their names, and their azimuths, which names round."""
     return {
         "motions": [motion.name for motion in chosen.motions],
         "azimuths": [motion.azimuth for motion in chosen.motions],

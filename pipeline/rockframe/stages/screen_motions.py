@@ -1,4 +1,4 @@
-"""Which motions a screening takes, and reading them one at a time."""
+"""Selection of the motions of a screening, which are read one at a time."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ class Motion:
     Parameters
     ----------
     name : str
-        Its identifier.
+        Identifier.
     row : int
-        Of the (first) record in the file.
+        Row of the (first) record in the file.
     cluster : int
-        Motions of one number are azimuths of one pair, or components of one recording.
+        Motions with the same number are azimuths of one pair, or components of one recording.
     records : tuple of str
-        The record, or the two that are rotated.
+        The record, or the two rotated ones.
     azimuth : float
-        Direction [degree].
+        Direction of the motion [degree].
     numbers : mapping of str to float
-        What is known of it, as in `Facts.numbers`.
+        Its metadata, as in `Facts.numbers`.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Motion:
 
 
 class Motions:
-    """The motions of a file that a selection leaves, read when they are needed."""
+    """The selected motions of a file, read on demand."""
 
     def __init__(
         self, file: RecordsFile, facts: Facts, options: ScreenOptions, filters: Filters
@@ -78,7 +78,7 @@ class Motions:
         ParameterError
             If none is left.
         """
-        # as the motions have them: from 0 to 360 degrees
+        # from 0 to 360 degrees, as in the motions
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
         scale = self._options.scales[-1]
         rows = {name: row for row, name in enumerate(self._facts.names)}
@@ -103,7 +103,7 @@ class Motions:
             raise ParameterError(self._why_empty())
 
     def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
-        """Return why a motion is filtered out, or ""."""
+        """Return the reason why a motion is filtered out, or ""."""
         reason = self.filters.refusal(
             magnitude=numbers["magnitude"],
             epicentral_distance_km=numbers["epicentral_distance"],
@@ -147,7 +147,7 @@ class Motions:
         return rotate(self._paired(motion.records), motion.azimuth)
 
     def _paired(self, names: tuple[str, ...]) -> HorizontalPair:
-        """The pair of two records, and the vertical beside it; the last one is held."""
+        """Return the pair of two records with its vertical; the last pair is cached."""
         if self._pair is None or self._pair[0] != names:
             row = self._facts.names.index(names[0])
             together = self._recordings()[self._recording(row)]
@@ -161,7 +161,7 @@ class Motions:
         return self._pair[1]
 
     def _recording(self, row: int) -> tuple[str, ...]:
-        """What records of one motion share; a record of no stated station is alone."""
+        """Return the key of a recording; a record without a station is its own recording."""
         texts = self._facts.texts
         alone = "" if texts["station"][row] else self._facts.names[row]
         return (*(texts[n][row] for n in ("event", "network", "station", "start_time")), alone)
@@ -173,7 +173,7 @@ class Motions:
         return together
 
     def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
-        """Each horizontal record; the components of one recording are one cluster."""
+        """Give each horizontal record; the components of one recording form a cluster."""
         clusters: dict[tuple[str, ...], int] = {}
         for name in names:
             row = rows[name]
@@ -182,7 +182,7 @@ class Motions:
             yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
 
     def _swept(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
-        """Each pair of horizontals toward each azimuth; their pulses are not known."""
+        """Give each pair of horizontals toward each azimuth, without a pulse."""
         cluster = 0
         for together in self._recordings().values():
             pairs, unpaired = pair_horizontals(map(self._file.read, together))

@@ -1,4 +1,4 @@
-"""The batches of a screening, in any process, kept until all are there."""
+"""Computation of a screening in batches, which are kept on disk until all are done."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from rockframe.stages.screen_statistics import Screened
 Arrays = dict[str, NDArray[Any]]
 Task = tuple[str, Callable[[], Part]]
 
-#: Scenarios of a batch, about; an interruption costs no more, and each takes some 0.1 s.
+#: Approximate scenarios per batch, at some 0.1 s each: an interruption loses no more.
 _SCENARIOS: Final = 2048
-#: Motions of a batch at most: they are held together.
+#: Largest number of motions per batch, which are in memory together.
 _TOGETHER: Final = 64
-#: Nodes of the histories of a batch, about.
+#: Approximate number of history nodes per batch.
 _NODES: Final = 200_000
 
 
 @dataclass(frozen=True, eq=False)
 class ScreeningRequest:
-    """What is computed for each motion.
+    """The computation for each motion.
 
     Parameters
     ----------
     options : ScreenOptions
-        As stated.
+        Options of the screening.
     frames : tuple of RockingFrame
         The structures.
     design : Design, optional
-        The design that is searched.
+        The design problem.
     candidates : tuple of RockingFrame
-        Those of the design, for each structure in turn.
+        Candidate frames of the design, structure by structure.
     scales : array, shape (scales,)
         Multiples of the motions [1].
     """
@@ -88,11 +88,11 @@ class ScreeningRequest:
 
     @property
     def reference(self) -> int:
-        """Which of the scales is nearest to 1."""
+        """Position of the scale nearest to 1."""
         return int(np.argmin(np.abs(np.log(self.scales))))
 
     def scenarios(self) -> dict[str, Any]:
-        """Return what the scenarios depend on, as JSON values."""
+        """Return everything that the scenarios depend on, as JSON values."""
         return {
             "frames": [asdict(frame) for frame in self.frames],
             "candidates": [asdict(frame) for frame in self.candidates],
@@ -101,7 +101,7 @@ class ScreeningRequest:
 
 
 class Run:
-    """The batches of a screening; a class because they share what was chosen."""
+    """The batches of a screening, which share the chosen motions."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class Run:
         self._kept: list[NDArray[np.intp]] = []
 
     def rows(self) -> Iterator[Arrays]:
-        """Give the scenarios of one motion after the other; `verdicts` and `ratio` fill up."""
+        """Give the scenarios motion by motion, and fill `verdicts` and `ratio`."""
         frames, at = self._request.frames, self._request.reference
         for i, (verdict, peak) in enumerate(self._peaks()):
             row = peaks_of_frames(frames, verdict, peak)
@@ -135,7 +135,7 @@ class Run:
             yield row
 
     def histories(self) -> Iterator[KeptHistory]:
-        """Give the histories that are kept, of one motion after the other; after all rows."""
+        """Give the kept histories motion by motion; call it after `rows`."""
         where = self._where()
         for responses in map_batches(responses_of, self._scenarios(), engine=self._engine):
             for response in responses:
@@ -147,7 +147,7 @@ class Run:
                 yield i, k, s
 
     def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
-        """Scenarios of some samples together; their motion is read once."""
+        """Give groups of scenarios of limited size; their motion is read once."""
         frames, scales = self._request.frames, self._request.scales
         for motion, kept in zip(self._chosen.motions, self._kept, strict=True):
             if not len(kept):
@@ -161,7 +161,7 @@ class Run:
                 )
 
     def screened(self, facts: Facts, hazard: HazardCurve | None) -> Screened:
-        """Return what statistics are made of, once all rows were given."""
+        """Return the input of the statistics; call it after `rows`."""
         kinds = (Verdict.NO_UPLIFT, Verdict.SAFE, Verdict.OVERTURNED)
         return Screened(
             motions=self._chosen.motions,
@@ -179,14 +179,14 @@ class Run:
         )
 
     def _margins(self) -> Arrays:
-        """Return margins, shape (motions, structures); nothing if they were not requested."""
+        """Return margins, shape (motions, structures); empty if they were not requested."""
         if not self._request.options.margins:
             return {}
         found = list(self._map(margins_of, "margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
     def _candidate_ratio(self) -> NDArray[np.float64] | None:
-        """Return |theta| / alpha of the candidates, shape (motions, candidates); overturned inf."""
+        """Return |theta| / alpha, shape (motions, candidates), infinite if overturned."""
         if not self._request.candidates:
             return None
         alpha = np.array([frame.slenderness for frame in self._request.candidates])
@@ -197,7 +197,7 @@ class Run:
         return np.concatenate(rows)
 
     def _peaks(self) -> Iterator[tuple[NDArray[np.int8], NDArray[np.float64]]]:
-        """Verdict and peak rotation of each motion, shape (structures, scales)."""
+        """Give the verdict and peak rotation of each motion, shape (structures, scales)."""
         held: list[Arrays] = []
         width = 0
         for part in self._map(peaks_of, "peaks"):
@@ -216,7 +216,7 @@ class Run:
         return self._batches.map(function, self._tasks(kind), self._engine, self._step)
 
     def _tasks(self, kind: str) -> Iterator[Task]:
-        """Batches of one kind: of several motions, or of a part of the scales of one."""
+        """Give the batches of one kind: several motions, or some scales of one motion."""
         frames = self._request.candidates if kind == "design" else self._request.frames
         scales = self._request.scales
         if kind != "peaks":

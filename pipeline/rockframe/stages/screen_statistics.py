@@ -1,4 +1,4 @@
-"""What follows from the verdicts of a screening: ranks, distributions, fragility, rates, design."""
+"""Statistics of a screening: ranks, distributions, fragility, rates, design."""
 
 from __future__ import annotations
 
@@ -40,46 +40,46 @@ from rockframe.stages.screen_motions import Motion
 
 Float = NDArray[np.float64]
 
-#: Levels of |theta| / slenderness at which distributions of peaks are given.
+#: Levels of |theta| / slenderness of the peak distributions.
 LEVELS: Final = np.linspace(0.0, 1.5, 151)
-#: Intensities at which fragility curves are given.
+#: Number of intensities of the fragility curves.
 _POINTS: Final = 101
-#: Classes of intensity whose observed shares are given.
+#: Number of intensity classes of the observed shares.
 _CLASSES: Final = 8
-#: How far beyond those that were tried.
+#: Factor by which the curves extend beyond the intensities tried.
 _BEYOND: Final = 1.25
 
 
 @dataclass(frozen=True, eq=False)
 class Screened:
-    """What the kernel said of all scenarios.
+    """Results of all scenarios.
 
     Parameters
     ----------
     motions : sequence of Motion
         The motions.
     facts : Facts
-        What is known of the records.
+        Metadata of the records.
     frames : sequence of RockingFrame
         The structures.
     scales : array, shape (scales,)
         Multiples of the motions [1].
     overturned : array of bool, shape (motions, structures, scales)
-        Which scenarios overturn.
+        True for scenarios that overturn.
     counts : array of int, shape (structures, scales, 3)
-        How many motions do not uplift, are safe, overturn.
+        Numbers of motions that do not uplift, are safe, and overturn.
     ratio : array, shape (motions, structures)
-        Largest |theta| / alpha at the scale nearest to 1; infinite for what overturns.
+        Largest |theta| / alpha at the scale nearest to 1; infinite if overturned.
     margins : mapping of str to array, shape (motions, structures)
-        As `margins_of` gives them, if they were asked for.
+        Result of `margins_of`, if requested.
     hazard : HazardCurve, optional
-        Of the site.
+        Hazard curve of the site.
     design : Design, optional
-        What is looked for.
+        The design problem.
     candidate_ratio : array, shape (motions, structures times steps), optional
-        As `ratio`, of the candidates of the design.
+        As `ratio`, for the candidates of the design.
     seed : int
-        Of the draws.
+        Random seed of the bootstrap.
     """
 
     motions: Sequence[Motion]
@@ -97,7 +97,7 @@ class Screened:
 
 
 def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the values of screen.nc but those of each scenario, and units where there are two."""
+    """Return the values of screen.nc except those of single scenarios, and units that vary."""
     motions = screened.motions
     numbers = {
         name: np.array([motion.numbers[name] for motion in motions]) for name in motions[0].numbers
@@ -132,10 +132,10 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
 def _asked_besides(
     screened: Screened, fits: Sequence[Mapping[str, Fragility]], clusters: NDArray[np.int64]
 ) -> dict[str, Any]:
-    """What there is only if it was asked for: azimuths, margins, rates, a design."""
+    """Return the optional values: azimuths, margins, rates, design."""
     values: dict[str, Any] = {}
     motions = screened.motions
-    if len(motions[0].records) > 1:  # a pair, turned
+    if len(motions[0].records) > 1:  # a rotated pair
         first = [motions[int(i)].name for i in np.unique(clusters, return_index=True)[1]]
         values |= azimuth_values(first, over_azimuths(screened.ratio, clusters))
     if screened.margins:
@@ -164,7 +164,7 @@ def _fits(
 def _better(
     screened: Screened, intensities: Mapping[str, Float], clusters: NDArray[np.int64]
 ) -> list[tuple[str, str]]:
-    """The better measure for each structure, of the motions that have them all."""
+    """Return the better measure for each structure, from motions that have all measures."""
     both = compared_motions(intensities)
     told = []
     for k in range(len(screened.frames)):
@@ -188,7 +188,7 @@ def _observed(
 
 
 def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
-    """Intensities from a little below to a little above what was tried; NaN if none is known."""
+    """Return intensities from just below to just above those tried; NaN if none is known."""
     grid = {}
     for name, values in intensities.items():
         known = values[np.isfinite(values) & (values > 0.0)]

@@ -1,4 +1,4 @@
-"""spectrum: overturning spectra of pulses, and rocking spectra of records, as netCDF."""
+"""Write overturning spectra of pulses and rocking spectra of records as netCDF."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from rockframe.wavelets import Pulse
 
 
 def spectrum_stage(output: Path, options: SpectrumOptions, *, engine: Engine | None = None) -> None:
-    """Compute which pulses overturn which frames: ``spectrum.nc``.
+    """Compute minimum overturning acceleration spectra of pulses: ``spectrum.nc``.
 
     Parameters
     ----------
     output : Path
         The netCDF file to write.
     options : SpectrumOptions
-        Wavelets, frames, and the amplitudes that are searched.
+        Wavelets, frames, and amplitudes of the search.
     engine : Engine, optional
-        Where it is computed; the file is the same.
+        Engine of the computation; the file is the same.
 
     Raises
     ------
@@ -92,9 +92,9 @@ def rocking_spectrum_stage(
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : RockingSpectrumOptions
-        Which record, and the columns.
+        Record and columns.
     engine : Engine, optional
-        Where it is computed; the file is the same.
+        Engine of the computation; the file is the same.
 
     Raises
     ------

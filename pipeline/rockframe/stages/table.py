@@ -1,4 +1,4 @@
-"""table: from the outputs of the stages to one CSV table."""
+"""Write the outputs of the stages as one CSV table."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ def table_stage(records: Path, pulses: Path, response: Path, output: Path) -> in
     Raises
     ------
     InputError
-        If a file cannot be read or is of other records, or the table cannot be written.
+        If a file cannot be read or belongs to other records, or the table cannot be written.
     """
     refuse_overwriting([output], (records, pulses, response))
     return write_table(table_rows_of(records, pulses, response), output)
 
 
 def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
-    """Return the rows, with what the paper says about its own records."""
+    """Return the rows, with the paper's values for the paper's records."""
     return map(with_paper_facts, table_rows(records, pulses, response))
 
 
 def write_table(rows: Iterable[Any], path: Path) -> int:
-    """Write rows as CSV, unknown values blank, and return how many there are."""
+    """Write rows as CSV with unknown values blank, and return their number."""
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         return cells.write_table(stream, map(vars, rows))

@@ -1,4 +1,4 @@
-"""verify: whether the folder of a run is whole, and its files belong together."""
+"""Verify that the folder of a run is complete and that its files belong together."""
 
 from __future__ import annotations
 
@@ -23,34 +23,33 @@ from rockframe.results import (
     rows_of,
 )
 
-#: The files of a run that hold datasets, in the order of the stages.
+#: Files of a run with datasets, in the order of the stages.
 _DATASETS: Final = {
     f"{kind}.nc": kind for kind in (RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM)
 }
-#: Files of a run that later ones are made from.
+#: Files of a run from which others are computed.
 _MADE_FROM: Final = ("records.nc", "pulses.nc", "structures.toml")
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What was found in the folder of a run.
+    """Result of the verification of a run.
 
     Parameters
     ----------
     files : int
-        Files that were hashed.
+        Number of files hashed.
     datasets : mapping of str to Described
-        Of each netCDF file that is sound, what it holds.
+        Contents of each valid netCDF file.
     faults : tuple of str
-        Why the run is not whole, each in one line; empty if it is.
+        All faults, each in one line; empty if the run is complete and unchanged.
     same_source : bool
-        The run was made by this very source code.
+        True if the run was computed with this source code.
     other_versions : mapping of str to str
-        Of libraries that are here in another version, that with which the run was made.
+        Versions used by the run, of libraries installed here in another version.
     other_processor : str
-        The kind of processor that the run was made on, if this is another kind; else empty. By the
-        same source code, with the same libraries and on the same kind of processor a run can be
-        repeated to the last bit.
+        Kind of processor used by the run, if this is another kind; otherwise empty. The same source
+        code, libraries and kind of processor repeat a run to the last bit.
     """
 
     files: int
@@ -62,7 +61,7 @@ class Verification:
 
 
 def verify_run(folder: Path) -> Verification:
-    """Hash the files of a run again, open its datasets, and compare them with each other.
+    """Compare the files of a run with its manifest, and its datasets with each other.
 
     Parameters
     ----------
@@ -72,12 +71,12 @@ def verify_run(folder: Path) -> Verification:
     Returns
     -------
     Verification
-        What was found; nothing is changed.
+        The result; nothing is changed.
 
     Raises
     ------
     InputError
-        If there is no such folder, or it has no manifest that can be read: no run ended there.
+        If the folder or a readable manifest is missing, because no run was completed there.
     """
     manifest = read_manifest(folder)
     outputs: dict[str, str] = manifest["outputs"]
@@ -112,7 +111,7 @@ def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Names of the files that are not as the manifest says, and how not."""
+    """Give the names of files that differ from the manifest, and how they differ."""
     for name, stated in outputs.items():
         path = folder / name
         if not path.is_file():
@@ -125,7 +124,7 @@ def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, st
 def _miscounted(
     folder: Path, datasets: Mapping[str, Described], sound: Collection[str]
 ) -> Iterator[str]:
-    """Lists whose rows are not those of the datasets."""
+    """Give the tables whose rows do not match the datasets."""
     records = datasets.get("records.nc")
     if records is not None and "records.csv" in sound:
         entries = rows_of(folder / "records.csv")
@@ -151,7 +150,7 @@ def _miscounted(
 def _unrelated(
     folder: Path, manifest: Mapping[str, Any], datasets: Mapping[str, Described]
 ) -> Iterator[str]:
-    """Files that were made from others than those of this run."""
+    """Give the files that were computed from files of another run."""
     known = {**manifest["inputs"], **manifest["outputs"]}
     hashes = {str(sha256) for sha256 in manifest["inputs"].values()}
     for name, held in datasets.items():
@@ -171,7 +170,7 @@ def _unrelated(
 
 
 def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
-    """Records that a later stage holds and records.nc does not, or the other way round."""
+    """Give the records that a later stage has and records.nc has not, or the reverse."""
     if "records.nc" not in datasets:
         return
     with open_records(folder / "records.nc") as file:
