@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -14,7 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, record_ids
-from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.lines import KeyedHeader, head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
 from rockframe.record import Record
@@ -28,25 +26,6 @@ _COUNT: Final = "NUMBER OF DATA"
 _STEP: Final = "SAMPLING INTERVAL (sec)"
 _PEAK: Final = "RAW PGA VALUES (gal)"
 _MAGNITUDE: Final = re.compile(r"\s*(?P<size>\d+(?:\.\d+)?)\b")
-
-
-@dataclass(frozen=True)
-class _Header:
-    """Header values as printed and their line numbers, by key; and the number of lines."""
-
-    path: Path
-    values: Mapping[str, str]
-    lines: Mapping[str, int]
-    count: int
-
-    def require(self, key: str) -> str:
-        if not self.values.get(key):
-            raise InputError(self.path, f"no {key!r} in the header. Must be stated.")
-        return self.values[key]
-
-    def invalid(self, key: str, must: str) -> InputError:
-        message = f"{key} {self.values[key]!r}. Must be {must}."
-        return InputError(self.path, message, line=self.lines[key])
 
 
 def sniff(head: bytes) -> bool:
@@ -80,7 +59,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     header = _header(path, text)
     units = settle_units(path, "gal", options, header.lines.get(_PEAK))
     table = _table(header, text)
-    step = header.require(_STEP)
+    step = _required(header, _STEP)
     if not is_number(step.encode("latin-1", "replace")):
         raise header.invalid(_STEP, "a number")
     time_step = settle_time_step(path, float(step), options, header.lines[_STEP])
@@ -108,13 +87,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     return records
 
 
-def _header(path: Path, text: bytes) -> _Header:
+def _header(path: Path, text: bytes) -> KeyedHeader:
     values: dict[str, str] = {}
     lines: dict[str, int] = {}
     for number, row in enumerate(text.split(b"\n", _LONGEST_HEADER)[:_LONGEST_HEADER], 1):
         line = row.decode("latin-1")
         if line.split() == list(_COMPONENTS):
-            return _Header(path, values, lines, number)
+            return KeyedHeader(path, values, lines, number)
         key, colon, value = line.partition(":")
         if colon:
             values[key.strip()] = value.strip()
@@ -126,7 +105,13 @@ def _header(path: Path, text: bytes) -> _Header:
     )
 
 
-def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
+def _required(header: KeyedHeader, key: str) -> str:
+    if not header.get(key):
+        raise InputError(header.path, f"no {key!r} in the header. Must be stated.")
+    return header.values[key]
+
+
+def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
     """Return the samples [gal], shape (samples, 3)."""
     rest = text.split(b"\n", header.count)
     body = rest[header.count].rstrip() if len(rest) > header.count else b""
@@ -140,7 +125,7 @@ def _table(header: _Header, text: bytes) -> NDArray[np.float64]:
         if (found := _places(tokens)) != (must := _places(lines[0].split())):
             message = f"{found} decimals. Must be {must}, as in the first row."
             raise InputError(header.path, message, line=line)
-    stated = header.require(_COUNT)
+    stated = _required(header, _COUNT)
     if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
         raise header.invalid(_COUNT, "a whole number of 2 or more")
     rows = values.size // len(_COMPONENTS)
@@ -155,9 +140,11 @@ def _places(tokens: list[bytes]) -> list[int]:
     return [len(token.partition(b".")[2]) for token in tokens]
 
 
-def _peak_ratios(header: _Header, table: NDArray[np.float64]) -> list[float]:
+def _peak_ratios(header: KeyedHeader, table: NDArray[np.float64]) -> list[float]:
     """Return the ratios of actual to stated peaks; raise if they differ."""
-    stated = {found["component"]: found["peak"] for found in _PEAKS.finditer(header.require(_PEAK))}
+    stated = {
+        found["component"]: found["peak"] for found in _PEAKS.finditer(_required(header, _PEAK))
+    }
     ratios = []
     for column, component in enumerate(_COMPONENTS):
         if component not in stated:

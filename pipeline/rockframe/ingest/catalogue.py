@@ -11,6 +11,7 @@ from typing import Final, TextIO
 
 from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
+from rockframe.ingest.lines import unreadable
 from rockframe.provenance import whole_file
 from rockframe.record import Record
 
@@ -105,8 +106,7 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
                     )
                 entries[entry.file] = entry
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
+        raise unreadable(path, error) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from error
     return entries

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
-from rockframe.ingest.catalogue import CatalogueEntry, with_facts
+from rockframe.ingest.catalogue import with_facts
 from rockframe.ingest.containers import printable
 from rockframe.ingest.identify import other_ids
 from rockframe.ingest.isolation import Limits, Served, serve, worker_count
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.read_outcome import Outcome, Rejection, Unread, read_outcomes
-from rockframe.ingest.sources import Source, sources_of
+from rockframe.ingest.sources import Catalogue, Source, sources_of
 from rockframe.record import Record
 
-Catalogue = Mapping[str, CatalogueEntry]
 #: File and SHA-256 of the record that has each identifier; identifiers in lower case.
 Owners = dict[str, tuple[str, str]]
 
@@ -116,7 +115,7 @@ def collect_sources(
         for source in sources:
             if progress is not None and source.is_read:
                 progress(source.name)
-            for outcome in next(outcomes) if source.is_read else [_unopened(source)]:
+            for outcome in next(outcomes) if source.is_read else [_not_read(source)]:
                 yield from _assign_ids(outcome, source, owners, strict=strict)
 
 
@@ -156,10 +155,10 @@ def _outcomes(
     calls = [(path, options) for path in files]
     with closing(serve(read_outcomes, calls, workers, limits or Limits())) as served:
         for path, of_file in zip(files, served, strict=True):
-            yield _received(path, of_file)
+            yield _from_worker(path, of_file)
 
 
-def _received(path: Path, served: Served[Outcome]) -> list[Outcome]:
+def _from_worker(path: Path, served: Served[Outcome]) -> list[Outcome]:
     # Unpickled arrays are writable; `replace` makes them read-only again.
     outcomes: list[Outcome] = [
         outcome if isinstance(outcome, Rejection) else [replace(record) for record in outcome]
@@ -171,7 +170,7 @@ def _received(path: Path, served: Served[Outcome]) -> list[Outcome]:
     return outcomes
 
 
-def _unopened(source: Source) -> Rejection | Unread:
+def _not_read(source: Source) -> Rejection | Unread:
     name = printable(source.path.name)
     return Rejection(name, source.refusal) if source.refusal else Unread(name, source.note)
 
@@ -181,18 +180,18 @@ def _assign_ids(
 ) -> list[Record] | list[Rejection | Unread]:
     """Return the outcome of a file under its display name, and register new identifiers."""
     if not isinstance(outcome, Rejection | Unread):
-        known = [_placed(record, source) for record in outcome]
-        outcome = _altered(known, source) or _distinct(known, owners)
+        known = [_with_display_names(record, source) for record in outcome]
+        outcome = _changed_since_fetch(known, source) or _with_unused_ids(known, owners)
         if not isinstance(outcome, Rejection):
             return [with_facts(r, source.facts) for r in outcome] if source.facts else outcome
     else:
-        outcome = replace(outcome, file=_within(outcome.file, source))
+        outcome = replace(outcome, file=_display_name(outcome.file, source))
     if strict and isinstance(outcome, Rejection):
         raise InputError(outcome.file, outcome.reason, outcome.line)
     return [outcome]
 
 
-def _altered(records: list[Record], source: Source) -> Rejection | None:
+def _changed_since_fetch(records: list[Record], source: Source) -> Rejection | None:
     """Return a rejection if the file differs from the one that was fetched."""
     if not source.sha256 or all(record.source_sha256 == source.sha256 for record in records):
         return None
@@ -204,32 +203,32 @@ def _altered(records: list[Record], source: Source) -> Rejection | None:
     )
 
 
-def _within(file: str, source: Source) -> str:
+def _display_name(file: str, source: Source) -> str:
     """Return the display name of a file or archive member, relative to the requested folder."""
     return source.name + file.removeprefix(printable(source.path.name))
 
 
-def _placed(record: Record, source: Source) -> Record:
+def _with_display_names(record: Record, source: Source) -> Record:
     folder, _, _ = source.name.rpartition("/")
     instrument = record.instrument_file
     if folder and instrument and (source.path.parent / instrument).is_file():
         instrument = f"{folder}/{instrument}"
-    name = _within(record.source_file, source)
+    name = _display_name(record.source_file, source)
     return replace(record, source_file=name, instrument_file=instrument)
 
 
-def _distinct(records: list[Record], owners: Owners) -> list[Record] | Rejection:
+def _with_unused_ids(records: list[Record], owners: Owners) -> list[Record] | Rejection:
     """Return the records under unused identifiers, or a rejection if there are none."""
     names = [record.record_id for record in records]
     taken = next((owners[n.casefold()] for n in names if n.casefold() in owners), None)
     if taken is None:
-        return _owned(records, names, owners)
+        return _register(records, names, owners)
     file, digest = records[0].source_file, records[0].source_sha256
     if taken[1] != digest:
-        same_name = _base(taken[0]) == _base(file)
+        same_name = _file_name(taken[0]) == _file_name(file)
         for ids in [*other_ids(names, file)][same_name:]:
             if not any(name.casefold() in owners for name in ids):
-                return _owned(records, ids, owners)
+                return _register(records, ids, owners)
     same = next(name for name in names if name.casefold() in owners)
     must = "Must differ, in more than case." if taken[1] != digest else "Must be no copy of it."
     return Rejection(
@@ -237,11 +236,11 @@ def _distinct(records: list[Record], owners: Owners) -> list[Record] | Rejection
     )
 
 
-def _owned(records: list[Record], ids: list[str], owners: Owners) -> list[Record]:
+def _register(records: list[Record], ids: list[str], owners: Owners) -> list[Record]:
     named = [replace(r, record_id=name) for r, name in zip(records, ids, strict=True)]
     owners.update((r.record_id.casefold(), (r.source_file, r.source_sha256)) for r in named)
     return named
 
 
-def _base(file: str) -> str:
+def _file_name(file: str) -> str:
     return file.rpartition("/")[2].casefold()

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -15,7 +13,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import record_ids, seed_direction, with_ending
-from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.lines import KeyedHeader, head_lines, parse_numbers, text_of
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
 from rockframe.ingest.site import site_of_depth
@@ -37,36 +35,6 @@ _NEEDED: Final = (
     "PGA_CM/S^2",
     "PROCESSING",
 )
-
-
-@dataclass(frozen=True)
-class _Header:
-    """Header values as printed and their line numbers, by key; and the number of lines."""
-
-    path: Path
-    values: Mapping[str, str]
-    lines: Mapping[str, int]
-    count: int
-
-    def get(self, key: str) -> str:
-        return self.values.get(key, "")
-
-    def number(self, key: str) -> float:
-        """Return an optional number; NaN if missing."""
-        token = self.get(key)
-        if not token:
-            return math.nan
-        if not is_number(token.encode()):
-            raise self.invalid(key, "a number")
-        return float(token)
-
-    def require(self, key: str, value: str) -> None:
-        if self.values[key] != value:
-            raise self.invalid(key, value)
-
-    def invalid(self, key: str, must: str) -> InputError:
-        message = f"{key} {self.values[key]!r}. Must be {must}."
-        return InputError(self.path, message, line=self.lines[key])
 
 
 def sniff(head: bytes) -> bool:
@@ -147,7 +115,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ]
 
 
-def _header(path: Path, text: bytes) -> _Header:
+def _header(path: Path, text: bytes) -> KeyedHeader:
     values: dict[str, str] = {}
     lines: dict[str, int] = {}
     count = 0
@@ -160,18 +128,19 @@ def _header(path: Path, text: bytes) -> _Header:
             raise InputError(path, message, line=number)
         values[found["key"]] = found["value"].strip()
         lines[found["key"]] = count = number
-    header = _Header(path, values, lines, count)
+    header = KeyedHeader(path, values, lines, count)
     if values.get("DATA_TYPE", "ACCELERATION") != "ACCELERATION":
         raise header.invalid("DATA_TYPE", "ACCELERATION")
     for key in _NEEDED:
         if key not in values:
             raise InputError(path, f"no {key} in {count} lines of header. Must be stated.")
-    header.require("HEADER_FORMAT", "DYNA 1.2")
-    header.require("UNITS", "cm/s^2")
+    for key, value in (("HEADER_FORMAT", "DYNA 1.2"), ("UNITS", "cm/s^2")):
+        if values[key] != value:
+            raise header.invalid(key, value)
     return header
 
 
-def _samples(header: _Header, text: bytes) -> NDArray[np.float64]:
+def _samples(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
     """Return the samples [cm/s2]."""
     rest = text.split(b"\n", header.count)
     body = rest[header.count] if len(rest) > header.count else b""
@@ -180,7 +149,7 @@ def _samples(header: _Header, text: bytes) -> NDArray[np.float64]:
     return parse_numbers(header.path, body, header.count + 1)
 
 
-def _require_count(header: _Header, samples: int, step: float) -> None:
+def _require_count(header: KeyedHeader, samples: int, step: float) -> None:
     stated = header.get("NDATA")
     if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
         raise header.invalid("NDATA", "a whole number of 2 or more")
@@ -197,12 +166,12 @@ def _require_count(header: _Header, samples: int, step: float) -> None:
         raise InputError(header.path, message, line=header.lines["DURATION_S"])
 
 
-def _corner(header: _Header, key: str) -> float:
+def _corner(header: KeyedHeader, key: str) -> float:
     corner = header.number(key)
     return corner if corner > 0.0 else math.nan
 
 
-def _is_uncorrected(header: _Header) -> bool:
+def _is_uncorrected(header: KeyedHeader) -> bool:
     """Return whether PROCESSING is none or, if it is empty, the baseline was not removed."""
     processing = header.get("PROCESSING").lower()
     if processing:

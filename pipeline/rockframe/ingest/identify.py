@@ -55,7 +55,7 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
     """
     stem = _stem(path.name)
     if len(components) == 1:
-        return [_cut(stem)]
+        return [_join(stem)]
     names = [_safe(component) for component in components]
     counts = Counter(name.upper() for name in names)
     ends = [
@@ -64,7 +64,7 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
         else f"{'-' if name else ''}{name}-{number}"
         for number, name in enumerate(names, 1)
     ]
-    return [_cut(stem, end) for end in ends]
+    return [_join(stem, end) for end in ends]
 
 
 def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
@@ -90,11 +90,11 @@ def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
     """
     folder, _, file = name.replace(":", "/").rpartition("/")
     stem = _stem(file)
-    ends = [identifier[_shared(stem, identifier) :] for identifier in ids]
+    ends = [identifier[_common_length(stem, identifier) :] for identifier in ids]
     deeper = f"{folder.replace('/', '-')}-" if folder else ""
     stems = [_safe(file), *([f"{deeper}{stem}", f"{deeper}{file}"] if deeper else [])]
-    for other in map(_begun, stems):
-        yield [_cut(other, end) for end in ends]
+    for other in map(_without_leading_marks, stems):
+        yield [_join(other, end) for end in ends]
 
 
 def require_distinct(path: Path, records: Sequence[Record]) -> None:
@@ -225,14 +225,14 @@ def upright_sense(component: str, coded: Orientation) -> Orientation | None:
     return None if tells and named is not coded else coded
 
 
-def _shared(one: str, other: str) -> int:
+def _common_length(one: str, other: str) -> int:
     """Return the length of the common beginning."""
     pairs = takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False))
     return sum(1 for _ in pairs)
 
 
 def _stem(name: str) -> str:
-    return _begun(Path(name).stem) or "record"
+    return _without_leading_marks(Path(name).stem) or "record"
 
 
 def _safe(name: str) -> str:
@@ -240,12 +240,12 @@ def _safe(name: str) -> str:
     return "".join(c if is_record_id(f"a{c}") else "_" for c in composed)
 
 
-def _begun(name: str) -> str:
+def _without_leading_marks(name: str) -> str:
     """Return a safe name without leading points, hyphens and underscores."""
     return "".join(dropwhile(lambda c: not is_record_id(c), _safe(name)))
 
 
-def _cut(stem: str, end: str = "") -> str:
+def _join(stem: str, end: str = "") -> str:
     """Join stem and end; shorten the stem to fit both an identifier and a file name (in bytes)."""
     room = LONGEST_ID - len(end)
     return stem[:room].encode()[: 3 * room].decode(errors="ignore") + end

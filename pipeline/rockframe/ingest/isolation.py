@@ -173,16 +173,16 @@ class _Worker:
         self._lock = Lock()
         self._closed = False
         self._process: subprocess.Popen[bytes] | None = None
-        self._said: IO[bytes] | None = None
+        self._stderr: IO[bytes] | None = None
 
     def call(self, function: Callable[..., Iterable[T]], arguments: tuple[Any, ...]) -> Served[T]:
         for _ in range(_ATTEMPTS - 1):
-            status, served = self._once(function, arguments)
+            status, served = self._call_once(function, arguments)
             if status != _KILLED:
                 return served
-        return self._once(function, arguments)[1]
+        return self._call_once(function, arguments)[1]
 
-    def _once(
+    def _call_once(
         self, function: Callable[..., Iterable[T]], arguments: tuple[Any, ...]
     ) -> tuple[int, Served[T]]:
         """Return the exit status (0 if the process is alive) and the values."""
@@ -208,31 +208,31 @@ class _Worker:
             self._closed = True
             if self._process is not None:
                 self._process.kill()
-                self._forget(self._process)
+                self._close_streams(self._process)
 
     def _started(self) -> subprocess.Popen[bytes] | None:
         with self._lock:
             if self._closed:
                 return None
             if self._process is not None and self._process.poll() is not None:
-                self._forget(self._process)
+                self._close_streams(self._process)
             if self._process is None:
-                self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
+                self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
                 limits = [str(self._limits.seconds), str(self._limits.memory)]
                 # -P: a module in the user's folder must not shadow the standard library.
                 self._process = subprocess.Popen(
                     [sys.executable, "-P", "-m", "rockframe.ingest.worker", *limits],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
-                    stderr=self._said,
+                    stderr=self._stderr,
                     # Starting linear-algebra threads in each worker would cost time.
                     env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
                 )
             return self._process
 
-    def _forget(self, process: subprocess.Popen[bytes]) -> None:
+    def _close_streams(self, process: subprocess.Popen[bytes]) -> None:
         process.wait()
-        for stream in (process.stdin, process.stdout, self._said):
+        for stream in (process.stdin, process.stdout, self._stderr):
             if stream is not None:
                 try:
                     stream.close()
@@ -246,15 +246,15 @@ class _Worker:
         if status == OUT_OF_MEMORY:
             megabytes = self._limits.memory // _MEGABYTE
             return f"took more than {megabytes} MB of memory to read. Must be readable in less."
-        return f"crashed its reader ({self._last_words(status)}). Must be readable."
+        return f"crashed its reader ({self._last_line(status)}). Must be readable."
 
-    def _last_words(self, status: int) -> str:
+    def _last_line(self, status: int) -> str:
         if status < 0:
             return f"signal {-status}, {signal.strsignal(-status)}"
         lines: list[bytes] = []
-        if self._said is not None and not self._said.closed:
-            self._said.seek(0)
-            lines = self._said.read().strip().splitlines()
+        if self._stderr is not None and not self._stderr.closed:
+            self._stderr.seek(0)
+            lines = self._stderr.read().strip().splitlines()
         traceback = b"Traceback (most recent call last):" in lines
         said = lines[-1].decode("utf-8", "replace") if traceback else f"exit status {status}"
         return said[:_LONGEST_REASON]

@@ -7,8 +7,6 @@ the samples before it is used, and the stated peak with its result. The offset i
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, record_ids, with_ending
-from rockframe.ingest.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.lines import KeyedHeader, head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.obspy_readers import read_stream
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.peaks import require_printed_peak
@@ -44,6 +42,7 @@ _KEYS: Final = (
     "Last Correction",
     "Memo.",
 )
+_LINES: Final = {key: line for line, key in enumerate(_KEYS, 1)}
 #: Names of the six KiK-net directions: 1 to 3 in the borehole, 4 to 6 on the surface.
 _KIK_NET: Final = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
 _PLACES: Final = {"1": " (borehole)", "2": " (surface)"}
@@ -51,33 +50,6 @@ _SCALE: Final = re.compile(r"(?P<gal>[\d.]+)\(gal\)/(?P<counts>[\d.]+)")
 _RATE: Final = re.compile(r"(?P<rate>\d{1,5})\s*Hz", re.I)
 #: Characters per sample, including the blank between two.
 _WIDTH: Final = 9
-
-
-@dataclass(frozen=True)
-class _Header:
-    """Header values as printed, by key."""
-
-    path: Path
-    values: Mapping[str, str]
-
-    def line(self, key: str) -> int:
-        return _KEYS.index(key) + 1
-
-    def number(self, key: str) -> float:
-        token = self.values[key]
-        if not is_number(token.encode("latin-1")):
-            raise self.invalid(key, "a number")
-        return float(token)
-
-    def matched(self, key: str, pattern: re.Pattern[str], example: str) -> re.Match[str]:
-        found = pattern.fullmatch(self.values[key])
-        if not found:
-            raise self.invalid(key, f"as in {example!r}")
-        return found
-
-    def invalid(self, key: str, must: str) -> InputError:
-        message = f"{key} {self.values[key]!r}. Must be {must}."
-        return InputError(self.path, message, line=self.line(key))
 
 
 def sniff(head: bytes) -> bool:
@@ -109,8 +81,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     text = text_of(path, data)
     header = _header(path, text)
-    rate = int(header.matched("Sampling Freq(Hz)", _RATE, "100Hz")["rate"])
-    units = settle_units(path, "gal", options, header.line("Scale Factor"))
+    rate = int(_matched(header, "Sampling Freq(Hz)", _RATE, "100Hz")["rate"])
+    units = settle_units(path, "gal", options, header.lines["Scale Factor"])
     factor = acceleration_factor(units) * _scale(header)
     magnitude, component = header.number("Mag."), _component(header)
     body = text.split(b"\n", len(_KEYS))[-1]
@@ -143,7 +115,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ]
 
 
-def _header(path: Path, text: bytes) -> _Header:
+def _header(path: Path, text: bytes) -> KeyedHeader:
     lines = [line.decode("latin-1") for line in text.split(b"\n", len(_KEYS))]
     values = {}
     for number, key in enumerate(_KEYS, 1):
@@ -157,26 +129,35 @@ def _header(path: Path, text: bytes) -> _Header:
                 line=number,
             )
         values[key] = value
-    return _Header(path, values)
+    return KeyedHeader(path, values, _LINES, len(_KEYS))
 
 
-def _scale(header: _Header) -> float:
+def _matched(
+    header: KeyedHeader, key: str, pattern: re.Pattern[str], example: str
+) -> re.Match[str]:
+    found = pattern.fullmatch(header.values[key])
+    if not found:
+        raise header.invalid(key, f"as in {example!r}")
+    return found
+
+
+def _scale(header: KeyedHeader) -> float:
     """Return the acceleration of one count [gal]."""
-    stated = header.matched("Scale Factor", _SCALE, "3920(gal)/6182761")
+    stated = _matched(header, "Scale Factor", _SCALE, "3920(gal)/6182761")
     tokens = stated["gal"], stated["counts"]
     if not all(is_number(token.encode()) and float(token) > 0.0 for token in tokens):
         raise header.invalid("Scale Factor", "two positive numbers")
     return float(tokens[0]) / float(tokens[1])
 
 
-def _require_count(header: _Header, samples: int, rate: int) -> None:
+def _require_count(header: KeyedHeader, samples: int, rate: int) -> None:
     duration = header.number("Duration Time(s)")
     if samples != round(duration * rate):
         raise InputError(
             header.path,
             f"{duration:g} s at {rate} Hz stated, that is {round(duration * rate)} samples, but "
             f"{samples} in the file. Must be equal.",
-            line=header.line("Duration Time(s)"),
+            line=header.lines["Duration Time(s)"],
         )
     if samples < 2:
         raise header.invalid("Duration Time(s)", "2 samples or more")
@@ -202,14 +183,14 @@ def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> ND
     return read
 
 
-def _peak_ratio(header: _Header, acceleration: NDArray[np.float64]) -> float:
+def _peak_ratio(header: KeyedHeader, acceleration: NDArray[np.float64]) -> float:
     """Return the ratio of actual peak without the mean to stated peak; raise if they differ."""
     key = "Max. Acc. (gal)"
     gal = (acceleration - acceleration.mean()) / acceleration_factor("gal")
-    return require_printed_peak(header.path, header.values[key], gal, "gal", header.line(key))
+    return require_printed_peak(header.path, header.values[key], gal, "gal", header.lines[key])
 
 
-def _component(header: _Header) -> str:
+def _component(header: KeyedHeader) -> str:
     stated = header.values["Dir."]
     component = _KIK_NET.get(stated, stated.replace("-", ""))
     if component.rstrip("12") not in {"NS", "EW", "UD"}:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -22,6 +24,38 @@ _LARGEST: Final = 1e30
 _ENOUGH: Final = 10
 #: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
+
+
+@dataclass(frozen=True)
+class KeyedHeader:
+    """Header of keys and values: values as printed, line numbers, and the number of lines."""
+
+    path: Path
+    values: Mapping[str, str]
+    lines: Mapping[str, int]
+    count: int
+
+    def get(self, key: str) -> str:
+        """Return a value, or an empty string if it is missing."""
+        return self.values.get(key, "")
+
+    def number(self, key: str) -> float:
+        """Return a number; NaN if it is missing or empty."""
+        token = self.get(key)
+        if token and not is_number(token.encode("latin-1", "replace")):
+            raise self.invalid(key, "a number")
+        return float(token or math.nan)
+
+    def invalid(self, key: str, must: str) -> InputError:
+        """Return the error for an invalid value."""
+        message = f"{key} {self.values[key]!r}. Must be {must}."
+        return InputError(self.path, message, line=self.lines[key])
+
+
+def unreadable(path: Path, error: OSError) -> InputError:
+    """Return the error for a file or folder that cannot be opened."""
+    reason = error.strerror or type(error).__name__
+    return InputError(path, f"cannot be opened ({reason}). Must be readable.")
 
 
 def is_utf16(head: bytes) -> bool:

@@ -74,7 +74,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: a.mseed: no length in the record at byte 0. Must be stated in ...
     """
     places = list(_records(path, data))
-    counted, said = sum(samples for _, samples in places), _said(path, data, places)
+    counted, said = sum(samples for _, samples in places), _header_notes(path, data, places)
     traces = list(read_stream(path, data, "MSEED"))
     decoded = sum(trace.data.size for trace in traces)
     if counted != decoded or not traces:
@@ -110,7 +110,7 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
         start += length
 
 
-def _said(path: Path, data: bytes, places: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+def _header_notes(path: Path, data: bytes, places: Sequence[tuple[int, int]]) -> tuple[str, ...]:
     """Return notes for `processing` about sequence number and data quality flags.
 
     A file does not state whether data records before its first or after its last one are missing.

@@ -77,7 +77,7 @@ def _factor(trace: Trace, units: str | None) -> float:
     """Return the size of one unit of the samples [m s-2]."""
     if units is not None:
         return acceleration_factor(units)
-    if _own(trace).get("units") != "m s-2":
+    if _package_stats(trace).get("units") != "m s-2":
         raise ParameterError(
             f"Trace {trace.id!r} states no acceleration units. "
             "Must be given: write(..., format='PEERAT2', units='m/s2')."
@@ -91,7 +91,7 @@ def _factor(trace: Trace, units: str | None) -> float:
     return 1.0
 
 
-def _own(trace: Trace) -> dict[str, Any]:
+def _package_stats(trace: Trace) -> dict[str, Any]:
     """Return the stats that a reader of this package stored in the trace."""
     found = trace.stats.get(str(trace.stats.get("_format", "")).lower())
     return dict(found) if isinstance(found, dict) or hasattr(found, "keys") else {}
@@ -138,7 +138,7 @@ def _samples(trace: Trace) -> NDArray[np.float64]:
 
 
 def _title(trace: Trace) -> str:
-    own, stats = _own(trace), trace.stats
+    own, stats = _package_stats(trace), trace.stats
     event = _printable(trace, own.get("event", ""))
     station = _printable(trace, own.get("station") or stats.station)
     component = _printable(trace, stats.channel)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rockframe.errors import InputError
 from rockframe.ingest.containers import LARGEST, Content, contents
+from rockframe.ingest.lines import unreadable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.registry import Format, read_bytes
 from rockframe.record import Record
@@ -115,5 +116,4 @@ def load(path: Path) -> bytes:
             raise InputError(path, f"{size} bytes. Must be at most {LARGEST}.")
         return path.read_bytes()
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(path, f"cannot be opened ({reason}). Must be readable.") from error
+        raise unreadable(path, error) from error

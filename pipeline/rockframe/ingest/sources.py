@@ -11,6 +11,7 @@ from typing import Final
 from rockframe.errors import InputError
 from rockframe.ingest.catalogue import CATALOGUE, CatalogueEntry, read_catalogue
 from rockframe.ingest.containers import printable
+from rockframe.ingest.lines import unreadable
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.provenance import read_json
 
@@ -114,7 +115,7 @@ def sources_of(
             facts = (catalogue or {}).get(path.name)
             found.append(Source(path, printable(path.name), facts))
             continue
-        within = list(_within(path, _listed(path), "", catalogue, replaced))
+        within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
             raise InputError(path, "a folder without files of records. Must hold one.")
         before = f"{called}/" if len(asked) > 1 else ""
@@ -147,7 +148,7 @@ def folder_names(paths: Iterable[Path]) -> list[str]:
     return names
 
 
-def _within(
+def _files_in(
     folder: Path,
     entries: list[Path],
     before: str,
@@ -159,11 +160,11 @@ def _within(
     own: Catalogue = {}
     if catalogue is None and CATALOGUE in present and not _refusal(folder / CATALOGUE):
         own = read_catalogue(folder / CATALOGUE)
-    received = _received(folder / _REQUEST)
+    received = _fetched_sha256(folder / _REQUEST)
     folders = []
     for path in entries:
         name = before + printable(path.name)
-        note, refusal = _said(path, replaced)
+        note, refusal = _note_and_refusal(path, replaced)
         if not (note or refusal) and path.is_dir():
             folders.append(path)
         else:
@@ -177,14 +178,14 @@ def _within(
     for path in folders:
         name = before + printable(path.name)
         try:
-            deeper = _listed(path)
+            deeper = _entries(path)
         except InputError as error:
             yield Source(path, name, refusal=error.reason)
         else:
-            yield from _within(path, deeper, f"{name}/", catalogue, replaced)
+            yield from _files_in(path, deeper, f"{name}/", catalogue, replaced)
 
 
-def _said(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
+def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
     """Return note and refusal of an entry of a folder; both empty if it is to be read or listed."""
     if path.name.startswith("."):
         return _HIDDEN, ""
@@ -201,13 +202,13 @@ def _refusal(path: Path) -> str:
     except FileNotFoundError:  # broken link
         return _IRREGULAR
     except OSError as error:  # link to itself, or no permission
-        return _closed(path, error).reason
+        return unreadable(path, error).reason
     if stat.S_ISDIR(mode):
         return _LINK if path.is_symlink() else ""
     return "" if stat.S_ISREG(mode) else _IRREGULAR
 
 
-def _received(request: Path) -> dict[str, str]:
+def _fetched_sha256(request: Path) -> dict[str, str]:
     """Return the SHA-256 of the files of a fetch by name, from its request.json."""
     try:
         document = read_json(request.read_bytes())
@@ -225,16 +226,11 @@ def _exists(path: Path) -> bool:
     try:
         return path.exists()
     except OSError as error:
-        raise _closed(path, error) from error
+        raise unreadable(path, error) from error
 
 
-def _listed(folder: Path) -> list[Path]:
+def _entries(folder: Path) -> list[Path]:
     try:
         return sorted(folder.iterdir(), key=lambda path: path.name)
     except OSError as error:
-        raise _closed(folder, error) from error
-
-
-def _closed(path: Path, error: OSError) -> InputError:
-    reason = error.strerror or type(error).__name__
-    return InputError(path, f"cannot be opened ({reason}). Must be readable.")
+        raise unreadable(folder, error) from error

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
+from rockframe.ingest.lines import unreadable
 from rockframe.ingest.site import site_of_depth
 from rockframe.record import Orientation, SiteType
 
@@ -121,7 +122,7 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
     rockframe.errors.InputError: lost/CLC.mseed: no StationXML of .CLC.. at 1970-01-01T00:00:00...
     """
     try:
-        return _found(path, trace, given)
+        return _find(path, trace, given)
     except InputError as error:
         if error.path == path:
             raise
@@ -129,7 +130,7 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
         raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
 
 
-def _found(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
+def _find(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
     files = _candidates(path, trace.stats.station) if given is None else [given]
     found = [(file, channel) for file in files for channel in _channels(file, trace)]
     if not found:
@@ -141,13 +142,13 @@ def _found(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
         )
     file, channel = found[0]
     for other_file, other in found[1:]:
-        if _facts(other) != _facts(channel) or other.response != channel.response:
+        if _summary(other) != _summary(channel) or other.response != channel.response:
             raise InputError(
                 path,
                 f"{trace.id} is described in {file.name} and otherwise in {other_file.name}. "
                 "Must be one description.",
             )
-    return _described(file, channel, trace)
+    return _response_of(file, channel, trace)
 
 
 def _candidates(path: Path, station: str) -> list[Path]:
@@ -168,8 +169,7 @@ def _content(file: Path) -> bytes:
             raise InputError(file, f"{size} bytes. Must be at most {_LARGEST}.")
         return file.read_bytes()
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(file, f"cannot be opened ({reason}). Must be readable.") from error
+        raise unreadable(file, error) from error
 
 
 @lru_cache(maxsize=8)
@@ -212,11 +212,11 @@ def _channels(file: Path, trace: Any) -> list[Any]:
     ]
 
 
-def _facts(channel: Any) -> tuple[object, ...]:
+def _summary(channel: Any) -> tuple[object, ...]:
     return channel.azimuth, channel.dip, channel.sample_rate
 
 
-def _described(file: Path, channel: Any, trace: Any) -> ChannelResponse:
+def _response_of(file: Path, channel: Any, trace: Any) -> ChannelResponse:
     response = channel.response
     sensitivity = response.instrument_sensitivity if response else None
     if sensitivity is None or sensitivity.value is None:
