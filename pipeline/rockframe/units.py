@@ -50,7 +50,7 @@ def acceleration_factor(units: str) -> float:
         raise ParameterError(message) from None
 
 
-#: What data files may state as a unit: its value in the units of the text beside it.
+#: Units that data files may state: value in the SI units beside it.
 _KNOWN: Final = {
     **{"m": (1.0, "m"), "km": (1000.0, "m"), "cm": (0.01, "m"), "mm": (0.001, "m")},
     **{"s": (1.0, "s"), "ms": (0.001, "s"), "Hz": (1.0, "s-1"), "year": (1.0, "year")},
@@ -61,7 +61,7 @@ _FACTOR: Final = re.compile(r"([A-Za-z]+)(-?[1-9])?")
 
 
 def conversion_factor(units: str, wanted: str) -> float | None:
-    """Return the factor that turns numbers in one unit into another; None if there is none.
+    """Return the factor that converts one unit to another, or None if they do not match.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def conversion_factor(units: str, wanted: str) -> float | None:
 
 
 def _parsed(units: str) -> tuple[float, dict[str, int]] | None:
-    """The value of a unit, and the powers of base units that it is in."""
+    """Return the value of a unit and its powers of base units, or None if it is unknown."""
     value, powers = 1.0, Counter[str]()
     for place, part in enumerate(re.sub(r"\*\*|\^", "", units).replace("*", " ").split("/")):
         for word in part.split():

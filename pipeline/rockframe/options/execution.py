@@ -13,7 +13,7 @@ _MOST_WORKERS: Final = 4096
 
 
 class ReadingOptions(Options):
-    """How many processes read files."""
+    """Options of the processes that read files."""
 
     workers: Annotated[int, Field(ge=0, le=_MOST_WORKERS)] | None = None
     """Largest number of processes that read files at once, each protected against crashes of the
@@ -21,7 +21,7 @@ class ReadingOptions(Options):
 
 
 class ExecutionOptions(Options):
-    """Where a stage is computed."""
+    """Options of the processes or the cluster that compute a stage."""
 
     workers: Annotated[int, Field(ge=1, le=_MOST_WORKERS)] | None = None
     """Largest number of processes that compute at once; by default one for each core. One alone
@@ -32,7 +32,7 @@ class ExecutionOptions(Options):
 
 
 class BatchOptions(Options):
-    """How a run divides its records."""
+    """Batches of records in a run."""
 
     records: Annotated[int, Field(ge=1)] = 50
     """Number of record files of each batch; with more than 150 batches, the batches are larger."""

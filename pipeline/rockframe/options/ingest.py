@@ -13,7 +13,7 @@ from rockframe.options.model import RULE, Options
 
 
 class IngestOptions(Options):
-    """How record files are read, and what is done to each record."""
+    """Options of reading and processing record files."""
 
     units: Annotated[Units | None, Field(examples=["g"])] = None
     """Acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2 (a file

@@ -29,7 +29,7 @@ def _enough(surrogates: int) -> int:
 
 
 class PulseOptions(Options):
-    """How the pulses of a record are searched.
+    """Options of the search for pulses.
 
     Examples
     --------
@@ -48,15 +48,15 @@ class PulseOptions(Options):
     """Wavelet of the selected pulse; by default the Ricker wavelet, symmetric or antisymmetric,
     that explains more."""
     weighting: Literal["energy", "area", "none", "velocity"] = "energy"
-    """Power of the period before the inner product: energy is the paper's."""
+    """Power of the period before the inner product; energy as in the paper."""
     most_half_cycles: Annotated[float, Field(ge=1.0, le=10.0)] = 3.0
-    """Largest number of half cycles of mavroeidis_papageorgiou that is searched."""
+    """Largest number of half cycles in the search with mavroeidis_papageorgiou."""
     runners_up: Annotated[int, Field(ge=0, le=100)] = 2
-    """Number of further pulses of the selected wavelet, each in what the ones before leave."""
+    """Number of further pulses of the selected wavelet, found in the residual of the others."""
     surrogates: Annotated[int, Field(ge=0, le=_MOST_SURROGATES), AfterValidator(_enough)] = 99
     """Largest number of surrogates that a record is compared with; 0 for no comparison."""
     scrambling: Literal["envelope", "plain"] = "envelope"
-    """Whether surrogates keep the record's envelope, or shake evenly."""
+    """Surrogates with the record's envelope (envelope), or with even intensity (plain)."""
     seed: Seed = 0
     """Random seed of the surrogates."""
 

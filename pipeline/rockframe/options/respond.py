@@ -38,8 +38,8 @@ class DesignOptions(Options):
     """The smallest dimension that keeps the rotation below a limit."""
 
     dimension: Annotated[Literal["height", "width", "mass_ratio"], Field(examples=["height"])]
-    """What is varied: height (slenderness kept), width (height kept), or mass ratio. All values
-    are tried, as demand is not monotone in size."""
+    """Varied dimension: height (slenderness kept), width (height kept), or mass ratio. All values
+    are tried, because demand is not monotone in size."""
     range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
     """Range that is searched, in m for height and width."""
     limit: Positive = 0.5

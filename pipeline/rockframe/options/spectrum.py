@@ -20,7 +20,7 @@ from rockframe.options.model import RULE, Options
 
 
 class SpectrumOptions(Options):
-    """Which pulses overturn which frames: minimum overturning acceleration spectra."""
+    """Minimum overturning acceleration spectra of pulses."""
 
     wavelet: Annotated[Wavelets, Field(examples=[("mavroeidis_papageorgiou",)])]
     """Wavelets of the pulses."""
@@ -57,7 +57,7 @@ class SpectrumOptions(Options):
 
 
 class RockingSpectrumOptions(Options):
-    """How the records rock columns of any size."""
+    """Rocking spectra of the records."""
 
     slenderness_degree: Annotated[PositiveNumbers, Field(examples=[(10.0, 14.0)])]
     """Slenderness of the columns [degree]."""

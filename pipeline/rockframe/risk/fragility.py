@@ -184,7 +184,7 @@ def fit_fragility(
     scales : array_like, shape (scales,)
         Multiples of the motions [1].
     overturned : array_like of bool, shape (motions, scales)
-        Which of them overturn.
+        True if the motion at this scale overturns the structure.
     clusters : array_like of int, shape (motions,), optional
         Motions with the same number are not independent, for example azimuths of one record.
 

@@ -36,7 +36,7 @@ from rockframe.study.toml import line_of, parse, read_text
 
 
 class RecordsTable(IngestOptions):
-    """Which record files are read, how, and what is done to each record."""
+    """Record files, and options of reading and processing them."""
 
     paths: Annotated[Texts | None, Field(examples=[("motions",)])] = None
     """Record files and folders, relative to this file; by default the bundled records."""
