@@ -14,7 +14,7 @@ from tests.commands import run
 
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli.respond import response_cells
-from rockframe.explorer import Shaking, answer, read_settings
+from rockframe.explorer import Motion, answer, read_settings
 from rockframe.figures import draw_response_history
 from rockframe.results import read_run, stated_verdict, table_rows
 from rockframe.rocking import StatedVerdict, Verdict, VerdictKind
@@ -121,7 +121,7 @@ def test_the_explorer_does_not_call_safe_what_it_did_not_look_for(folder: Path) 
         values = {"height": height, "width": width, "mass_ratio": mass_ratio}
         asked = {key: str(value) for key, value in values.items()}
         settings = read_settings({"record": RECORD, "restitution_factor": "1", **stated, **asked})
-        facts = answer({RECORD: Shaking(record, ground)}, settings).facts()
+        facts = answer({RECORD: Motion(record, ground)}, settings).facts()
         if name in ("doric-5m", "bent"):
             assert (facts["kind"], facts["words"]) == ("stands", "stands")
         elif name != "slender-frame":  # whether that is undecided was not looked for

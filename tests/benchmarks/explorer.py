@@ -17,7 +17,7 @@ import numpy as np
 import uvicorn
 from playwright.sync_api import sync_playwright
 
-from rockframe.explorer import Shaking, answer, read_settings
+from rockframe.explorer import Motion, answer, read_settings
 from rockframe.explorer.server import application, configured
 from rockframe.ingest import read_file
 from rockframe.record import Record
@@ -49,15 +49,15 @@ def long_record() -> Record:
     return Record(record_id="long", acceleration=strong, time_step=0.01)
 
 
-def shakings() -> list[Shaking]:
+def shakings() -> list[Motion]:
     """A bundled record and a long one."""
     records = [read_file(bundled_records() / "Ridgecrest2019-CCC.V1")[0], long_record()]
     return [
-        Shaking(r, GroundAcceleration.from_samples(r.acceleration, r.time_step)) for r in records
+        Motion(r, GroundAcceleration.from_samples(r.acceleration, r.time_step)) for r in records
     ]
 
 
-def served(held: list[Shaking]) -> dict[str, float]:
+def served(held: list[Motion]) -> dict[str, float]:
     """Median time of an answer as bytes [ms]."""
     found = {}
     for shaking in held:

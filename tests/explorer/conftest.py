@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rockframe.explorer import Shaking
+from rockframe.explorer import Motion
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
 from rockframe.study import bundled_records, read_structures
@@ -18,35 +18,35 @@ from rockframe.study import bundled_records, read_structures
 TOKEN = "a-token-of-the-tests"  # noqa: S105 -- it opens nothing else
 
 
-def shaking(record: Record, vertical: Record | None = None) -> Shaking:
+def motion(record: Record, vertical: Record | None = None) -> Motion:
     ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
     if vertical is not None:
         upward = GroundAcceleration.from_samples(vertical.acceleration, vertical.time_step)
         ground = ground.with_vertical(upward)
-    return Shaking(record, ground)
+    return Motion(record, ground)
 
 
 @pytest.fixture(scope="session")
-def bundled() -> list[Shaking]:
+def bundled() -> list[Motion]:
     """Both horizontals of one bundled station, the first with its vertical."""
     from rockframe.ingest import read_file
 
     records = read_file(bundled_records() / "Ridgecrest2019-CCC.V1")
     across = [record for record in records if not record.orientation.upright]
     (upward,) = (record for record in records if record.orientation.upright)
-    return [shaking(across[0], upward), shaking(across[1])]
+    return [motion(across[0], upward), motion(across[1])]
 
 
 @pytest.fixture(scope="session")
-def long() -> Shaking:
-    """Ten minutes of shaking at 100 Hz: 60,000 samples."""
+def long() -> Motion:
+    """Ten minutes of motion at 100 Hz: 60,000 samples."""
     time = 0.01 * np.arange(60_000)
     wave = np.random.default_rng(7).normal(0.0, 1.0, time.size)
     smooth = np.convolve(wave, np.hanning(40), "same")
     envelope = np.exp(-(((time - 200.0) / 60.0) ** 2))
     strong = 4.0 * envelope * smooth / np.abs(smooth).max()
     name = "<script>alert(1)</script>"
-    return shaking(Record(record_id="long", acceleration=strong, time_step=0.01, event=name))
+    return motion(Record(record_id="long", acceleration=strong, time_step=0.01, event=name))
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Address:
 
 
 @pytest.fixture(scope="session")
-def explorer(bundled: list[Shaking], long: Shaking) -> Iterator[Address]:
+def explorer(bundled: list[Motion], long: Motion) -> Iterator[Address]:
     """A server in a thread."""
     pytest.importorskip("starlette", reason="no starlette: make test-browser")
     uvicorn: Any = pytest.importorskip("uvicorn", reason="no uvicorn: make test-browser")

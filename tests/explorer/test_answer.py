@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe import GroundAcceleration, ParameterError, RockingFrame, respond
-from rockframe.explorer import Shaking, answer, read_settings
+from rockframe.explorer import Motion, answer, read_settings
 
 BENT = {
     "height": "9.6",
@@ -25,8 +25,8 @@ BENT = {
 }
 
 
-def asked(shakings: list[Shaking], **other: str) -> Any:
-    held = {shaking.record.record_id: shaking for shaking in shakings}
+def asked(motions: list[Motion], **other: str) -> Any:
+    held = {motion.record.record_id: motion for motion in motions}
     return answer(held, read_settings({"record": next(iter(held)), **BENT, **other}))
 
 
@@ -37,7 +37,7 @@ def unpacked(content: bytes) -> tuple[dict[str, Any], NDArray[np.float32]]:
     return facts, np.frombuffer(content, "<f4", offset=end).reshape(5, facts["drawn"])
 
 
-def test_the_answer_is_that_of_respond(bundled: list[Shaking]) -> None:
+def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
     found = asked(bundled, scale="1.5")
     record = bundled[0].record
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -53,7 +53,7 @@ def test_the_answer_is_that_of_respond(bundled: list[Shaking]) -> None:
     np.testing.assert_allclose(time, record.time, rtol=1e-6)
 
 
-def test_vertical_motion_counts_where_there_is_one(bundled: list[Shaking]) -> None:
+def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> None:
     plain, both = asked(bundled), asked(bundled, vertical="1")
     assert plain.response.peak_rotation != both.response.peak_rotation
     assert both.response.peak_rotation == pytest.approx(
@@ -61,7 +61,7 @@ def test_vertical_motion_counts_where_there_is_one(bundled: list[Shaking]) -> No
     )
 
 
-def test_the_section_counts(bundled: list[Shaking]) -> None:
+def test_the_section_counts(bundled: list[Motion]) -> None:
     ratios = [
         asked(bundled, section=section).response.frame.inertia_ratio
         for section in ("rectangular", "circular", "1.25")
@@ -69,7 +69,7 @@ def test_the_section_counts(bundled: list[Shaking]) -> None:
     assert ratios == [4.0 / 3.0, pytest.approx(1.331081, abs=1e-6), 1.25]
 
 
-def test_a_long_record_keeps_its_extremes(long: Shaking) -> None:
+def test_a_long_record_keeps_its_extremes(long: Motion) -> None:
     found = asked([long], scale="0.6")
     assert found.response.verdict.name == "SAFE"
     places, response = found.places, found.response
@@ -83,13 +83,13 @@ def test_a_long_record_keeps_its_extremes(long: Shaking) -> None:
             assert kept.min() == series[part].min()
 
 
-def test_what_is_zoomed_into_is_drawn_in_full(long: Shaking) -> None:
+def test_what_is_zoomed_into_is_drawn_in_full(long: Motion) -> None:
     places = asked([long], **{"from": "200", "to": "210"}).places
     inside = places[(places >= 20_000) & (places <= 21_000)]
     assert np.array_equal(inside, np.arange(20_000, 21_001))
 
 
-def test_a_long_fall_ends_where_it_falls(long: Shaking) -> None:
+def test_a_long_fall_ends_where_it_falls(long: Motion) -> None:
     found = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
     theta = found.response.theta
     standing = int(np.isfinite(theta).sum())
@@ -97,7 +97,7 @@ def test_a_long_fall_ends_where_it_falls(long: Shaking) -> None:
     assert {standing - 1, standing} <= set(found.places)
 
 
-def test_the_table_holds_every_sample(long: Shaking) -> None:
+def test_the_table_holds_every_sample(long: Motion) -> None:
     found = asked([long])
     lines = found.table().splitlines()
     assert lines[0] == "time_s,acceleration_m_s2,theta_rad,u_m,v_m"
@@ -124,7 +124,7 @@ def test_the_table_holds_every_sample(long: Shaking) -> None:
         ("number_of_columns", "4", "Invalid setting 'number_of_columns'. Must be one of: record"),
     ],
 )
-def test_a_wrong_value_is_named(bundled: list[Shaking], name: str, value: str, words: str) -> None:
+def test_a_wrong_value_is_named(bundled: list[Motion], name: str, value: str, words: str) -> None:
     with pytest.raises(ParameterError) as error:
         asked(bundled, **{name: value})
     assert words in str(error.value)
@@ -137,11 +137,11 @@ def test_a_setting_left_out_is_named() -> None:
         read_settings({"vertical": "1"})
 
 
-def test_no_vertical_is_made_up(bundled: list[Shaking]) -> None:
+def test_no_vertical_is_made_up(bundled: list[Motion]) -> None:
     with pytest.raises(ParameterError, match="no vertical was recorded beside it"):
         asked(bundled[1:], vertical="1")
 
 
-def test_a_ground_that_falls_faster_than_the_frame_is_refused(bundled: list[Shaking]) -> None:
+def test_a_ground_that_falls_faster_than_the_frame_is_refused(bundled: list[Motion]) -> None:
     with pytest.raises(ParameterError, match="lose contact with the ground"):
         asked(bundled, vertical="1", scale="20")

@@ -1,1 +1,1 @@
-"""The command line: one module per verb; heavy imports wait until the verb runs."""
+"""The command line: one module per command. Heavy imports wait until a command runs."""

@@ -1,4 +1,4 @@
-"""Arguments that several verbs share."""
+"""Arguments that several commands share."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def add_reading(parser: argparse.ArgumentParser, *, processes: bool = True) -> N
 
 
 def add_structures(parser: argparse.ArgumentParser, *, one: bool = True) -> None:
-    """Add the file of structures and, where no model has it, the choice of one."""
+    """Add ``--structures`` and, unless a model of options has it, ``--structure``."""
     parser.add_argument(
         "--structures",
         type=path,
@@ -45,7 +45,7 @@ def add_structures(parser: argparse.ArgumentParser, *, one: bool = True) -> None
 
 
 def add_records(parser: argparse.ArgumentParser) -> None:
-    """Add the records to read."""
+    """Add ``--records``."""
     parser.add_argument(
         "--records",
         nargs="+",
@@ -57,7 +57,7 @@ def add_records(parser: argparse.ArgumentParser) -> None:
 
 
 def add_batch(parser: argparse.ArgumentParser) -> None:
-    """Add the option of one batch of the records."""
+    """Add ``--batch``."""
     parser.add_argument(
         "--batch",
         type=_batch,
@@ -75,21 +75,21 @@ def _batch(text: str) -> tuple[int, int]:
 
 
 def chosen_batch(options: argparse.Namespace) -> Batch:
-    """Return the batch of the records that is stated."""
+    """Return the stated batch of the records."""
     from rockframe.stages import Batch
 
     return Batch(*options.batch)
 
 
 def chosen_structures(options: argparse.Namespace) -> Path:
-    """Return the file of structures, stated or shipped."""
+    """Return the stated file of structures, or the shipped one."""
     from rockframe.study import SHIPPED_STRUCTURES
 
     return options.structures or SHIPPED_STRUCTURES
 
 
 def chosen_engine(options: argparse.Namespace) -> Engine:
-    """Return where batches are computed."""
+    """Return the engine that computes batches."""
     from rockframe.engines import choose_engine
 
     execution = chosen(options, ExecutionOptions)
@@ -97,7 +97,7 @@ def chosen_engine(options: argparse.Namespace) -> Engine:
 
 
 def reading_workers(options: argparse.Namespace) -> int | None:
-    """Return the largest number of processes that read files, if it is stated."""
+    """Return the stated number of processes that read files, or None."""
     return chosen(options, ReadingOptions).workers
 
 
@@ -105,7 +105,7 @@ def reading_workers(options: argparse.Namespace) -> int | None:
 def records_file(
     given: Sequence[Path] | None, ingest: IngestOptions, workers: int | None
 ) -> Iterator[tuple[Path, int]]:
-    """Give the records.nc that is stated, or one made from the files; and the exit status."""
+    """Yield the stated records.nc, or a temporary one made from files, and the exit status."""
     from rockframe.cli.console import show_rejections
     from rockframe.errors import ParameterError
     from rockframe.stages import ingest_stage
@@ -125,13 +125,13 @@ def records_file(
 
 
 def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
-    """Return `records_file` of a verb that has ``--records`` and the options of reading."""
+    """Return `records_file` for a command with ``--records`` and the options of reading."""
     ingest = chosen(options, IngestOptions)
     return records_file(options.records, ingest, reading_workers(options))
 
 
 def refuse_folder_of_records(options: argparse.Namespace) -> None:
-    """Refuse to write a run into the folder that its records are read from."""
+    """Raise an error if the output folder is one that records are read from."""
     from rockframe.errors import InputError
 
     for source in options.records or []:

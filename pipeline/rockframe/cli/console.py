@@ -1,4 +1,4 @@
-"""What the terminal shows: tables, progress bars, rejections, JSON."""
+"""Output of commands: tables, progress bars, rejections, JSON."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from rockframe.ingest import Rejection
     from rockframe.results import Entry
 
-#: Width of tables where there is no terminal to ask: a log, a file, a pipe.
+#: Width of tables that are not printed to a terminal [characters].
 _PLAIN_WIDTH: Final = 150
-#: Nobody reads more rows in a terminal or a log.
+#: Largest number of rows that are printed.
 _MOST_ROWS: Final = 200
-#: Columns of the terminal between two columns of a table.
+#: Space between two columns of a table [characters].
 _GAP: Final = 2
-#: What a column of words is left with, at the least, for the names of the rows to stay whole.
+#: Least width of a column of words when the first column is kept unbroken [characters].
 _SHORTEST: Final = 6
 
 
 def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
-    An empty row draws a line between the rows around it. Where there is little room headings are
-    broken first, then words; what names a row, and what is one word, stays whole if it can. Of very
-    many rows the first are shown, and how many more there are.
+    An empty row draws a line. In a narrow terminal, headings are broken first, then cells; the
+    first column and single words stay unbroken if possible. If there are very many rows, only the
+    first are printed, and the number of the others.
     """
     from rich import box
     from rich.console import Console
@@ -72,7 +72,7 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
 def _layout(
     columns: Sequence[str], rows: Sequence[Sequence[str]], width: int
 ) -> list[tuple[str, bool, bool]]:
-    """Return the heading of each column, whether it is to the right, and whether it stays whole."""
+    """Return heading, alignment to the right, and no wrapping, for each column."""
     right = [name.endswith(">") for name in columns]
     heads = [name.rstrip(">") for name in columns]
     room = width - _GAP * len(columns)
@@ -100,7 +100,7 @@ def _layout(
 
 
 def _widths(rows: Sequence[Sequence[str]], apart: str | None) -> list[int]:
-    """Return the longest line of each column, or its longest word if nothing is said."""
+    """Return the longest part of each column; `apart` separates parts, by default white space."""
     return [
         max((len(part) for cell in column for part in cell.split(apart)), default=0)
         for column in zip(*rows, strict=True)
@@ -108,7 +108,7 @@ def _widths(rows: Sequence[Sequence[str]], apart: str | None) -> list[int]:
 
 
 def table_width() -> int:
-    """Return the number of columns there are for a table."""
+    """Return the width available for a table [characters]."""
     asked = os.environ.get("COLUMNS", "")
     if not asked.isdigit() and not sys.stdout.isatty():
         return _PLAIN_WIDTH
@@ -116,7 +116,7 @@ def table_width() -> int:
 
 
 def show_json(value: Any) -> None:
-    """Print JSON; what is not a finite number is null."""
+    """Print JSON, with null for numbers that are not finite."""
     print(json.dumps(_finite(value), indent=2, ensure_ascii=False, allow_nan=False))
 
 
@@ -131,12 +131,12 @@ def _finite(value: Any) -> Any:
 
 
 def number(value: float, decimals: int) -> str:
-    """Return a number with its decimals, or a dash for one that is not known."""
+    """Return a number with the given decimals, or a dash if it is unknown."""
     return f"{value:.{decimals}f}" if math.isfinite(value) else "–"
 
 
 def show_rejections(rejections: Sequence[Rejection | Entry]) -> None:
-    """Print one line for each rejected file, to the error stream."""
+    """Print one line for each rejected file to stderr."""
     for rejection in rejections:
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"
         print(f"rockframe: rejected: {where}: {rejection.reason}", file=sys.stderr)
@@ -144,7 +144,7 @@ def show_rejections(rejections: Sequence[Rejection | Entry]) -> None:
 
 @contextmanager
 def progress_names(what: str) -> Iterator[Callable[[str], None]]:
-    """Give a callable for the name of what is being done; shown if a terminal is there."""
+    """Yield a callback that shows the name of the current item if stderr is a terminal."""
     if not sys.stderr.isatty():
         yield lambda _name: None
         return
@@ -156,7 +156,7 @@ def progress_names(what: str) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Give a callable for the number done and in all; it draws a bar if a terminal is there."""
+    """Yield a callback for the number done and in total; it draws a bar on a terminal."""
     if not sys.stderr.isatty():
         yield lambda _done, _total: None
         return

@@ -1,4 +1,4 @@
-"""rockframe draw: draw what the stages found: each record with its responses, and all curves."""
+"""rockframe draw: draw the results of stages: records with their responses, and curves."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from rockframe.options import FigureOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Files of stages in, a folder of figures out."""
+    """Add the arguments: files of stages, and a folder."""
     parser.add_argument(
         "files",
         type=path,
         nargs="+",
         metavar="FILE",
-        help="outputs of stages: of ingest, pulse and respond, all three, for a figure of each "
-        "record; of screen for fragility and peaks; of spectrum for its curves",
+        help="outputs of stages: those of ingest, pulse and respond together draw a figure of "
+        "each record; that of screen draws fragility and peaks; that of spectrum its curves",
     )
     parser.add_argument("--output", type=folder_to_write, required=True, help="folder to write")
     add_options(parser, FigureOptions)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw, and print how many figures there are."""
+    """Draw the figures, and print their number."""
     from rockframe.cli.console import progress_bar, show_json
     from rockframe.stages import figures_stage
 

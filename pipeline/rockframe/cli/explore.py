@@ -17,30 +17,30 @@ from rockframe.cli.options import whole_number
 if TYPE_CHECKING:
     import socket
 
-    from rockframe.explorer import Shaking
+    from rockframe.explorer import Motion
 
 _HIGHEST_PORT: Final = 65535
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What can be chosen, and where the page is."""
+    """Add the arguments: records, structures, and the port."""
     add_records(parser)
     parser.add_argument(
         "--port",
         type=_port,
         default=0,
         metavar="N",
-        help="port of this machine to listen at (default: one that is free)",
+        help="port to listen on (default: any free port)",
     )
     parser.add_argument(
-        "--no-browser", action="store_true", help="print the address, open no browser"
+        "--no-browser", action="store_true", help="print the address without opening a browser"
     )
     add_structures(parser)
     add_reading(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read the records, listen, say where, and answer until interrupted."""
+    """Read the records, print the address, and serve until interrupted."""
     import secrets
     import sys
     import webbrowser
@@ -60,15 +60,15 @@ def run(options: argparse.Namespace) -> int:
         ) from None
     frames = choose_structures(chosen_structures(options), options.structure)
     with _listening(LOOPBACK, options.port) as listening:
-        shakings = _shakings(options)
+        motions = _motions(options)
         port = listening.getsockname()[1]
         token = secrets.token_urlsafe(24)
         address = f"http://{LOOPBACK}:{port}/{token}/"
-        app = application(shakings, frames, token, port)
+        app = application(motions, frames, token, port)
         if options.json:
-            show_json({"address": address, "records": [s.record.record_id for s in shakings]})
+            show_json({"address": address, "records": [s.record.record_id for s in motions]})
         else:
-            print(f"{address}\n{len(shakings)} records; Ctrl-C stops the explorer.")
+            print(f"{address}\n{len(motions)} records; Ctrl-C stops the explorer.")
         sys.stdout.flush()
         try:
             if not options.no_browser:
@@ -79,10 +79,10 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _shakings(options: argparse.Namespace) -> list[Shaking]:
-    """The horizontal records, each with the vertical one beside it."""
+def _motions(options: argparse.Namespace) -> list[Motion]:
+    """Return the horizontal records, each with the vertical component of its station."""
     from rockframe.components import vertical_beside
-    from rockframe.explorer import Shaking
+    from rockframe.explorer import Motion
     from rockframe.results import open_records
     from rockframe.rocking.response import as_ground
     from rockframe.stages import with_vertical
@@ -92,7 +92,7 @@ def _shakings(options: argparse.Namespace) -> list[Shaking]:
         names, everything = set(horizontal(file)), list(file)
     beside = vertical_beside(everything)
     return [
-        Shaking(
+        Motion(
             record,
             with_vertical(record, beside) if record.record_id in beside else as_ground(record),
         )

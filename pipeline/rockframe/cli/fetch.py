@@ -1,4 +1,4 @@
-"""rockframe fetch: records of an event from an FDSN data centre, verified, into a folder."""
+"""rockframe fetch: download and verify records of an event from an FDSN data centre."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Data centre, event, stations, span, folder."""
+    """Add the arguments: data centre, event, stations, time span, folder."""
     parser.epilog = (
-        "Exit status: 0 all came in; 1 something is missing (it is listed); 2 nothing came in, or "
-        "something for you to mend, said in one line. The same command again goes on where it "
-        "stopped. Archives that need a login (PEER NGA, ESM, CESMD, K-NET): download by hand, "
-        "then rockframe ingest."
+        "Exit status: 0 everything was received; 1 something is missing (it is listed); 2 nothing "
+        "was received, or an error that you can correct. The same command resumes an interrupted "
+        "download. From archives that need a login (PEER NGA, ESM, CESMD, K-NET), download by "
+        "hand, then use rockframe ingest."
     )
     parser.add_argument(
         "--url",
         required=True,
-        help="data centre: an address, or a short name that obspy knows (SCEDC, INGV, GEONET...)",
+        help="data centre: URL, or a short name known to obspy (SCEDC, INGV, GEONET...)",
     )
     parser.add_argument(
-        "--event-url", default="", metavar="URL", help="event service, if elsewhere"
+        "--event-url", default="", metavar="URL", help="URL of the event service, if different"
     )
     parser.add_argument(
-        "--station-url", default="", metavar="URL", help="station service, if elsewhere"
+        "--station-url", default="", metavar="URL", help="URL of the station service, if different"
     )
     _add_event(parser)
     _add_stations(parser)
@@ -42,14 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             type=float,
             default=seconds,
             metavar="SECONDS",
-            help=f"span of the records {name} the origin time (default: {seconds:g})",
+            help=f"time {name} the origin time that is requested (default: {seconds:g})",
         )
     parser.add_argument(
         "--timeout",
         type=float,
         default=120.0,
         metavar="SECONDS",
-        help="longest wait for one answer (default: 120)",
+        help="longest wait for one response (default: 120)",
     )
     parser.add_argument(
         "--output", type=folder_to_write, required=True, metavar="FOLDER", help="folder to write"
@@ -57,42 +57,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_event(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--event", default="", metavar="ID", help="identifier in the event service")
+    parser.add_argument("--event", default="", metavar="ID", help="event identifier of the service")
     parser.add_argument(
         "--origin",
         metavar="TIME",
-        help="instead of --event: its origin time, UTC, as in 2019-07-06T03:19:53, with "
+        help="instead of --event: origin time (UTC), such as 2019-07-06T03:19:53, with "
         "--latitude and --longitude",
     )
     for name in ("--latitude", "--longitude"):
         parser.add_argument(
-            name, type=float, metavar="DEGREES", help="of the epicentre, with --origin"
+            name,
+            type=float,
+            metavar="DEGREES",
+            help=f"{name.removeprefix('--')} of the epicentre, with --origin",
         )
     parser.add_argument(
-        "--magnitude", type=float, default=math.nan, help="of the event, with --origin"
+        "--magnitude",
+        type=float,
+        default=math.nan,
+        help="magnitude of the event, with --origin",
     )
     parser.add_argument(
-        "--event-name", default="", metavar="NAME", help="of the event, with --origin"
+        "--event-name", default="", metavar="NAME", help="name of the event, with --origin"
     )
     parser.add_argument(
         "--start",
         default="",
         metavar="TIME",
-        help="instead of an event: the first of a span of time, UTC",
+        help="instead of an event: start of a time span (UTC)",
     )
-    parser.add_argument("--end", default="", metavar="TIME", help="the last of that span, UTC")
+    parser.add_argument("--end", default="", metavar="TIME", help="end of the time span (UTC)")
 
 
 def _add_stations(parser: argparse.ArgumentParser) -> None:
     for name in ("--network", "--station", "--location"):
         parser.add_argument(
-            name, default="*", metavar="CODES", help="with ? and *, by commas (default: all)"
+            name,
+            default="*",
+            metavar="CODES",
+            help="codes with ? and *, separated by commas (default: all)",
         )
     parser.add_argument(
         "--channel",
         default="HN?,HG?,BN?",
         metavar="CODES",
-        help="with ? and *, by commas (default: those of accelerometers, HN?,HG?,BN?)",
+        help="codes with ? and *, separated by commas (default: accelerometers, HN?,HG?,BN?)",
     )
     parser.add_argument(
         "--radius-km",
@@ -112,7 +121,7 @@ def _add_stations(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fetch, and print what came in against what was asked for."""
+    """Download, and print what was requested and received."""
     from rockframe.cli.console import progress_names, show_json
     from rockframe.stages import fetch_stage
 
@@ -169,7 +178,7 @@ def _request(options: argparse.Namespace) -> Request:
 
 
 def _refuse_facts(options: argparse.Namespace) -> None:
-    """Facts of an event that would go unused are a mistake."""
+    """Raise an error for facts of an event that would be unused."""
     stated = {
         "--latitude": options.latitude is not None,
         "--longitude": options.longitude is not None,

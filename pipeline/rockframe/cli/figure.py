@@ -1,4 +1,4 @@
-"""rockframe figure: draw one figure, of the paper or further, with its caption."""
+"""rockframe figure: draw one figure with its caption."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rockframe.cli.outputs import file_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which figure, of what, and where it goes."""
+    """Add the arguments: the figure, its data, and the file to write."""
     numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
     parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
     parser.add_argument(
@@ -26,8 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record",
         action="append",
         metavar="ID",
-        help="only this record; may be repeated for figure 11 (default: all of them there, else "
-        "the one under which the structure turns furthest and stands)",
+        help="only this record; may be repeated for figure 11 (default: all records for figure 11, "
+        "else the record with the largest rotation of the structure without overturning)",
     )
     parser.add_argument(
         "--vertical",
@@ -41,31 +41,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_joints(parser: argparse.ArgumentParser) -> None:
-    """Options of what the joints are taken to be."""
+    """Add the options of the joints."""
     parser.add_argument(
         "--friction",
         type=float,
         default=0.5,
         metavar="MU",
-        help="coefficient of friction that the joints are assumed to have (default: 0.5)",
+        help="assumed coefficient of friction of the joints (default: 0.5)",
     )
     parser.add_argument(
         "--spacing",
         type=float,
         metavar="METRES",
-        help="between the axes of two columns: adds the forces on each",
+        help="distance between the axes of two columns [m]: adds the forces on each column",
     )
     parser.add_argument(
         "--beam-centre",
         type=float,
         default=0.0,
         metavar="METRES",
-        help="the beam's centre of mass above its underside (default: 0)",
+        help="height of the beam's centre of mass above its underside [m] (default: 0)",
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw, write, print the caption."""
+    """Draw and write the figure, and print its caption."""
     from rockframe.cli.console import show_json
     from rockframe.figures import save_captioned
 

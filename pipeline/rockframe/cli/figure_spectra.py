@@ -9,36 +9,36 @@ if TYPE_CHECKING:
     from rockframe.cli.figure_table import Pair
     from rockframe.figures import Captioned
 
-#: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio stands for the limit. The
-#: paper's own ratios are not stated in its text.
+#: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio stands for the limit of a
+#: very heavy beam. The paper does not state its mass ratios.
 _SLENDERNESSES: Final = (10.0, 14.0)
 _MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, 1e15)
-#: Where its axes begin and end.
+#: Limits of its axes [1].
 _FREQUENCY_RATIOS: Final = (1.0, 8.0)
 _AMPLITUDES: Final = (1.0, 15.0)
-#: Curves are refined to this share of themselves: below a hundredth of a line's width.
+#: Relative tolerance of the curves [1]: less than a hundredth of the width of a line.
 _TOLERANCE: Final = 1e-6
 
-#: Slendernesses of rocking spectra [degrees], and 2 pi / p [s]: first, last, number.
+#: Slendernesses of rocking spectra [degrees]; first, last and number of 2 pi / p [s].
 _ROCKING: Final = (6.0, 10.0, 14.0, 20.0)
 _PERIODS: Final = (2.0, 15.0, 261)
 
 #: Heights of a stability map as multiples of the structure's, and its largest scale.
 _HEIGHTS: Final = (0.1, 4.0)
 _LARGEST_SCALE: Final = 4.0
-#: A response to a record takes as long as many to a pulse: its map is as much coarser.
+#: Stability maps are coarser by this factor, as responses to records take longer than to pulses.
 _COARSER: Final = 4
 
 
 def add_grid(parser: argparse.ArgumentParser) -> None:
-    """The option of how fine maps are."""
+    """Add the option of the resolution of maps."""
     parser.add_argument(
         "--grid",
         type=int,
         default=400,
         metavar="N",
-        help="points a side of each map of figure 9, a quarter of them of a stability map "
-        "(default: 400)",
+        help="points along each side of the maps of figure 9; a stability map has a quarter of "
+        "them (default: 400)",
     )
 
 

@@ -1,4 +1,4 @@
-"""The figures that `rockframe figure` draws: one line each in FIGURES."""
+"""The figures that `rockframe figure` draws. FIGURES has one line for each."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from rockframe.results import RecordsFile
     from rockframe.rocking import GroundAcceleration
 
-#: A page of more histories than these could not be read.
+#: Largest number of histories on a page.
 _MOST_RECORDS: Final = 12
-#: Mass ratios of Figure 7; the paper's own are not stated in its text.
+#: Mass ratios of Figure 7; the paper does not state its own.
 _MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, float("inf"))
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A figure: what it is, and the function that draws it and returns the exit status too."""
+    """A figure: its summary, and the function that returns the figure and the exit status."""
 
     summary: str
     draw: Callable[[argparse.Namespace], tuple[Captioned, int]]
@@ -124,7 +124,7 @@ def _draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
     return draw_joints(joints, options.friction), pair.status
 
 
-#: By the name on the command line, in the order of its help.
+#: All figures by their names on the command line, in the order of the help.
 FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
     {
         "5": Entry("size of the equivalent column", _draw_5),
@@ -149,7 +149,7 @@ FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Pair:
-    """The record and structure of a figure of one, what moves it, and the exit status."""
+    """The record, structure and motion of a figure, and the exit status."""
 
     record: Record
     frame: RockingFrame
@@ -176,7 +176,7 @@ def _pair(options: argparse.Namespace) -> Pair:
 
 
 def chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:
-    """Names of the horizontal records, or of those that were asked for."""
+    """Return the names of the requested records, or of all horizontal ones."""
     from rockframe.errors import ParameterError
     from rockframe.stages.common import horizontal
 
@@ -188,7 +188,7 @@ def chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:
 
 
 def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
-    """The record under which the frame turns furthest and stands; the first if it never does."""
+    """Return the record with the largest rotation without overturning, or the first."""
     from rockframe.rocking import Verdict, respond
 
     best, furthest = file.read(names[0]), 0.0
@@ -201,14 +201,14 @@ def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Recor
 
 
 def _structure(options: argparse.Namespace) -> RockingFrame:
-    """The structure that was asked for, or the first: the shipped one is the paper's bridge."""
+    """Return the requested structure, or the first: by default the paper's bridge bent."""
     from rockframe.stages import choose_structures
 
     return choose_structures(chosen_structures(options), options.structure)[0]
 
 
 def title_of(record: Record) -> str:
-    """Return the names of event and record, in two lines."""
+    """Return the names of event and record in two lines."""
     from rockframe.paper import paper_record_of
 
     printed = paper_record_of(record.source_file)

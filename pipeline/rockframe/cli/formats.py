@@ -1,4 +1,4 @@
-"""rockframe formats: list the formats of records that can be read."""
+"""rockframe formats: list the supported formats of records."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 
 
 def add_arguments(_parser: argparse.ArgumentParser) -> None:
-    """It takes none."""
+    """Add no arguments."""
 
 
 def run(options: argparse.Namespace) -> int:

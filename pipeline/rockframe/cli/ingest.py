@@ -1,4 +1,4 @@
-"""rockframe ingest: read record files, checked, into records.nc."""
+"""rockframe ingest: read and check record files, and write records.nc."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Files, and what they do not say of themselves."""
+    """Add the arguments: files, and metadata that the files do not contain."""
     parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
@@ -30,12 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the stage and print what went through."""
+    """Run the stage and print the accepted records."""
     from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages import ingest_stage
 
     def listed(entries: Sequence[Entry]) -> None:
-        """What became of each file, also where there is nothing but rejections."""
+        """List the outcome of each file if no record was accepted."""
         rejected = [entry for entry in entries if entry.reason]
         none = all(entry.status != "accepted" for entry in entries)
         if none and options.json:
@@ -135,7 +135,7 @@ def _show(accepted: list[dict[str, Any]], output: Path) -> None:
 
 
 def _passport(passport: Passport | None) -> dict[str, Any]:
-    """The verdict, the names of the warnings and all checks, as JSON has them."""
+    """Return the verdict, the names of the warnings, and all checks."""
     if passport is None:
         return {"passport": None, "warnings": [], "checks": []}
     return {

@@ -1,4 +1,4 @@
-"""rockframe init: write a commented study file, and its schema for editors."""
+"""rockframe init: write a commented study file and its schema for editors."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A name in, a study file out."""
-    parser.add_argument("name", help="name of the study: NAME.toml is written here")
+    """Add the argument: the name of the study."""
+    parser.add_argument(
+        "name", help="name of the study; NAME.toml is written to the current folder"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write both files; an older study stays."""
+    """Write both files, unless the study file exists."""
     from pydantic import TypeAdapter, ValidationError
 
     from rockframe.cli.console import show_json

@@ -1,4 +1,4 @@
-"""`rockframe`: parse the command line, run the verb, turn what the user can mend into one line."""
+"""`rockframe`: parse the command line, run a command, print errors of the user as one line."""
 
 from __future__ import annotations
 
@@ -24,49 +24,49 @@ from typing import Any, Final, NoReturn, TextIO
 
 from rockframe.errors import RockframeError
 
-#: The commands, in the order of the help; each is a module of its name.
+#: The commands in the order of the help; each is implemented in the module of its name.
 _VERBS: Final = {
     "table1": "run all stages and print the paper's Table 1 for the records",
-    "init": "write a commented study file, and its schema for editors",
+    "init": "write a commented study file and its schema for editors",
     "run": "run all stages of a study, or resume an interrupted run",
-    "status": "say how far the run in a folder is",
-    "step": "perform one step of a run; for workflows",
-    "show": "tell what happened to one record, from its file to its verdicts",
-    "verify": "hash, open and compare the files of a run",
-    "fetch": "records of an event from an FDSN data centre, verified, into a folder",
-    "ingest": "read record files, checked, into records.nc",
+    "status": "show the progress of the run in a folder",
+    "step": "perform one step of a run (for workflows)",
+    "show": "show what happened to one record, from its file to its verdicts",
+    "verify": "verify the files of a run against its manifest",
+    "fetch": "download and verify records of an event from an FDSN data centre",
+    "ingest": "read and check record files, and write records.nc",
     "pulse": "find the acceleration pulse (a_p, T_p) of each record",
     "respond": "compute the rocking response of structures to records",
     "screen": "screen structures by many records at many scales",
-    "spectrum": "find which pulses overturn frames, or how records rock frames of any size",
+    "spectrum": "compute overturning spectra of pulses, or rocking spectra of records",
     "table": "write the table of records, pulses and responses",
-    "draw": "draw what the stages found: each record with its responses, and all curves",
-    "figure": "draw one figure, of the paper or further, with its caption",
-    "report": "one page of a run to look at, in any browser and without a network",
+    "draw": "draw the results of stages: records with their responses, and curves",
+    "figure": "draw one figure with its caption",
+    "report": "write an HTML page of a run that works without a network",
     "explore": "show the response in a browser while the structure and the motion change",
     "paper": "check the paper's numbers and claims, and draw its figures",
-    "formats": "list the formats of records that can be read",
+    "formats": "list the supported formats of records",
 }
-#: Status of a command that ends by a fault of the program's own, as sysexits.h has it.
+#: Exit status of an internal error, as in sysexits.h.
 _FAULT: Final = 70
-#: What compiled code may take on disk [bytes].
+#: Disk space that the cache of compiled code needs [bytes].
 _CACHE_ROOM: Final = 16_000_000
 
 
-#: Errors of the system that the user can mend, of whatever file or stream; and how.
+#: Errors of the system that the user can correct, for any file or stream, and how.
 _OF_SYSTEM: Final = {
     errno.EMFILE: "Raise the limit of open files: ulimit -n 1024.",
     errno.ENFILE: "Close other programs.",
 }
-#: The same of a stream; of files it is said where they are written.
+#: The same for streams only; for files, the code that writes them reports these errors.
 _OF_STREAM: Final = frozenset([errno.EBADF, errno.EFBIG, errno.EIO, errno.ENOSPC])
 
-#: What begins with a minus and is a number; to argparse -1e-5 and -inf are options.
+#: Negative numbers; argparse takes -1e-5 and -inf for options.
 _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line; argparse would print the usage before it."""
+    """A parser that prints errors in one line, without the usage that argparse prints."""
 
     def _parse_optional(self, word: str) -> Any:
         return None if _NEGATIVE.fullmatch(word) else super()._parse_optional(word)
@@ -85,8 +85,8 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     Parameters
     ----------
     only : str, optional
-        Add the arguments of this command alone; by default those of all commands. Others stay
-        unimported, so that the help of the whole comes at once.
+        Add the arguments of this command only (default: of all commands). The modules of other
+        commands are not imported, so that the help appears quickly.
     """
     whole = _Parser(
         prog="rockframe",
@@ -94,7 +94,7 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
         "pulses, histories, stability verdicts.",
         epilog="Exit status: 0 done; 1 done, but some records were rejected or are missing (they "
         "are listed); "
-        "2 something for you to mend, said in one line; 70 a fault of rockframe itself.",
+        "2 an error that you can correct; 70 an internal error: please report it.",
     )
     whole.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
     verbs = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -111,27 +111,27 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
 
 
 def _terminated(_signal: int, _frame: FrameType | None) -> NoReturn:
-    """Leave as after Ctrl-C: what is half-written is removed on the way out."""
+    """Handle SIGTERM like Ctrl-C, so that partial files are removed."""
     raise KeyboardInterrupt
 
 
 def call(arguments: Sequence[str] | None = None) -> int:
-    """Run one command, and let its errors through.
+    """Run one command. Errors are raised, not printed.
 
     Parameters
     ----------
     arguments : sequence of str, optional
-        Words after the command's name; those of the process by default.
+        Words after ``rockframe`` (default: those of the process).
 
     Returns
     -------
     int
-        0 done, 1 done with rejected records.
+        Exit status: 0 done, 1 done with rejected records.
 
     Raises
     ------
     RockframeError
-        If there is something for the user to mend.
+        If the user can correct the error.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = parser(words[0] if words else "").parse_args(words)
@@ -140,7 +140,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
 
 
 def _keep_cache_where_there_is_room() -> None:
-    """Let numba cache elsewhere if its disk is full, or each process would compile for itself."""
+    """Move numba's cache if its disk is full; without a cache, each process would compile."""
     stated = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(stated) if stated else Path(__file__).parents[1]
     while not home.exists():
@@ -157,18 +157,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Words after the command's name; those of the process by default.
+        Words after ``rockframe`` (default: those of the process).
 
     Returns
     -------
     int
-        Exit status: 0 done, 1 done with rejected records, 2 the user's mistake, 70 a fault of the
-        program's own, with its traceback, 130 interrupted.
+        Exit status: 0 done, 1 done with rejected records, 2 an error that the user can correct, 70
+        an internal error, with its traceback, 130 interrupted.
     """
     _open_closed_streams()
     _keep_cache_where_there_is_room()
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal that has no theta shows "?"
+        sys.stdout.reconfigure(errors="replace")  # a terminal without theta shows "?"
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _terminated)
     try:
@@ -180,10 +180,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupt:
         _say(f"rockframe: interrupted; {str(interrupt) or 'nothing was written'}.")
         return 130
-    except BrokenPipeError:  # the reader of our output has gone: `rockframe ... | head`
+    except BrokenPipeError:  # the reader of the output has ended: `rockframe ... | head`
         _lead_nowhere(sys.stdout)
         return 0
-    except Exception as error:  # noqa: BLE001 - Python itself would end with 1: that all was done
+    except Exception as error:  # noqa: BLE001 - Python would exit with 1, which means done
         told = _told(error)
         _say(f"rockframe: error: {told}" if told else traceback.format_exc().rstrip())
         return 2 if told else _FAULT

@@ -1,4 +1,4 @@
-"""Options of the command line, derived from the models of `rockframe.options`."""
+"""Options of the command line, derived from the models in `rockframe.options`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.options.fields import MOST_NUMBERS, evenly
 from rockframe.options.model import explain, options_within
 
 Model = TypeVar("Model", bound=Options)
-#: What stands for a value in help texts, by the unit at the end of an option's name.
+#: Placeholder of a value in help texts, by the unit at the end of the name of an option.
 _METAVARS: Final = {
     "s": "SECONDS",
     "hz": "HERTZ",
@@ -32,10 +32,10 @@ _METAVARS: Final = {
 def add_options(
     parser: argparse.ArgumentParser, model: type[Options], *, title: str = "", prefix: str = ""
 ) -> None:
-    """Add an option for each field of a model: ``--field-name``, with its help and default."""
+    """Add an option ``--field-name`` for each field of a model, with its help and default."""
     group = parser.add_argument_group(title) if title else parser
     for name, field in model.model_fields.items():
-        if flag(prefix + name) in parser._option_string_actions:  # of a model before  # noqa: SLF001
+        if flag(prefix + name) in parser._option_string_actions:  # added by another model  # noqa: SLF001
             continue
         within = options_within(field.annotation)
         if within is not None:
@@ -52,27 +52,27 @@ def add_options(
 
 
 def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Model:
-    """Return the options that the command line states.
+    """Return the options stated on the command line.
 
     Parameters
     ----------
     options : argparse.Namespace
-        As parsed.
+        Parsed arguments.
     model : type
-        Which options.
+        Model of the options.
     **others
-        Values of fields that the command line does not state, such as defaults of this command.
+        Values of fields that the command line does not state, such as defaults of a command.
 
     Raises
     ------
     ParameterError
-        If a value is not allowed: the line names the option.
+        If a value is invalid. The message names the option.
     """
     try:
         return model.model_validate(others | _stated(options, model, ""))
     except ValidationError as invalid:
         message = explain(invalid.errors()[0], lambda name: flag(name.replace(".", "-")))
-        for name in model.model_fields:  # also within a sentence on several options
+        for name in model.model_fields:  # also in messages on several options
             if "_" in name:
                 message = re.sub(rf"\b{name}\b", flag(name), message)
         raise ParameterError(message) from None
@@ -92,13 +92,13 @@ def _stated(options: argparse.Namespace, model: type[Options], prefix: str) -> d
 
 
 def flag(name: str) -> str:
-    """Return how the command line writes the name of a field."""
+    """Return the option of the command line for a field."""
     return "--" + name.replace("_", "-")
 
 
 def _help(field: FieldInfo) -> str:
     text = " ".join((field.description or "").split()).rstrip(".")
-    if text.split(" ")[0][1:].islower():  # but not StationXML
+    if text.split(" ")[0][1:].islower():  # keep names such as StationXML
         text = text[:1].lower() + text[1:]
     default = field.default
     if default is None or default is PydanticUndefined or isinstance(default, bool):
@@ -114,14 +114,14 @@ def _help(field: FieldInfo) -> str:
 
 
 def _alone(annotation: Any) -> Any:
-    """Return an annotation without ``Annotated`` and without ``None``."""
+    """Return an annotation without ``Annotated`` and ``None``."""
     while get_origin(annotation) not in (None, tuple, Literal):
         annotation = next(part for part in get_args(annotation) if part is not types.NoneType)
     return annotation
 
 
 def _reading(annotation: Any, name: str, default: Any) -> dict[str, Any]:
-    """Return how argparse reads the words of an option of this type."""
+    """Return the arguments of ``add_argument`` for an option of this type."""
     unit = name.rsplit("_", 1)[-1]
     metavar = _METAVARS.get(unit, "NUMBER")
     if annotation is bool:
@@ -148,7 +148,7 @@ def _reading(annotation: Any, name: str, default: Any) -> dict[str, Any]:
 
 
 class Once(argparse.Action):
-    """An option of one value, which is an error if it is stated twice."""
+    """An option that may be stated only once."""
 
     def __call__(
         self,
@@ -157,14 +157,14 @@ class Once(argparse.Action):
         values: Any,
         option_string: str | None = None,  # noqa: ARG002
     ) -> None:
-        """Keep the value, unless there is one."""
+        """Store the value, unless the option has one already."""
         if getattr(namespace, self.dest, None) is not None:
             raise argparse.ArgumentError(self, "stated twice. Must be stated once")
         setattr(namespace, self.dest, values)
 
 
 class _Joined(argparse.Action):
-    """Numbers and evenly spaced numbers, joined into one list."""
+    """An option of numbers and ranges of numbers, joined into one tuple."""
 
     def __call__(
         self,
@@ -173,12 +173,12 @@ class _Joined(argparse.Action):
         values: Any,
         option_string: str | None = None,  # noqa: ARG002
     ) -> None:
-        """Keep all numbers as one list."""
+        """Store all numbers as one tuple."""
         setattr(namespace, self.dest, tuple(value for part in values for value in part))
 
 
 def path(text: str) -> Path:
-    """Return the path that a word of the command line states."""
+    """Return the path that a word states, which must not be empty."""
     if not text:
         raise argparse.ArgumentTypeError("empty path. Must name a file or folder.")
     return Path(text)
@@ -204,7 +204,7 @@ def whole_number(text: str) -> int:
 
 
 def numbers(text: str) -> list[float]:
-    """Return the numbers that a word states: one, or FROM:TO:COUNT evenly spaced ones."""
+    """Return the numbers that a word states: one number, or evenly spaced FROM:TO:COUNT."""
     parts = text.split(":")
     with contextlib.suppress(argparse.ArgumentTypeError):
         if len(parts) == 1:

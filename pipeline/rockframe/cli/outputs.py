@@ -1,15 +1,19 @@
-"""Types of the options that name what a command writes: a name must fit what is written."""
+"""Argument types of outputs, whose names must fit what is written; the manifest of a folder."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.options import path
 
-#: Endings of files, which a folder is hardly meant to have.
+if TYPE_CHECKING:
+    from rockframe.options import Options
+    from rockframe.stages import Ingested
+
+#: Endings of files, which suggest that a name is not meant for a folder.
 _OF_FILES: Final = (
     *(".csv", ".html", ".json", ".nc", ".ods", ".pdf", ".png"),
     *(".svg", ".toml", ".tsv", ".txt", ".xls", ".xlsx", ".zip"),
@@ -36,7 +40,7 @@ def file_to_write(*endings: str) -> Callable[[str], Path]:
 
 
 def folder_to_write(text: str) -> Path:
-    """Return the folder that a word names, unless its name is that of a file.
+    """Return the folder that a word names. Names with the ending of a file are errors.
 
     Examples
     --------
@@ -46,3 +50,20 @@ def folder_to_write(text: str) -> Path:
     if path(text).suffix.lower() in _OF_FILES:
         raise argparse.ArgumentTypeError(f"{text!r}, named like a file. Must name a folder")
     return Path(text)
+
+
+def finish(
+    folder: Path, ingested: Ingested, structures: Path, stated: Mapping[str, Options]
+) -> int:
+    """Write the manifest of a folder. Return the number of its files."""
+    from rockframe.provenance import sha256_of
+    from rockframe.results import write_manifest
+
+    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
+    write_manifest(
+        folder,
+        inputs={**ingested.inputs, structures.name: sha256_of(structures)},
+        parameters={table: options.stated() for table, options in stated.items()},
+        outputs=outputs,
+    )
+    return len(outputs) + 1

@@ -14,7 +14,7 @@ from rockframe.cli.arguments import (
 )
 from rockframe.cli.figure_spectra import add_grid
 from rockframe.cli.options import add_options, chosen
-from rockframe.cli.outputs import folder_to_write
+from rockframe.cli.outputs import finish, folder_to_write
 from rockframe.options import IngestOptions, PulseOptions, RespondOptions
 
 if TYPE_CHECKING:
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     from rockframe.results import TableRow
     from rockframe.stages import Ingested
 
-#: What the figure of the joints takes the bridge bent to be; the paper states neither.
+#: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
 _BENT: Final = ("--spacing", "12", "--beam-centre", "1")
-#: The paper's figures that are no drawings of a frame or photographs; 4 is `moment-rotation`.
+#: The paper's figures, without photographs and sketches; Figure 4 is `moment-rotation`.
 _PAPER_FIGURES: Final = ("5", "7", "8", "9", "11")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The paper's records, if there are any, and where the page goes."""
+    """Add the arguments: the paper's records, if available, and the folder to write."""
     parser.add_argument(
         "--output",
         type=folder_to_write,
         default=Path("outputs/paper"),
         help="folder to write (default: outputs/paper)",
     )
-    parser.add_argument("--claim", metavar="NAME", help="print this claim alone, and write nothing")
+    parser.add_argument("--claim", metavar="NAME", help="print only this claim, and write nothing")
     add_records(parser)
     add_options(parser, PulseOptions, title="pulses")
     add_reading(parser)
@@ -46,11 +46,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute the claims, draw the figures, write the page and its manifest, print."""
+    """Check the claims, draw the figures, write the page and its manifest."""
     from rockframe.cli.console import show_json, show_rejections
     from rockframe.paper import all_claims, record_claims
     from rockframe.provenance import whole_folder
     from rockframe.results import pulse_rows
+    from rockframe.study import SHIPPED_STRUCTURES
 
     if options.claim is not None:
         claims = _named(all_claims(), options.claim)
@@ -62,7 +63,13 @@ def run(options: argparse.Namespace) -> int:
         ingested, rows = _respond(options, partial)
         claims = all_claims() + record_claims(rows, pulse_rows(partial / "pulses.nc"))
         _write(claims, _draw(partial, options.grid), rows, partial)
-        _finish(options, ingested, partial)
+        stated = {"records": IngestOptions, "pulse": PulseOptions}
+        finish(
+            partial,
+            ingested,
+            SHIPPED_STRUCTURES,
+            {table: chosen(options, model) for table, model in stated.items()},
+        )
     if options.json:
         show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:
@@ -73,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[TableRow]]:
-    """Records, pulses and the response of the paper's bridge."""
+    """Run the stages for the paper's bridge; return the rows of the table."""
     from rockframe.paper import with_paper_facts
     from rockframe.results import table_rows
     from rockframe.stages import ingest_stage, pulse_stage, respond_stage
@@ -93,7 +100,7 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
 
 
 def _draw(folder: Path, grid: int) -> dict[str, str]:
-    """Each figure that the command `figure` knows; by its path, its title and caption."""
+    """Draw all figures of `rockframe figure`; return title and caption by path."""
     from rockframe.cli.figure import add_arguments as add_figure_arguments
     from rockframe.cli.figure_table import FIGURES
     from rockframe.figures import save_captioned
@@ -127,18 +134,6 @@ def _write(
         records += f" Figures of the paper that cannot be drawn yet: {', '.join(undrawn)}."
     with whole_file(folder / "paper-checked.md") as partial:
         partial.write_text(checked_page(claims, figures, records), encoding="utf-8")
-
-
-def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> None:
-    from rockframe.provenance import sha256_of
-    from rockframe.results import write_manifest
-    from rockframe.study import SHIPPED_STRUCTURES
-
-    inputs = {**ingested.inputs, SHIPPED_STRUCTURES.name: sha256_of(SHIPPED_STRUCTURES)}
-    stated = {"records": chosen(options, IngestOptions), "pulse": chosen(options, PulseOptions)}
-    parameters = {table: model.stated() for table, model in stated.items()}
-    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
-    write_manifest(folder, inputs=inputs, parameters=parameters, outputs=outputs)
 
 
 def _named(claims: Sequence[Claim], name: str) -> list[Claim]:

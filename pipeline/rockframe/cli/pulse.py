@@ -13,16 +13,16 @@ from rockframe.options import ExecutionOptions, PulseOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Records in, pulses out."""
+    """Add the arguments: records and the file to write."""
     parser.add_argument(
-        "records", type=path, help="output of `rockframe ingest`; with --paper record files too"
+        "records", type=path, help="output of `rockframe ingest`; with --paper also record files"
     )
     parser.add_argument("--output", type=file_to_write(".nc"), help="netCDF file to write")
     parser.add_argument(
         "--paper",
         action="store_true",
-        help="print a_p and T_p of the paper's Table 1 beside those of every wavelet and "
-        "weighting, for the records that have its names",
+        help="compare a_p and T_p of the paper's Table 1 with those of every wavelet and "
+        "weighting, for records with the paper's names",
     )
     add_options(parser, PulseOptions)
     add_batch(parser)
@@ -66,9 +66,9 @@ def _find(options: argparse.Namespace) -> int:
     return 1 if rejections else 0
 
 
-#: Where records and wavelets fit beside each other, and all that is known of the pulses.
+#: Least width for all columns of the table [characters].
 _WIDE: Final = 137
-#: Columns that fit elsewhere: what is left out is in the file.
+#: Indices of the columns that are shown in narrower tables.
 _KEPT: Final = (1, 2, 3, 4, 7, 8, 10, 11)
 
 

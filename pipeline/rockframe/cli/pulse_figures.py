@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from rockframe.matching import PulseMatch
     from rockframe.record import Record
 
-#: The records of the paper's Figure 8, as its Table 1 names them, and the wavelet of each.
+#: Records of the paper's Figure 8, by their names in its Table 1, and their wavelets.
 _PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymmetric_ricker"}
-#: A page of more records than these could not be read.
+#: Largest number of records on a page.
 _MOST_RECORDS: Final = 6
 
 
 def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the paper's two records, those that were asked for, or the two that fit best."""
+    """Draw the requested records, or the paper's two, or the two that match best."""
     from rockframe.cli.figure_table import title_of
     from rockframe.errors import ParameterError
     from rockframe.figures import draw_record_and_pulse
@@ -41,7 +41,7 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 
 def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the transform by the better of the two Ricker wavelets."""
+    """Draw the transform for the Ricker wavelet that matches better."""
     from rockframe.figures import draw_scalogram as draw
     from rockframe.matching import best_ricker
     from rockframe.results import scalogram_dataset
@@ -54,7 +54,7 @@ def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 
 def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the match index of all wavelets against period."""
+    """Draw the match index of all wavelets over the period."""
     from rockframe.figures import draw_match_curves as draw
     from rockframe.matching import match_pulses
     from rockframe.results import match_curve_dataset
@@ -67,7 +67,7 @@ def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
 def _records(
     options: argparse.Namespace,
 ) -> tuple[list[tuple[Record, PulseOptions]], int]:
-    """The records that were asked for, each with the periods that may be searched."""
+    """Return the requested records with their usable options, and the exit status."""
     from rockframe.cli.arguments import stated_records
     from rockframe.cli.figure_table import chosen
     from rockframe.results import open_records
@@ -80,7 +80,7 @@ def _records(
 
 
 def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions], int]:
-    """The one record that was asked for, or the one that a Ricker wavelet explains best."""
+    """Return the requested record, or the one that a Ricker wavelet matches best."""
     from rockframe.errors import ParameterError
     from rockframe.matching import best_ricker
 
@@ -106,7 +106,7 @@ def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
 
 
 def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
-    """What the test against noise says of the best match of a wavelet, as `pulse` tests it."""
+    """Return the result of the test against noise of the match of a wavelet."""
     from rockframe.matching import likeness, match_pulses, pulse_words
 
     matches = match_pulses(record.acceleration, record.time_step, matching)
@@ -121,7 +121,7 @@ def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
 
 
 def _shown(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
-    """The paper's two records if both are there; else the best one for each wavelet."""
+    """Return the paper's two records if available, else the best one for each wavelet."""
     from rockframe.paper import paper_record_of
 
     printed = [paper_record_of(record.source_file) for record in records]

@@ -1,4 +1,4 @@
-"""`rockframe pulse --paper`: the paper's Table 1 beside every wavelet and weighting."""
+"""`rockframe pulse --paper`: compare the paper's Table 1 with every wavelet and weighting."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def show_paper(options: argparse.Namespace) -> int:
-    """Match the paper's records in every way, print the comparison; nothing is written."""
+    """Match the paper's records in every way and print the comparison."""
     from rockframe.cli.console import show_json
     from rockframe.errors import InputError
     from rockframe.matching import Weighting
@@ -41,7 +41,7 @@ def show_paper(options: argparse.Namespace) -> int:
 
 
 def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptions]], int]:
-    """Return the records of a records.nc or of files, each with the periods it allows."""
+    """Return the records with their usable options, and the exit status."""
     from rockframe.results import open_records
     from rockframe.stages import usable
     from rockframe.stages.common import horizontal
@@ -53,7 +53,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 
 
 def _show(pulses: Sequence[PaperPulse]) -> None:
-    """A table for each weighting, and how far each way is over all records."""
+    """Print a table for each weighting, and the distance of each way over all records."""
     from rockframe.cli.console import number, show_table
     from rockframe.paper import overall_distances
 

@@ -1,4 +1,4 @@
-"""rockframe report: one page of a run to look at, in any browser and without a network."""
+"""rockframe report: write an HTML page of a run that works without a network."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from rockframe.options import ReportOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The folder of a run in, a page out."""
+    """Add the arguments: the folder of a run, and the page to write."""
     parser.add_argument(
-        "folder", type=path, help="folder of a run, of `rockframe table1` or `rockframe run`"
+        "folder",
+        type=path,
+        help="folder of a run, written by `rockframe table1` or `rockframe run`",
     )
     parser.add_argument(
         "--output",
@@ -23,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Verify the run, write the page, and print what is in it."""
+    """Verify the run, write the page, and print what it contains."""
     from rockframe.cli.console import show_json
     from rockframe.stages import PAGE, report_stage
 

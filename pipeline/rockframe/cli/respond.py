@@ -18,7 +18,7 @@ from rockframe.cli.options import add_options, chosen, path
 from rockframe.cli.outputs import file_to_write
 from rockframe.options import ExecutionOptions, RespondOptions
 
-#: Quantities of the motion, what they are multiplied by, and their decimals.
+#: Peak quantities with their conversion factors and decimals.
 _OF_MOTION: Final = (
     ("peak_rotation_ratio", 1.0, 3),
     ("u_max_m", 100.0, 1),
@@ -27,7 +27,7 @@ _OF_MOTION: Final = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Records and structures in, histories and verdicts out."""
+    """Add the arguments: records, structures, and the file to write."""
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def pulse_cell(row: Mapping[str, Any]) -> str:
-    """Return what the record's pulse alone does: theta/alpha and its error, or the verdict.
+    """Return the response to the pulse alone: theta/alpha and its error, or the verdict.
 
     Examples
     --------
@@ -102,9 +102,9 @@ def pulse_cell(row: Mapping[str, Any]) -> str:
 
 
 def response_cells(row: Mapping[str, Any]) -> list[str]:
-    """Return theta/alpha, u, v, critical scale and verdict as people read them.
+    """Return theta/alpha, u, v, critical scale and verdict as text.
 
-    The first three are blank for structures that overturn.
+    The first three are dashes for structures that overturn.
     """
     from rockframe.cli.console import number
     from rockframe.results import stated_verdict
@@ -121,7 +121,7 @@ def response_cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def critical_scale(row: Mapping[str, Any]) -> str:
-    """Return the critical scale as people read it, or beyond what it is if none was found.
+    """Return the critical scale as text, or its lower bound if none was found.
 
     Examples
     --------

@@ -16,24 +16,25 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The study, the folder of its run, and where it is computed."""
+    """Add the arguments: the study, the folder of its run, and where it is computed."""
     parser.add_argument("study", type=path, help="study file (TOML); `rockframe init` writes one")
     parser.add_argument("--output", type=folder_to_write, required=True, help="folder of the run")
     parser.add_argument(
         "--replace",
         action="store_true",
-        help="remove the run of another study that the folder contains",
+        help="remove the run of another study from the folder",
     )
     parser.add_argument(
-        "--plan", action="store_true", help="write the plan alone, for a workflow that performs it"
+        "--plan", action="store_true", help="write only the plan, for a workflow that performs it"
     )
     add_options(parser, ExecutionOptions)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do what is left to do, and say what was done."""
+    """Perform the steps that are not done yet, and print what was done."""
     from rockframe.cli.arguments import chosen_engine
     from rockframe.cli.console import progress_bar, show_json
+    from rockframe.results import rejections_of
     from rockframe.runs import Watch, make_plan, run_plan
     from rockframe.study import read_study
 
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         again = "what is done stays done, and the same command resumes"
         raise KeyboardInterrupt(again) from None
-    rejected = _rejected(options.output)
+    rejected = rejections_of(options.output)
     if options.json:
         show_json(
             {
@@ -95,10 +96,3 @@ def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:
     print(f"{did}; {files} files in {folder}")
     for what, reason in rejected.items():
         print(f"rockframe: rejected: {what}: {reason}", file=sys.stderr)
-
-
-def _rejected(folder: Path) -> dict[str, str]:
-    """Return what any step rejected, with the reasons; nothing for a study without records."""
-    from rockframe.results import rejections_of
-
-    return rejections_of(folder)

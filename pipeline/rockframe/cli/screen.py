@@ -19,12 +19,12 @@ from rockframe.options import ExecutionOptions, Filters, IngestOptions, ScreenOp
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Records, structures, scales and filters in; verdicts, ranks, fragility and rates out."""
+    """Add the arguments: records, structures, scales, filters, and the file to write."""
     parser.add_argument(
         "records",
         type=path,
         nargs="+",
-        help="output of `rockframe ingest`; or files and folders of records",
+        help="output of `rockframe ingest`, or record files and folders",
     )
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the stage, print the tables."""
+    """Run the stage and print the tables."""
     from rockframe.cli.console import progress_bar, show_rejections
     from rockframe.cli.screen_tables import show
     from rockframe.stages import screen_stage

@@ -1,4 +1,4 @@
-"""What `rockframe screen` prints, from the file that it wrote."""
+"""The tables that `rockframe screen` prints from the file it wrote."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from rockframe.stages import Screening
 
-#: Motions that the ranking prints; the table beside the file has all.
+#: Largest number of scales, motions and recordings in a table; the CSV file has all motions.
 _SHOWN: Final = 10
 
 
@@ -52,7 +52,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
 def _show_verdicts(screening: xr.Dataset) -> None:
     scales = [f"{scale:g}" for scale in screening["scale"].values]
     shown = list(range(len(scales)))
-    if len(shown) > _SHOWN:  # of many scales the ends and some between
+    if len(shown) > _SHOWN:  # show the first, the last and some between
         step = (len(scales) - 1) / (_SHOWN - 1)
         shown = [round(step * k) for k in range(_SHOWN)]
     counts = screening["verdict_count"].values
@@ -146,7 +146,7 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
 
 
 def _told(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
-    """What is said of measures, with the structures that it is said of."""
+    """Return the sentences on the better measure, with the structures each applies to."""
     told: dict[str, list[str]] = {}
     for structure in summary:
         better = structure["better_measure"]

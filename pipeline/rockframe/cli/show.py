@@ -1,4 +1,4 @@
-"""rockframe show: tell what happened to one record, from its file to its verdicts."""
+"""rockframe show: show what happened to one record, from its file to its verdicts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The folder of a run, and one of its records."""
+    """Add the arguments: the folder of a run, and one of its records."""
     parser.add_argument("folder", type=path, help="folder of a run")
-    parser.add_argument("record", help="identifier of a record, or name of its file")
+    parser.add_argument("record", help="identifier of a record, or the name of its file")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Find the record, and tell."""
+    """Find the record and print what happened to it."""
     from rockframe.cli.console import show_json
     from rockframe.results import read_run, rows_of
 
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _entry(run: Run, asked: str) -> Mapping[str, str]:
-    """The row of the list of inputs that is meant: one, or the user is asked which."""
+    """Return the row of a record in the list of inputs; it must be unique."""
     from rockframe.errors import ParameterError
 
     composed = unicodedata.normalize("NFC", asked)  # as identifiers are
@@ -59,7 +59,7 @@ def _entry(run: Run, asked: str) -> Mapping[str, str]:
 
 
 def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
-    """All that the run holds of the record, in the order in which it happened."""
+    """Return all that the run contains on the record, in the order of the stages."""
     name = entry["record_id"]
     facts = {fact.name: fact.value for fact in run.records.get(name, ())}
     checks = [
@@ -93,7 +93,7 @@ def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _left_out(folder: Path, name: str) -> dict[str, str]:
-    """By stage, why it did not take the record further."""
+    """Return the reasons why stages rejected the record, by stage."""
     from rockframe.results import left_out_of
 
     return {
@@ -193,7 +193,7 @@ def _of_filters(told: Mapping[str, Any]) -> str:
 
 
 def _of_bounds(low: float | None, high: float | None) -> str:
-    """A bound at infinity is none, and null in JSON."""
+    """Return the bounds as text; None is an open bound (infinity, null in JSON)."""
     least = "" if low is None else f" from {low:g}"
     return least + ("" if high is None else f" to {high:g}")
 

@@ -1,4 +1,4 @@
-"""rockframe spectrum: find which pulses overturn frames, or how records rock frames of any size."""
+"""rockframe spectrum: compute overturning spectra of pulses, or rocking spectra of records."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A pulse or records, frames, and where the spectrum goes."""
+    """Add the arguments: a pulse or records, frames, and the file to write."""
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
@@ -26,8 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--records",
         type=path,
         metavar="FILE",
-        help="output of `rockframe ingest`: rocking spectra, peaks over 2 pi / p of the columns; "
-        "without it, spectra of pulses",
+        help="output of `rockframe ingest`: compute rocking spectra of these records, peaks over "
+        "2 pi / p of the columns (default: overturning spectra of pulses)",
     )
     add_options(parser, SpectrumOptions)
     add_options(parser, RockingSpectrumOptions, title="with --records")
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute, write, print."""
+    """Run the stage and print the spectrum."""
     other = SpectrumOptions if options.records else RockingSpectrumOptions
     own = RockingSpectrumOptions if options.records else SpectrumOptions
     for name in other.model_fields:
@@ -69,7 +69,7 @@ def _of_pulses(options: argparse.Namespace) -> int:
 
 
 def _cells(dataset: xr.Dataset) -> list[list[str]]:
-    """A row for each wavelet, slenderness and mass ratio."""
+    """Return a row for each wavelet, slenderness and mass ratio."""
     beyond = f"> {float(dataset['amplitude'][-1]):g}"
     least = dataset["minimum_overturning_amplitude"]
     rows = least.stack(row=("wavelet", "slenderness", "mass_ratio")).transpose("row", ...)
@@ -85,7 +85,7 @@ def _cells(dataset: xr.Dataset) -> list[list[str]]:
 
 
 def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Each line with its intervals."""
+    """Return all curves as JSON values, each point with its intervals."""
     dims = ("wavelet", "slenderness", "mass_ratio", "frequency_ratio")
     lines = dataset.drop_dims("amplitude").stack(line=dims)
     rows = []
@@ -144,7 +144,7 @@ def _of_records(options: argparse.Namespace) -> int:
 
 
 def _safe_from(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """For each record and frame the least 2 pi / p from which on nothing overturns."""
+    """Return, for each record and frame, the least 2 pi / p above which the frame stands."""
     from rockframe.rocking import Verdict
 
     fallen = (dataset["verdict"] == Verdict.OVERTURNED).values

@@ -1,4 +1,4 @@
-"""rockframe status: say how far the run in a folder is."""
+"""rockframe status: show the progress of the run in a folder."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from rockframe.cli.options import path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The folder of a run."""
+    """Add the argument: the folder of a run."""
     parser.add_argument("folder", type=path, help="folder of the run of a study")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Hash what is there, and say where each step stands."""
+    """Hash the files and print the state of each step."""
     from rockframe.cli.console import show_json, show_table
     from rockframe.provenance import source_code_hash
     from rockframe.runs import changed_inputs, damaged, is_locked, read_plan, status_of

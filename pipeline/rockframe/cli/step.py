@@ -1,4 +1,4 @@
-"""rockframe step: perform one step of a run; for workflows."""
+"""rockframe step: perform one step of a run (for workflows)."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from rockframe.options import ExecutionOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The folder of a run, the name of a step, and how it is computed."""
-    parser.add_argument("folder", type=path, help="folder of the run, with its plan")
+    """Add the arguments: the folder of a run, the name of a step, and how it is computed."""
+    parser.add_argument("folder", type=path, help="folder of the run, which contains its plan")
     parser.add_argument("name", help="name of the step, as `rockframe status --json` lists it")
     add_options(parser, ExecutionOptions)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Perform the step; 1 if records were rejected."""
+    """Perform the step. Return 1 if records were rejected."""
     from rockframe.errors import ParameterError
     from rockframe.runs import Work, perform, read_plan
 

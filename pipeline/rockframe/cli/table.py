@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 from rockframe.cli.options import path
 from rockframe.cli.outputs import file_to_write
 
-if TYPE_CHECKING:
-    pass
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Three files of stages in, one table out."""
-    add_stages(parser)
+    """Add the arguments: three files of stages, and the table to write."""
+    for stage, name in (("ingest", "records"), ("pulse", "pulses"), ("respond", "response")):
+        parser.add_argument(name, type=path, help=f"output of `rockframe {stage}`")
     parser.add_argument(
         "--output", type=file_to_write(".csv"), required=True, help="CSV file to write"
     )
 
 
-def add_stages(parser: argparse.ArgumentParser) -> None:
-    """The outputs of the stages for the same records."""
-    parser.add_argument("records", type=path, help="output of `rockframe ingest`")
-    parser.add_argument("pulses", type=path, help="output of `rockframe pulse`")
-    parser.add_argument("response", type=path, help="output of `rockframe respond`")
-
-
 def run(options: argparse.Namespace) -> int:
-    """Write the table, and say how long it is."""
+    """Write the table and print its length."""
     from rockframe.cli.console import show_json
     from rockframe.stages import table_rows_of, table_stage
 

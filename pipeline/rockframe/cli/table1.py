@@ -15,7 +15,7 @@ from rockframe.cli.arguments import (
     refuse_folder_of_records,
 )
 from rockframe.cli.options import add_options, chosen
-from rockframe.cli.outputs import folder_to_write
+from rockframe.cli.outputs import finish, folder_to_write
 from rockframe.options import IngestOptions, PulseOptions, RespondOptions
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Records and structures; the bundled and shipped ones by default."""
+    """Add the arguments: records, structures, and the folder to write."""
     add_records(parser)
     parser.add_argument(
         "--output",
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run ingest, pulse and respond; write files, table, figures, manifest; print."""
+    """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.cli.console import progress_bar, show_json, show_rejections
     from rockframe.cli.table1_tables import show
     from rockframe.paper import compare, statements
@@ -60,7 +60,13 @@ def run(options: argparse.Namespace) -> int:
         names = list(dict.fromkeys(row.record_id for row in rows))
         with progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
-        count = _finish(options, ingested, partial)
+        stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
+        count = finish(
+            partial,
+            ingested,
+            chosen_structures(options),
+            {table: chosen(options, model) for table, model in stated.items()},
+        )
     if options.json:
         show_json(
             {
@@ -124,24 +130,3 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             progress=progress,
         )
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
-
-
-def _finish(options: argparse.Namespace, ingested: Ingested, folder: Path) -> int:
-    """Write the manifest; return the number of files of the run."""
-    from rockframe.provenance import sha256_of
-    from rockframe.results import write_manifest
-
-    structures = chosen_structures(options)
-    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
-    stated = {
-        "records": chosen(options, IngestOptions),
-        "pulse": chosen(options, PulseOptions),
-        "respond": chosen(options, RespondOptions),
-    }
-    write_manifest(
-        folder,
-        inputs={**ingested.inputs, structures.name: sha256_of(structures)},
-        parameters={table: options.stated() for table, options in stated.items()},
-        outputs=outputs,
-    )
-    return len(outputs) + 1

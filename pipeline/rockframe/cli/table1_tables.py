@@ -36,12 +36,12 @@ _OF_RESPONSE: Final = (
     "critical\nscale>",
     "Verdict",
 )
-#: Where the columns of records and responses fit beside each other.
+#: Least width for one table of records and responses [characters]; in less, there are two.
 _WIDE: Final = 142
 
 
 def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
-    """Print the paper's columns and behind them the responses; then the paper's values and ours."""
+    """Print records, pulses and responses, then the comparison with the paper."""
     if table_width() >= _WIDE:
         title = "Records, pulses and response"
         show_table(title, (*_OF_RECORD, *_OF_RESPONSE), _together(rows))
@@ -82,7 +82,7 @@ def _show_notes(rows: Sequence[TableRow]) -> None:
 
 
 def _together(rows: Sequence[TableRow], short: bool = False) -> list[list[str]]:
-    """Cells of records and responses, those of a record only in its first line."""
+    """Return the cells of records and responses; a record is named only in its first row."""
     cells: list[list[str]] = []
     last = ""
     for row in rows:

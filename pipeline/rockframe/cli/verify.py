@@ -1,4 +1,4 @@
-"""rockframe verify: hash, open and compare the files of a run."""
+"""rockframe verify: verify the files of a run against its manifest."""
 
 from __future__ import annotations
 
@@ -10,22 +10,24 @@ from rockframe.cli.options import path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The folder of a run."""
-    parser.add_argument("folder", type=path, help="folder of a run, with its manifest.json")
+    """Add the arguments: the folder of a run, and what to compute again."""
+    parser.add_argument(
+        "folder", type=path, help="folder of a run, which contains its manifest.json"
+    )
     parser.add_argument(
         "--recompute",
         type=int,
         nargs="?",
         const=3,
         metavar="N",
-        help="compute again and compare, numbers to a millionth of the largest of their variable: "
-        "pulses and responses of about N records (3), screenings and spectra whole, which takes as "
-        "long as they took in the run",
+        help="compute results again and compare numbers to 1e-6 of the largest value of their "
+        "variable: pulses and responses of about N records (default: 3), screenings and spectra in "
+        "full, which takes as long as in the run",
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Verify and print; 0 only if the run is whole."""
+    """Verify the run and print the result. Return 0 only if there are no faults."""
     from rockframe.cli.console import show_json
     from rockframe.stages import strange_report, verify_run
 
@@ -68,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _strange_plan(folder: Path) -> list[str]:
-    """Return what is wrong with what the run of a study keeps for itself, if it is still there."""
+    """Return the faults of the plan and other internal files of the run, if it has any."""
     from rockframe.errors import InputError
     from rockframe.runs import KEPT, damaged, read_plan
 
@@ -85,7 +87,7 @@ def _strange_plan(folder: Path) -> list[str]:
 
 
 def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:
-    """What was computed again, if it was asked for and the files are sound; faults are added."""
+    """Compute results again if requested and no file is at fault; append new faults."""
     from rockframe.errors import ParameterError
     from rockframe.runs import recompute
 

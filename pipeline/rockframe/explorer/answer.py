@@ -1,4 +1,4 @@
-"""The kernel's answer to what the page states, and what of it the page draws."""
+"""The response to the settings of the page, and the samples that the page draws."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from rockframe.units import GRAVITY
 Float = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-#: Samples that are drawn one by one; of more only those that a plot can show.
+#: Largest number of samples that are all drawn; of more samples, only the extremes are drawn.
 _DRAWN: Final = 12_000
-#: Intervals of which the extremes are drawn: in the window, and in the rest of a long record.
+#: Number of intervals whose extremes are drawn: within the window, and before and after it.
 _INSIDE: Final = 1_000
 _OUTSIDE: Final = 200
 
 
 @dataclass(frozen=True, eq=False)
-class Shaking:
+class Motion:
     """A record to choose on the page.
 
     Parameters
     ----------
     record : Record
-        What it is called and where it is from.
+        The record, for its names.
     ground : GroundAcceleration
-        Its motion, with the vertical one recorded beside it if there is one.
+        Its acceleration, with the vertical component of the station if there is one.
     """
 
     record: Record
@@ -44,17 +44,17 @@ class Shaking:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A response, and which of its samples are drawn.
+    """A response, and the samples of it that are drawn.
 
     Parameters
     ----------
     response : Response
-        All that the kernel gave.
+        The computed response.
     ground : GroundAcceleration
-        What it was given.
+        The motion that caused it.
     places : array, shape (drawn,)
-        Samples to draw, in order: all of a short record, else the extremes of rotation, lift and
-        acceleration in each of many intervals.
+        Indices of the samples to draw, increasing: all samples of a short record, else the extremes
+        of rotation, lift and acceleration in each of many intervals.
     """
 
     response: Response
@@ -62,7 +62,7 @@ class Answer:
     places: Places
 
     def facts(self) -> dict[str, Any]:
-        """Return what became of the frame, as JSON values: SI units, None for what never was."""
+        """Return verdict, peaks and parameters as JSON values in SI units; None if undefined."""
         response, frame = self.response, self.response.frame
         stated = StatedVerdict(response.verdict, response.overturning_time)
         numbers = {
@@ -93,7 +93,7 @@ class Answer:
         }
 
     def table(self) -> str:
-        """Return all samples as CSV: s, m/s2, rad and m; nothing after overturning."""
+        """Return all samples as CSV, in s, m/s2, rad and m; cells are empty after overturning."""
         response = self.response
         series = (response.time, self.ground.acceleration(), response.theta, response.u, response.v)
         lines = [
@@ -103,10 +103,10 @@ class Answer:
         return "\n".join(["time_s,acceleration_m_s2,theta_rad,u_m,v_m", *lines, ""])
 
     def packed(self) -> bytes:
-        """Return the facts as one line of JSON, and the drawn samples as little-endian float32.
+        """Return the facts as one line of JSON, then the drawn samples as little-endian float32.
 
-        They are, one after the other, time [s], acceleration [m s-2], theta [rad], u and v [m],
-        NaN after overturning; the line is filled up to a multiple of four bytes.
+        The arrays follow one another: time [s], acceleration [m s-2], theta [rad], u and v [m], NaN
+        after overturning. The line is padded to a multiple of four bytes.
         """
         response = self.response
         theta = response.theta[self.places]
@@ -122,27 +122,27 @@ class Answer:
         return head + np.stack(series).astype("<f4").tobytes()
 
 
-def answer(shakings: Mapping[str, Shaking], settings: Settings) -> Answer:
+def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
     """Compute the response of the frame to the motion.
 
     Parameters
     ----------
-    shakings : mapping of str to Shaking
-        By the identifiers of their records.
+    motions : mapping of str to Motion
+        Motions by the identifiers of their records.
     settings : Settings
-        What is asked.
+        Settings of the request.
 
     Raises
     ------
     ParameterError
-        If there is no such record, no vertical motion that is asked for, or the ground falls
+        If the record is unknown, lacks the requested vertical component, or accelerates downwards
         faster than gravity.
     """
-    shaking = shakings.get(settings.record)
-    if shaking is None:
-        known = ", ".join(shakings)
+    motion = motions.get(settings.record)
+    if motion is None:
+        known = ", ".join(motions)
         raise ParameterError(f"Invalid record {settings.record!r}. Must be one of: {known}.")
-    ground = shaking.ground
+    ground = motion.ground
     if not settings.vertical:
         ground = replace(ground, vertical=None)
     elif ground.vertical is None:
@@ -168,7 +168,7 @@ def _places(response: Response, ground: GroundAcceleration, window: tuple[float,
     first, last = np.searchsorted(response.time, window)
     first, last = max(0, int(first) - 1), min(count, int(last) + 1)
     parts = ((0, first, _OUTSIDE), (first, last, _INSIDE), (last, count, _OUTSIDE))
-    # The last sample before the fall and the first after it: there the curves end.
+    # Always draw the last sample before the fall and the first after it, where the curves end.
     ends = np.array([0, standing - 1, min(standing, count - 1), count - 1])
     chosen = [_extremes(values, *part) for part in parts for values in series]
     places: Places = np.unique(np.concatenate([ends, *chosen]))
@@ -176,7 +176,7 @@ def _places(response: Response, ground: GroundAcceleration, window: tuple[float,
 
 
 def _extremes(values: Float, start: int, stop: int, intervals: int) -> Places:
-    """Places of the least and the largest value in each of equal intervals; all if they are few."""
+    """Return the indices of the extremes in each of equal intervals; all if they are few."""
     length = max(1, (stop - start) // intervals)
     if length <= 2:
         return np.arange(start, stop)

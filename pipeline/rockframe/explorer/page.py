@@ -1,4 +1,4 @@
-"""The page of the explorer: one HTML that asks nobody but its own server."""
+"""The HTML page of the explorer, which sends requests only to its own server."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
-from rockframe.explorer.answer import Shaking
+from rockframe.explorer.answer import Motion
 from rockframe.frame import RECTANGULAR, SECTIONS, RockingFrame, inertia_ratio_of
 from rockframe.provenance import versions
 from rockframe.web import UPLOT, environment, policy, script, style
 
 _HOME: Final = Path(__file__).parent
-#: The page's own script, in the order in which its parts need each other.
+#: Parts of the page's own script; each may use those before it.
 _PARTS: Final = ("settings", "main")
 
 
-def render(shakings: Sequence[Shaking], frames: Sequence[RockingFrame]) -> tuple[str, str]:
-    """Return the page and the policy it is sent with.
+def render(motions: Sequence[Motion], frames: Sequence[RockingFrame]) -> tuple[str, str]:
+    """Return the page and its Content-Security-Policy.
 
     Parameters
     ----------
-    shakings : sequence of Shaking
-        Records to choose.
+    motions : sequence of Motion
+        Records to choose from.
     frames : sequence of RockingFrame
-        Structures to begin with; the first is shown.
+        Structures to choose from; the first is shown.
     """
     code, look = script(_HOME, _PARTS), style(_HOME)
     page = (
@@ -38,7 +38,7 @@ def render(shakings: Sequence[Shaking], frames: Sequence[RockingFrame]) -> tuple
             plotter=UPLOT,
             version=versions()["rockframe"],
             facts={
-                "records": [_record(shaking) for shaking in shakings],
+                "records": [_record(motion) for motion in motions],
                 "structures": [_structure(frame) for frame in frames],
             },
         )
@@ -46,14 +46,14 @@ def render(shakings: Sequence[Shaking], frames: Sequence[RockingFrame]) -> tuple
     return page, policy(code, look, connect="'self'")
 
 
-def _record(shaking: Shaking) -> dict[str, Any]:
-    record = shaking.record
+def _record(motion: Motion) -> dict[str, Any]:
+    record = motion.record
     place = "/".join(part for part in (record.station, record.component) if part)
     return {
         "id": record.record_id,
         "title": ", ".join(part for part in (record.event, place) if part),
         "duration": record.duration,
-        "vertical": shaking.ground.vertical is not None,
+        "vertical": motion.ground.vertical is not None,
     }
 
 
@@ -63,7 +63,7 @@ def _structure(frame: RockingFrame) -> dict[str, Any]:
 
 
 def _section(frame: RockingFrame) -> str:
-    """The section that has the inertia of the frame; else that inertia itself."""
+    """Return the section with the inertia of the frame, or else the inertia ratio."""
     if frame.inertia_ratio == RECTANGULAR:
         return SECTIONS[0]
     for section in SECTIONS[1:]:

@@ -1,4 +1,4 @@
-"""The server of the page: this machine only, behind a token that nobody can guess."""
+"""The server of the page. It listens on this machine only and requires a random token."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from rockframe.errors import ParameterError
-from rockframe.explorer.answer import Shaking, answer
+from rockframe.explorer.answer import Motion, answer
 from rockframe.explorer.page import render
 from rockframe.explorer.settings import read_settings
 from rockframe.frame import RockingFrame
 
-#: The only address it listens at.
+#: The only address that the server listens on.
 LOOPBACK: Final = "127.0.0.1"
-#: Ways in which an answer can be had.
+#: Last part of the paths that return a response.
 _FORMS: Final = ("response", "history.csv")
-#: Time in which a request must arrive in full [s], and connections that may be open at once: a
-#: browser opens six.
+#: Time within which a request must arrive [s], and largest number of open connections; a browser
+#: opens six.
 _REQUEST_TIME: Final = 10.0
 _MOST_CONNECTIONS: Final = 64
-#: Of every answer: nothing is kept, guessed at, framed or told on. The page has its own policy.
+#: Headers of every response. The page has a Content-Security-Policy of its own.
 _HEADERS: Final = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'none'",
@@ -44,23 +44,23 @@ _HEADERS: Final = {
 
 
 def application(
-    shakings: Sequence[Shaking], frames: Sequence[RockingFrame], token: str, port: int
+    motions: Sequence[Motion], frames: Sequence[RockingFrame], token: str, port: int
 ) -> ASGIApp:
-    """Return what answers the page.
+    """Return the application that serves the page and its requests.
 
     Parameters
     ----------
-    shakings : sequence of Shaking
-        Records to choose.
+    motions : sequence of Motion
+        Records to choose from.
     frames : sequence of RockingFrame
-        Structures to begin with.
+        Structures to choose from.
     token : str
-        First part of every path; what lacks it is not found.
+        First part of every path; all other paths return 404.
     port : int
-        Where it listens: what is asked of another host is refused.
+        Port that the server listens on; requests for another host return 403.
     """
-    page, rules = render(shakings, frames)
-    held = {shaking.record.record_id: shaking for shaking in shakings}
+    page, rules = render(motions, frames)
+    held = {motion.record.record_id: motion for motion in motions}
 
     def known(request: Request) -> bool:
         return secrets.compare_digest(request.path_params["token"].encode(), token.encode())
@@ -87,7 +87,7 @@ def application(
 
 
 def configured(app: ASGIApp) -> uvicorn.Config:
-    """Return how the server runs: it says nothing of its own, and stops within a second."""
+    """Return the configuration of the server: it logs only errors and stops within a second."""
     return uvicorn.Config(
         app,
         http=_Connection,
@@ -101,18 +101,18 @@ def configured(app: ASGIApp) -> uvicorn.Config:
 
 
 def serve(app: ASGIApp, listening: socket.socket) -> None:
-    """Answer until the process is interrupted.
+    """Serve until the process is interrupted.
 
     Raises
     ------
     KeyboardInterrupt
-        When it is.
+        When the process is interrupted.
     """
     uvicorn.Server(configured(app)).run(sockets=[listening])
 
 
 class _Connection(H11Protocol):
-    """A connection that is closed unless its request arrives in time; one of not too many."""
+    """A connection that closes if its request is late or too many connections are open."""
 
     _deadline: asyncio.TimerHandle | None = None
 
@@ -131,7 +131,7 @@ class _Connection(H11Protocol):
         super().connection_lost(exc)
 
     def _watch(self) -> None:
-        """Wait for the rest of a request: no longer if there is more of it, or for the next one."""
+        """Start the deadline while a request is awaited, and stop it when it is complete."""
         if self.conn.their_state not in (h11.IDLE, h11.SEND_BODY):
             self._unwatch()
         elif self._deadline is None:
@@ -144,9 +144,9 @@ class _Connection(H11Protocol):
 
 
 class _Guard:
-    """Refuses what is asked of another host or by another page: names can be made to point here.
+    """Rejects requests for other hosts or from other pages (DNS rebinding), and adds the headers.
 
-    Every answer has the headers of all, also one that Starlette makes by itself.
+    Responses that Starlette makes by itself get the headers too.
     """
 
     def __init__(self, app: ASGIApp, port: int) -> None:

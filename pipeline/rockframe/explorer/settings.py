@@ -1,4 +1,4 @@
-"""What the page states, read as strictly as a file: a wrong value is named, never mended."""
+"""The settings of the page. Invalid values raise errors and are never corrected."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rockframe.cells import decimal
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame, inertia_ratio_of
 
-#: Multiplier of the ground motion beyond which nobody asks.
+#: Largest scale of the ground motion [1].
 _LARGEST_SCALE: Final = 100.0
 _SECTION: Final = "section"
 _WINDOW: Final = ("from", "to")
@@ -20,7 +20,7 @@ _NAMES: Final = ("record", "vertical", _SECTION, *_NUMBERS)
 
 @dataclass(frozen=True)
 class Settings:
-    """A frame, a motion, and what of it is looked at.
+    """A frame, a motion, and the window of time that is shown.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ class Settings:
     record : str
         Identifier of the record.
     scale : float
-        What its accelerations are multiplied by [1].
+        Factor of its accelerations [1].
     vertical : bool
-        Whether the ground moves vertically too.
+        Include the vertical component.
     window : (float, float)
-        Times that are drawn in full [s].
+        Start and end of the time that is drawn in full detail [s].
     """
 
     frame: RockingFrame
@@ -44,19 +44,19 @@ class Settings:
 
 
 def read_settings(stated: Mapping[str, str]) -> Settings:
-    """Return what the page states.
+    """Return the settings that a request states.
 
     Parameters
     ----------
     stated : mapping of str to str
         ``record``; ``height`` and ``width`` of a column [m]; ``mass_ratio``,
-        ``restitution_factor``, ``scale`` [1]; ``section``: rectangular, circular, or the inertia
-        ratio of another [1]; ``vertical``: 0 or 1; ``from`` and ``to`` [s].
+        ``restitution_factor``, ``scale`` [1]; ``section``: rectangular, circular, or an inertia
+        ratio [1]; ``vertical``: 0 or 1; ``from`` and ``to`` [s].
 
     Raises
     ------
     ParameterError
-        If one is missing, unknown, no number, or outside what the frame or the motion allow.
+        If a setting is missing, unknown, not a number, or out of range.
 
     Examples
     --------

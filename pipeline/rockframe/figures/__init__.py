@@ -1,4 +1,4 @@
-"""Figures: one a file, drawn from datasets; they compute nothing but where to look."""
+"""Figures, one in each file. They draw datasets and compute nothing but the limits of axes."""
 
 from rockframe.figures.captioned import Captioned as Captioned
 from rockframe.figures.captioned import require_format as require_format

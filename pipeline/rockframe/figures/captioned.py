@@ -1,4 +1,4 @@
-"""A figure with the words that go under it, and saving both."""
+"""Figures with captions: the sentences that captions share, and saving both."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rockframe.provenance import whole_file
 from rockframe.rocking import StatedVerdict, Verdict
 from rockframe.units import GRAVITY
 
-#: Without dates and versions the same figure has the same bytes. Title and caption are added.
+#: Metadata to leave out: without dates and versions the same figure has the same bytes.
 _METADATA: Final[dict[str, dict[str, None]]] = {
     ".png": {"Software": None},
     ".pdf": {"Creator": None, "Producer": None, "CreationDate": None, "ModDate": None},
@@ -35,9 +35,9 @@ class Captioned:
     figure : matplotlib.figure.Figure
         The figure.
     title : str
-        A few words.
+        Title, in a few words.
     caption : str
-        What is shown, and from which data and parameters.
+        Sentences that say what is shown, and from which data and parameters.
     """
 
     figure: Figure
@@ -46,24 +46,24 @@ class Captioned:
 
 
 def save_captioned(drawn: Captioned, path: Path) -> Path:
-    """Write a figure as PNG, PDF or SVG with its caption within, and the caption beside it.
+    """Write a figure with its caption in the metadata, and the caption as a text file beside it.
 
     Parameters
     ----------
     drawn : Captioned
         Figure and caption.
     path : Path
-        Ends in .png, .pdf or .svg. The same figure gives the same bytes.
+        File that ends in .png, .pdf or .svg. The same figure gives the same bytes.
 
     Returns
     -------
     Path
-        The caption's file: ``figure.png`` has ``figure.caption.txt``.
+        The file of the caption: ``figure.caption.txt`` for ``figure.png``.
 
     Raises
     ------
     InputError
-        If the path ends in something else, or cannot be written.
+        If the path has another ending, or cannot be written.
     """
     kind = path.suffix.lower()
     require_format(path)
@@ -77,12 +77,12 @@ def save_captioned(drawn: Captioned, path: Path) -> Path:
 
 
 def require_format(path: Path) -> None:
-    """Refuse a path whose ending is not that of a format that figures are written in.
+    """Raise an error unless figures can be written in the format of a path.
 
     Raises
     ------
     InputError
-        If it is not .png, .pdf or .svg.
+        If the path does not end in .png, .pdf or .svg.
 
     Examples
     --------
@@ -95,7 +95,7 @@ def require_format(path: Path) -> None:
 
 
 def of_structure(dataset: xr.Dataset) -> str:
-    """Return the words of a caption that state the structure."""
+    """Return the sentence of a caption on the structure."""
     return (
         f"Structure {dataset['structure'].item()}: columns {float(dataset['height']):g} m tall, "
         f"{float(dataset['width']):g} m wide, mass ratio γ = {float(dataset['mass_ratio']):g}, "
@@ -116,17 +116,22 @@ def stated_in(history: xr.Dataset) -> StatedVerdict:
 
 
 def tested_in(dataset: xr.Dataset) -> str:
-    """Return what the test against noise says of a pulse, with a comma after it, or nothing."""
+    """Return the result of the test of a pulse against noise with a comma after it, or nothing."""
     tested = str(dataset["tested"].item())
     return f"{tested}, " if tested else ""
 
 
+def wavelet_in(dataset: xr.Dataset) -> str:
+    """Return the name of the wavelet of a pulse."""
+    return str(dataset["wavelet"].item()).replace("_", " ").replace("ricker", "Ricker")
+
+
 def of_record(dataset: xr.Dataset) -> str:
-    """Return the words of a caption that state the record and what became of the structure."""
+    """Return the sentence of a caption on the record and the outcome for the structure."""
     end = float(dataset["overturning_time"])
     largest = f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
     impacts = f"{int(dataset['impacts'])} impacts, "
-    # NaN: never; of a fall the largest rotation tells nothing.
+    # The time is NaN if the structure stands. If it overturns, the peak describes only its fall.
     fate = f"{largest}{impacts}it stands" if end != end else f"{impacts}it overturns at {end:.2f} s"
     upwards = "with" if dataset.attrs["vertical"] else "without"
     return (

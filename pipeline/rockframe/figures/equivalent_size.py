@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rockframe.figures.captioned import Captioned
 from rockframe.figures.style import PRINT_WIDTH, styled
 
-#: Where the paper places its two examples: the Temple of Apollo, and bridges from here on.
+#: Mass ratios of the paper's two examples: the Temple of Apollo and the bridge bent.
 _EXAMPLES: Final = {0.3: "temple", 4.0: "bridge"}
 _SMALL: Final[dict[str, Any]] = {
     "textcoords": "offset points",
@@ -26,7 +26,7 @@ def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
     Parameters
     ----------
     dataset : Dataset
-        What `size_dataset` returned.
+        As returned by `size_dataset`.
     """
     gamma = dataset["mass_ratio"].values
     with styled():
@@ -56,7 +56,7 @@ def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
 
 
 def _draw_curve(axes: Axes, dataset: xr.Dataset, name: str, label: str, upwards: int) -> None:
-    """A curve, its name inside of it, and its limit on the other side; `upwards` is 1 or -1."""
+    """Draw a curve with its name and its limit; `upwards` is 1 if the curve rises, else -1."""
     gamma, values = dataset["mass_ratio"].values, dataset[f"{name}_ratio"].values
     limit = float(dataset[f"{name}_limit"])
     (line,) = axes.plot(gamma, values)

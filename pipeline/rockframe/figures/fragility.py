@@ -14,12 +14,12 @@ from rockframe.risk import MEASURES, Measure, Outcome
 
 
 def draw_fragility(screening: xr.Dataset) -> Captioned:
-    """Draw the probability of overturning of one structure over the measures that are known.
+    """Draw the probability of overturning of one structure over each known measure.
 
     Parameters
     ----------
     screening : Dataset
-        What `read_screening` returned, of one structure.
+        As returned by `read_screening`, for one structure.
     """
     known = [
         MEASURES[str(name)]

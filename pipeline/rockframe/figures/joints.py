@@ -13,19 +13,19 @@ from matplotlib.figure import Figure
 from rockframe.figures.captioned import Captioned, of_record, of_structure
 from rockframe.figures.style import DRAWN_TO, PRINT_WIDTH, styled
 
-#: Demands beyond this multiple of what is available are cut off: they may be infinite.
+#: Demands are drawn up to this multiple of the available friction: they may be infinite [1].
 _SHOWN: Final = 2.0
 
 
 def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
-    """Draw rotation, friction demand and vertical forces with their bounds.
+    """Draw rotation, friction demand and vertical forces with their limits.
 
     Parameters
     ----------
     dataset : Dataset
-        What `joints_dataset` returned.
+        As returned by `joints_dataset`.
     friction : float
-        Coefficient of friction that the joints are taken to have [1].
+        Assumed coefficient of friction of the joints [1].
     """
     time = dataset["time"].values
     with styled():

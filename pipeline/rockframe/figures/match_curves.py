@@ -19,12 +19,12 @@ _NAMES: Final = {
 
 
 def draw_match_curves(dataset: xr.Dataset) -> Captioned:
-    """Draw the largest match index at each period, with the best match of each wavelet.
+    """Draw the match index over the period and mark the best match of each wavelet.
 
     Parameters
     ----------
     dataset : Dataset
-        What `match_curve_dataset` returned.
+        As returned by `match_curve_dataset`.
     """
     periods = dataset["period"].values
     told = []

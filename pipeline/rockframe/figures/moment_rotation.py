@@ -1,4 +1,4 @@
-"""Restoring moment over rotation: the paper's Figure 4, with the path of a frame on it."""
+"""Restoring moment over rotation, Figure 4 of the paper, with the path of a frame."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rockframe.figures.style import DRAWN_TO, PRINT_WIDTH, styled
 
 
 def draw_moment_rotation(dataset: xr.Dataset) -> Captioned:
-    """Draw the restoring moment over the rotation, and the part that a record reaches.
+    """Draw the restoring moment over the rotation, and the part reached under a record.
 
     Parameters
     ----------
     dataset : Dataset
-        What `portrait_dataset` returned.
+        As returned by `portrait_dataset`.
     """
     alpha = float(dataset["slenderness"])
     with styled():

@@ -17,22 +17,22 @@ from numpy.typing import NDArray
 from rockframe.figures.captioned import Captioned
 from rockframe.figures.style import LINES, PRINT_WIDTH, styled
 
-#: Shades of the map: stands, overturns after an impact, overturns without one.
+#: Shades of the map: frame stands, overturns after an impact, overturns without impact.
 _SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
-#: Fewer points of a curve are marked.
+#: The points of a curve with fewer points than this are marked.
 _FEW: Final = 30
-#: A beam so heavy is the limit.
+#: A mass ratio above this stands for the limit of an infinitely heavy beam.
 _HEAVY: Final = 1e12
 
 
 def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
-    """Draw the least amplitudes that overturn, over the map of the lightest beam.
+    """Draw the least overturning amplitudes over the map of the lightest beam.
 
     Parameters
     ----------
     dataset : Dataset
-        What `spectrum_dataset` returned: a column of panels for each wavelet, a row for each
-        slenderness, a curve for each mass ratio.
+        As returned by `spectrum_dataset`. The figure has a column of panels for each wavelet, a row
+        for each slenderness and a curve for each mass ratio.
     """
     wavelets, alphas = dataset["wavelet"].values, dataset["slenderness"].values
     with styled():
@@ -78,7 +78,7 @@ def _draw(panel: Axes, panel_of: xr.Dataset) -> None:
             linewidth=0.9,
             marker="." if ratio.size < _FEW else "",
         )
-    whole = ratio.size >= _FEW  # of few, the cells of the ends are shown whole
+    whole = ratio.size >= _FEW  # with few points, show the first and last cells in full
     panel.set_xlim((ratio[0], ratio[-1]) if whole else (edges[0], edges[-1]))
     panel.set_ylim(0.0, amplitude[-1])
     panel.yaxis.set_major_locator(MaxNLocator(3, integer=True))
@@ -87,7 +87,7 @@ def _draw(panel: Axes, panel_of: xr.Dataset) -> None:
 
 
 def _edges(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges of cells: half-way between nodes, which need not be evenly spaced."""
+    """Return the edges of cells, half-way between nodes that may be unevenly spaced."""
     if nodes.size == 1:
         return np.asarray([nodes[0] - 0.5, nodes[0] + 0.5])
     middle = 0.5 * (nodes[1:] + nodes[:-1])

@@ -11,12 +11,12 @@ from rockframe.figures.style import PRINT_WIDTH, styled
 
 
 def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
-    """Draw the share of motions whose peak rotation stays below each level, with its band.
+    """Draw the distribution of peak rotations with its confidence band.
 
     Parameters
     ----------
     screening : Dataset
-        What `read_screening` returned, of one structure.
+        As returned by `read_screening`, for one structure.
     """
     level = screening["level"].values
     with styled():

@@ -1,4 +1,4 @@
-"""Rate over rotation, with the jump of each impact and the barrier of overturning."""
+"""Phase portrait: rate over rotation, with impacts and the limit of overturning."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
     Parameters
     ----------
     dataset : Dataset
-        What `portrait_dataset` returned.
+        As returned by `portrait_dataset`.
     """
     alpha = float(dataset["slenderness"])
     scale = alpha * float(dataset["effective_frequency_parameter"])

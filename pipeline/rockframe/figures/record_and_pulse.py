@@ -9,11 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import Captioned, tested_in
+from rockframe.figures.captioned import Captioned, tested_in, wavelet_in
 from rockframe.figures.style import PRINT_WIDTH, styled
 from rockframe.units import GRAVITY
 
-#: Time before and after the pulse that is drawn, over its length and at least [s].
+#: Time drawn before and after the pulse: a multiple of its reach [1], and the least time [s].
 _AROUND: Final = 1.5
 _LEAST: Final = 5.0
 #: Room for the legend above the curves, as a share of their height.
@@ -26,9 +26,9 @@ def draw_record_and_pulse(datasets: Sequence[xr.Dataset], titles: Mapping[str, s
     Parameters
     ----------
     datasets : sequence of Dataset
-        What `pulse_dataset` returned, one for each panel.
+        As returned by `pulse_dataset`, one for each panel.
     titles : mapping of str to str
-        Of each record, by its identifier.
+        Title of each record, by its identifier.
     """
     with styled():
         size = (PRINT_WIDTH, 0.4 + 1.55 * len(datasets))
@@ -70,9 +70,9 @@ def _draw(panel: Axes, dataset: xr.Dataset) -> None:
 
 
 def _words(dataset: xr.Dataset) -> str:
-    name = str(dataset["wavelet"].item()).replace("_", " ").replace("ricker", "Ricker")
     return (
-        f"{dataset['record_id'].item()}: {name}, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
+        f"{dataset['record_id'].item()}: {wavelet_in(dataset)}, "
+        f"a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
         f"T_p = {float(dataset['T_p']):.3f} s, match index {float(dataset['best_match']):.3f}, "
         f"{tested_in(dataset)}"
         f"PGA {float(dataset['pga']) / GRAVITY:.2f} g."

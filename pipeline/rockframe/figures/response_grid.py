@@ -15,9 +15,10 @@ from rockframe.figures.captioned import Captioned, of_structure, stated_in
 from rockframe.figures.style import DRAWN_TO, PAGE_WIDTH, over_gravity, styled, times_gravity
 from rockframe.units import GRAVITY
 
-#: So many records beside each other; the next ones go below.
+#: Records beside each other; further ones go below.
 _ACROSS: Final = 3
-#: Histories are drawn from shortly before the first rotation of this share of the largest [1].
+#: Rotations above this share of the largest count as visible [1], and the time before and after
+#: visible rotation that is drawn [s].
 _VISIBLE: Final = 0.01
 _MARGIN: Final = 1.5
 _LABELS: Final = ("ground [g]", "θ/α", "v [cm]", "u [cm]")
@@ -31,18 +32,18 @@ def draw_response_grid(
     *,
     vertical: bool = False,
 ) -> Captioned:
-    """Draw ground acceleration, theta/alpha, v and u of one structure, a column for each record.
+    """Draw ground acceleration, theta/alpha, v and u of one structure, with a column per record.
 
     Parameters
     ----------
     accelerations : mapping
-        By record identifier, the ground acceleration [m s-2] at the times of the history.
+        Ground acceleration [m s-2] at the times of the history, by record identifier.
     histories : sequence of Dataset
-        What ``open_response(...).sel`` gives, one for each record, of one structure.
+        As returned by ``open_response(...).sel``, one for each record, of one structure.
     titles : mapping
-        By record identifier, what stands above its column.
+        Title of each column, by record identifier.
     vertical : bool
-        Whether the ground moved vertically too.
+        The motions include vertical components.
     """
     bands = -(-len(histories) // _ACROSS)
     across = min(_ACROSS, len(histories))
@@ -98,7 +99,7 @@ def _fate(history: xr.Dataset) -> str:
 
 
 def _set_window(panel: Axes, time: NDArray[np.float64], ratio: NDArray[np.float64]) -> None:
-    """From shortly before the first visible rotation to shortly after the last."""
+    """Limit the time to that of visible rotation, with a margin."""
     visible = np.flatnonzero(ratio > _VISIBLE * ratio.max(initial=0.0))
     if visible.size:
         first, last = time[visible[0]], time[visible[-1]]

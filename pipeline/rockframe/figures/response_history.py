@@ -1,4 +1,4 @@
-"""Response histories under the accelerogram, in the manner of the paper's Figure 11."""
+"""Accelerogram and response histories of one record, in the style of the paper's Figure 11."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from rockframe.figures.style import DRAWN_TO, over_gravity, styled, times_gravit
 from rockframe.matching import PulseMatch
 from rockframe.units import GRAVITY
 
-#: Margin before the first uplift and after the last visible rocking [s].
+#: Time drawn before the first and after the last visible rocking [s]; rotation, as a share of the
+#: slenderness, above which rocking is visible [1].
 _MARGIN: Final = 3.0
 _VISIBLE: Final = 0.005
 
@@ -30,7 +31,7 @@ def draw_response_history(
     *,
     tested: str = "",
 ) -> Figure:
-    """Draw accelerogram with matched pulse, theta/alpha, v and u of one record.
+    """Draw accelerogram, matched pulse, theta/alpha, v and u of one record.
 
     Parameters
     ----------
@@ -39,11 +40,11 @@ def draw_response_history(
     match : PulseMatch or None
         The matched pulse, if there is one.
     histories : sequence of Dataset
-        What ``open_response(...).sel`` gives, one for each structure.
+        As returned by ``open_response(...).sel``, one for each structure.
     title : str
         First line of the figure.
     tested : str
-        What the test against noise says of the pulse, as `pulse_words` returns it.
+        Result of the test of the pulse against noise, as `pulse_words` returns it.
 
     Returns
     -------
@@ -51,7 +52,7 @@ def draw_response_history(
         Four panels over one time axis.
     """
     with styled():
-        size = (7.2, 6.2 + 0.16 * (1 + len(histories)))  # the legend has a line for each structure
+        size = (7.2, 6.2 + 0.16 * (1 + len(histories)))  # a line of the legend for each structure
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
         time = histories[0]["time"].values
@@ -136,14 +137,12 @@ def _margin(history: xr.Dataset) -> str:
 
 
 def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
-    """As far as anything is drawn."""
     furthest = max(min(float(h["peak_rotation_ratio"]), DRAWN_TO) for h in histories)
     furthest = max(1.08 * furthest, 0.02)
     return -furthest, furthest
 
 
 def _window(time: NDArray[np.float64], histories: Sequence[xr.Dataset]) -> tuple[float, float]:
-    """From shortly before the first uplift to shortly after the last visible rocking."""
     moving = np.zeros(time.size, dtype=bool)
     for history in histories:
         ratio = np.abs(history["theta"].values) / float(history["slenderness"])

@@ -11,12 +11,12 @@ from rockframe.figures.style import LINES, PRINT_WIDTH, styled
 
 
 def draw_restitution(dataset: xr.Dataset) -> Captioned:
-    """Draw sqrt(r) over the slenderness, a curve for each mass ratio.
+    """Draw sqrt(r) over the slenderness, with a curve for each mass ratio.
 
     Parameters
     ----------
     dataset : Dataset
-        What `restitution_dataset` returned.
+        As returned by `restitution_dataset`.
     """
     slenderness = np.degrees(dataset["slenderness"].values)
     ends = np.degrees(dataset["slenderness_limit"].values)

@@ -15,12 +15,12 @@ from rockframe.rocking import Verdict
 
 
 def draw_rocking_spectrum(dataset: xr.Dataset) -> Captioned:
-    """Draw peaks over 2 pi / p, a curve for each slenderness; a gap where the frame overturns.
+    """Draw peaks over 2 pi / p for each slenderness; curves have gaps where the frame overturns.
 
     Parameters
     ----------
     dataset : Dataset
-        What `rocking_spectrum_dataset` returned, of one record and mass ratio.
+        As returned by `rocking_spectrum_dataset`, for one record and mass ratio.
     """
     one = dataset.squeeze(("record", "mass_ratio"))
     period = one["column_period"].values

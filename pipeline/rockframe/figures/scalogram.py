@@ -8,23 +8,23 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import Captioned, tested_in
+from rockframe.figures.captioned import Captioned, tested_in, wavelet_in
 from rockframe.figures.style import PRINT_WIDTH, period_ticks, styled
 from rockframe.units import GRAVITY
 
-#: Times are drawn from where to where any coefficient is above this share of the largest.
+#: Times are drawn where any coefficient is above this share of the largest [1].
 _SEEN: Final = 0.25
-#: Time before and after [s].
+#: Time drawn before and after that [s].
 _MARGIN: Final = 2.0
 
 
 def draw_scalogram(dataset: xr.Dataset) -> Captioned:
-    """Draw the match index over period and time, under the record and its pulse's centre.
+    """Draw the match index over period and time, and mark the best match.
 
     Parameters
     ----------
     dataset : Dataset
-        What `scalogram_dataset` returned.
+        As returned by `scalogram_dataset`.
     """
     centre, period = float(dataset["pulse_time"]), float(dataset["T_p"])
     with styled():
@@ -52,11 +52,10 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
         axes.set_ylabel("period  $T_p$ [s]")
         bar = figure.colorbar(picture, ax=axes)
         bar.set_label("match index")
-    name = str(dataset["wavelet"].item()).replace("_", " ").replace("ricker", "Ricker")
     caption = (
-        f"Match index of the {name} wavelet, by PyWavelets, at each period and time: the "
-        "energy-normalised coefficient over the root of the record's energy. Cross: the best "
-        f"match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, T_p = {period:.3f} s at "
+        f"Match index of the {wavelet_in(dataset)} wavelet, by PyWavelets, at each period and "
+        "time: the energy-normalised coefficient over the root of the record's energy. Cross: the "
+        f"best match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, T_p = {period:.3f} s at "
         f"{centre:.2f} s, {tested_in(dataset)}match index {float(dataset['best_match']):.3f}. "
         f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g)."
     )

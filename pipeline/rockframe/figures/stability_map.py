@@ -1,4 +1,4 @@
-"""Stability map of a record: what becomes of frames of any size at any scale of the motion."""
+"""Stability map of a record: verdicts on frames of all sizes at all scales of the motion."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rockframe.figures.captioned import Captioned, of_structure
 from rockframe.figures.style import PRINT_WIDTH, styled
 from rockframe.units import GRAVITY
 
-#: In the order of the verdicts: no uplift, safe, overturned.
+#: Colours and labels in the order of the verdicts: no uplift, safe, overturned.
 _COLOURS: Final = ("#ffffff", "#9ecae1", "#d55e00")
 _WORDS: Final = ("no uplift", "rocks and stands", "overturns")
 
@@ -26,7 +26,7 @@ def draw_stability_map(dataset: xr.Dataset) -> Captioned:
     Parameters
     ----------
     dataset : Dataset
-        What `stability_dataset` returned.
+        As returned by `stability_dataset`.
     """
     heights, scales = dataset["column_height"].values, dataset["scale"].values
     with styled():

@@ -1,4 +1,4 @@
-"""The one style of all figures, and saving them whole with the same bytes each time."""
+"""The style of all figures, and saving them."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike
 from rockframe.provenance import whole_file
 from rockframe.units import GRAVITY
 
-#: Width of a column of print, and of a page [inch]: 85 mm and 178 mm.
+#: Widths of a printed column and of a page [inch]: 85 mm and 178 mm.
 PRINT_WIDTH: Final = 3.35
 PAGE_WIDTH: Final = 7.0
-#: Curves differ in their strokes too, for those who print in grey.
+#: Line styles: curves must also differ when printed in grey.
 LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
-#: A frame beyond this multiple of its slenderness is drawn no further: its fall would flatten the
-#: histories of those that stand.
+#: Rotations are drawn up to this multiple of the slenderness [1]: drawing the fall would flatten
+#: the histories of frames that stand.
 DRAWN_TO: Final = 1.3
 
 _PERIOD_TICKS: Final = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
@@ -33,15 +33,15 @@ _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Give the context in which a figure is drawn and saved."""
+    """Apply the style while a figure is drawn or saved."""
     with mpl.rc_context(fname=_STYLE), warnings.catch_warnings():
-        # A name in a script that the font lacks shows as boxes; the caption's file has its letters.
+        # Letters that the font lacks are drawn as boxes; the file of the caption has them.
         warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
         yield
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, whole or not at all.
+    """Write a figure as PNG, completely or not at all.
 
     Raises
     ------
@@ -53,12 +53,12 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def times_gravity(acceleration: ArrayLike) -> ArrayLike:
-    """Return accelerations in m s-2 of those in g: for the second axis of a panel."""
+    """Convert accelerations from g to m s-2, for the second axis of a panel."""
     return np.asarray(acceleration) * GRAVITY
 
 
 def over_gravity(acceleration: ArrayLike) -> ArrayLike:
-    """Return accelerations in g of those in m s-2."""
+    """Convert accelerations from m s-2 to g."""
     return np.asarray(acceleration) / GRAVITY
 
 

@@ -1,4 +1,4 @@
-"""The paper, checked: its Table 1, its numbers, its equations beside ours. Nothing is tuned."""
+"""Comparison with the paper: its Table 1, numbers, equations and claims. Nothing is tuned."""
 
 from rockframe.paper.claim import Claim as Claim
 from rockframe.paper.claim import Finding as Finding

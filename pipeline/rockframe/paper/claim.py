@@ -1,4 +1,4 @@
-"""A claim of the paper with what the package finds."""
+"""A claim of the paper, with the result of checking it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Finding(StrEnum):
-    """What became of a claim, in the word that the page prints."""
+    """Result of checking a claim, as the page prints it."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
@@ -22,19 +22,19 @@ class Claim:
     Parameters
     ----------
     name : str
-        What ``rockframe paper --claim`` calls it.
+        Name for ``rockframe paper --claim``.
     where : str
-        Section and equation.
+        Section and equation of the paper.
     says : str
-        What the paper says, in our words.
+        The claim, in our words.
     printed, ours : str
         The paper's value as printed, and ours; empty if there is none.
     finding : Finding
-        Whether they agree.
+        Result of the comparison.
     remark : str
-        What there is to add.
+        Further explanation.
     command : str
-        What shows our value; by default ``rockframe paper --claim NAME``.
+        Command that shows our value (default: ``rockframe paper --claim NAME``).
     """
 
     name: str
@@ -53,7 +53,7 @@ class Claim:
 
 
 def agrees_to_last_digit(printed: str, ours: float) -> Finding:
-    """Return whether a number is within one unit of the last digit of a printed one.
+    """Return agrees if a number is within one unit of the last digit of a printed one.
 
     Parameters
     ----------
@@ -73,14 +73,14 @@ def agrees_to_last_digit(printed: str, ours: float) -> Finding:
 
 
 def judged(holds: bool) -> Finding:
-    """Return agrees or differs."""
+    """Return agrees if a claim holds, else differs."""
     return Finding.AGREES if holds else Finding.DIFFERS
 
 
 def number_claim(
     name: str, where: str, says: str, printed: str, ours: float, *, unit: str = "", remark: str = ""
 ) -> Claim:
-    """Return the claim of a printed number: ours is shown with two more digits."""
+    """Return the claim on a printed number. Ours is shown with two more digits."""
     decimals = len(printed.partition(".")[2])
     after = f" {unit}" if unit else ""
     return Claim(

@@ -1,4 +1,4 @@
-"""All claims that need no record, in the order of the paper."""
+"""All claims that need no records, in the order of the paper."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rockframe.paper.texts import text_claims
 
 
 def all_claims() -> list[Claim]:
-    """Compute all claims that need no record; it takes a few seconds."""
+    """Check all claims that need no records, which takes a few seconds."""
     groups = (
         block_claims,
         motion_claims,

@@ -1,4 +1,4 @@
-"""The paper's equations as printed, evaluated beside what they must be: sections 3 to 5."""
+"""Claims about equations, sections 3 to 5: each is evaluated as printed and as it must be."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from rockframe.wavelets import Pulse
 
 Float = NDArray[np.float64]
 
-#: Where misprints are evaluated: the bridge at half its slenderness, the ground pushed by 0.1 g.
+#: Rotation [rad] and ground acceleration [m s-2] at which misprints are evaluated.
 _THETA: Final = 0.5 * BRIDGE.slenderness
 _GROUND: Final = 0.1 * GRAVITY
-#: Rotation [rad], rate [rad s-1] and its rate [rad s-2] at which the beam's rates are evaluated.
+#: Rotation [rad], its rate [rad s-1] and acceleration [rad s-2] for the beam's rates.
 _TURNED: Final = 0.05
 _OMEGA: Final = 0.3
 _RATE: Final = -0.8
-#: Step of differences [rad], and of times [s].
+#: Step of finite differences, in rotation [rad] and time [s].
 _STEP: Final = 1e-4
 
 
@@ -57,7 +57,7 @@ def motion_claims() -> list[Claim]:
 
 
 def misprint_claims() -> list[Claim]:
-    """Return those printed equations that cannot be meant, with numbers of both forms."""
+    """Return the claims about misprinted equations, with numbers of both forms."""
     alpha = BRIDGE.slenderness
     printed_24 = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
     meant_24 = _work_slope(math.cos(alpha - _THETA), math.sin(alpha - _THETA))
@@ -106,7 +106,7 @@ def impact_claims() -> list[Claim]:
 
 
 def _kinematic_residual() -> float:
-    """Displacements of a rotation given in time, differenced, against (8), (9), (11) as printed."""
+    """Compare finite differences of the displacements with (8), (9), (11) as printed."""
     worst = 0.0
     for side in (1.0, -1.0):
         u, v = (_differences(place, side) for place in (
@@ -119,7 +119,7 @@ def _kinematic_residual() -> float:
 
 
 def _differences(place: Callable[[Float], Float], side: float) -> tuple[float, float]:
-    """First and second derivative in time of a displacement, by differences."""
+    """Return the first and second time derivative of a displacement, by finite differences."""
     time = _STEP * np.arange(-1, 2)
     values = place(side * (_TURNED + _OMEGA * time + 0.5 * _RATE * time**2))
     first = (values[2] - values[0]) / (2.0 * _STEP)
@@ -127,9 +127,9 @@ def _differences(place: Callable[[Float], Float], side: float) -> tuple[float, f
 
 
 def _printed_rates(side: float) -> tuple[float, float, float, float]:
-    """Eqs (8), (9), (11) and (12) as printed; their double signs are -side above, side below."""
+    """Evaluate (8), (9), (11), (12) as printed; a printed ± is -side and ∓ is side."""
     omega, rate, twice = side * _OMEGA, side * _RATE, 2.0 * BRIDGE.size
-    phi = BRIDGE.slenderness - _TURNED  # alpha -+ theta, of either side
+    phi = BRIDGE.slenderness - _TURNED  # alpha -+ theta, for both sides
     sine, cosine = math.sin(phi), math.cos(phi)
     return (
         twice * cosine * omega,
@@ -140,7 +140,7 @@ def _printed_rates(side: float) -> tuple[float, float, float, float]:
 
 
 def _lift_claim() -> Claim:
-    """Eq (12) for theta > 0, where one of its signs is not that of (11)."""
+    """Check eq (12) for theta > 0, where one of its signs contradicts (11)."""
     _, right = _differences(BRIDGE.vertical_displacement, 1.0)
     printed = _printed_rates(1.0)[3]
     meant = printed + 4.0 * BRIDGE.size * math.sin(BRIDGE.slenderness - _TURNED) * _RATE
@@ -205,7 +205,7 @@ def _sign_claim() -> Claim:
 
 
 def _similarity_claim() -> Claim:
-    """Two sizes with the same five products of eq (47)."""
+    """Compare two sizes of frame with the same five products of eq (47)."""
     scale = 0.3
     small = RockingFrame(height=scale * 9.6, width=scale * 1.6, mass_ratio=4.0)
     full = respond(BRIDGE, Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.6))
@@ -223,7 +223,7 @@ def _similarity_claim() -> Claim:
 
 
 def _uplift_claim() -> Claim:
-    """Eq (34) away from theta = 0, where its columns are still at alpha."""
+    """Check eq (34) at theta > 0, where it takes the columns as unrotated."""
     alpha, gamma = BRIDGE.slenderness, BRIDGE.mass_ratio
     beam = alpha - _THETA
     printed = (2.0 * gamma * math.sin(beam) + math.sin(alpha)) / (
@@ -242,13 +242,13 @@ def _uplift_claim() -> Claim:
 
 
 def _misprint(printed: float, right: float, meant: float) -> Finding:
-    """A misprint is wrong as printed and right as it is meant."""
+    """Return misprint if the printed value is wrong and the meant one is right."""
     near = abs(meant - right) <= 1e-6 * abs(right)
     return Finding.MISPRINT if near and abs(printed - right) > 1e-3 * abs(right) else judged(near)
 
 
 def _work(theta: float, frame: RockingFrame) -> float:
-    """Integral of eq (18) over N m_c g R."""
+    """Return the integral of eq (18), divided by N m_c g R."""
     weight = frame.mass_ratio + 0.5
     u = float(frame.horizontal_displacement(theta))
     v = float(frame.vertical_displacement(theta))
@@ -256,7 +256,7 @@ def _work(theta: float, frame: RockingFrame) -> float:
 
 
 def _work_slope(cosine: float, sine: float) -> float:
-    """Eq (24) over N m_c g R, with the cosine and sine of its argument."""
+    """Return eq (24) divided by N m_c g R, for the cosine and sine of its argument."""
     return 2.0 * (BRIDGE.mass_ratio + 0.5) * (_GROUND / GRAVITY * cosine + sine)
 
 
@@ -265,7 +265,7 @@ def _slope(function: Callable[[float], float], x: float) -> float:
 
 
 def _impact(alpha: float, gamma: float) -> float:
-    """Eqs (37) to (41) for two columns of unit mass and size, solved for the rate after."""
+    """Solve eqs (37) to (41) for the rate after an impact: two columns of unit mass and size."""
     columns, inertia = 2.0, 4.0 / 3.0
     beam = gamma * columns
     b, h = math.sin(alpha), math.cos(alpha)

@@ -1,4 +1,4 @@
-"""The claim that a frame rocks like one larger column: abstract, sections 3 to 5 and 9."""
+"""Claims that a frame rocks like one larger column: abstract, sections 3 to 5 and 9."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from rockframe.rocking import Response, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 
-#: A pulse that the bridge survives, and how long it then rocks on [s].
+#: A pulse that the bridge survives, and the duration of free rocking after it [s].
 _PULSE: Final = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
 _AFTER: Final = 15.0
-#: The impact at which rates are compared.
+#: Number of the impact at which rates are compared.
 _IMPACT: Final = 6
 #: The column of the same slenderness and of size R-hat, eq (29).
 _GROWTH: Final = BRIDGE.effective_size / BRIDGE.size
@@ -24,7 +24,7 @@ _COLUMN: Final = RockingFrame(height=_GROWTH * BRIDGE.height, width=_GROWTH * BR
 
 
 def one_column_claims() -> list[Claim]:
-    """Return the claims about the equivalent column, with its own losses and with the frame's.
+    """Return the claims about the equivalent column, with its own restitution and the frame's.
 
     Examples
     --------

@@ -21,16 +21,16 @@ All of ours was computed when this page was made; nothing is tuned.
 
 
 def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: str) -> str:
-    r"""Return the page.
+    r"""Return the page in Markdown.
 
     Parameters
     ----------
     claims : sequence of Claim
-        In the order of the page.
+        Claims in the order of the page.
     figures : mapping of str to str
-        By the path of each figure from the page, its title and caption.
+        Title and caption of each figure, by its path relative to the page.
     records : str
-        Which records were at hand, in a sentence.
+        Sentence on the records that were available.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _commands(claims: Sequence[Claim]) -> list[str]:
-    """What shows each of ours: the claims of one command together."""
+    """List the commands that show our values, each with its claims."""
     found: dict[str, list[str]] = {}
     for claim in claims:
         key = claim.command or "rockframe paper --claim NAME"

@@ -14,7 +14,7 @@ from rockframe.units import GRAVITY
 
 TEMPLE: Final = RockingFrame(height=7.5, width=1.8)
 BRIDGE: Final = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
-#: Mass ratios over which identities are tried.
+#: Mass ratios for which identities are checked.
 _MASS_RATIOS: Final = (0.0, 0.25, 0.3, 1.0, 4.0, 20.0, 1e3)
 
 
@@ -181,7 +181,7 @@ def _least_loss() -> float:
 
 
 def _uplift_ratios() -> str:
-    """Ground that grows steadily to twice g tan(alpha) in 1 s: the share at the uplift found."""
+    """Return ground acceleration at uplift over g tan(alpha), for a ramp to twice that in 1 s."""
     ratios = []
     for gamma in (0.0, 4.0, 100.0):
         frame = RockingFrame(height=9.6, width=1.6, mass_ratio=gamma)

@@ -1,4 +1,4 @@
-"""a_p and T_p of the paper's Table 1 beside those of every wavelet and weighting."""
+"""Comparison of a_p and T_p in the paper's Table 1 with every wavelet and weighting."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from rockframe.units import GRAVITY
 
 @dataclass(frozen=True, kw_only=True)
 class PaperPulse:
-    """One of the paper's records matched in one way.
+    """One of the paper's records, matched with one wavelet and weighting.
 
     Parameters
     ----------
     record : str
-        As the paper names it.
+        Name in the paper.
     wavelet, weighting : str
-        The way.
+        How it was matched.
     printed_a_p_g, printed_period_s, a_p_g, T_p_s : float
-        The paper's numbers and ours.
+        The paper's values and ours.
     at_period_bound : bool
-        Ours is an end of the range that was searched, not a maximum.
+        Our period is an end of the searched range, not a maximum of the match.
     """
 
     record: str
@@ -40,7 +40,7 @@ class PaperPulse:
 
     @property
     def distance(self) -> float:
-        """Root mean square of the logarithms of ours over the paper's, of a_p and T_p [1]."""
+        """Root mean square of ln(ours / paper) of a_p and T_p [1]."""
         ratios = (self.a_p_g / self.printed_a_p_g, self.T_p_s / self.printed_period_s)
         return math.sqrt(sum(math.log(ratio) ** 2 for ratio in ratios) / 2.0)
 
@@ -48,14 +48,14 @@ class PaperPulse:
 def paper_pulses(
     records: Iterable[tuple[Record, PulseOptions]], weightings: Sequence[str]
 ) -> list[PaperPulse]:
-    """Match those records that have names of the paper's in every way.
+    """Match the paper's records, found by their file names, with all wavelets and weightings.
 
     Parameters
     ----------
     records : iterable of (Record, PulseOptions)
-        Each with the wavelets and the range of periods to be searched.
+        Records, each with the wavelets and the range of periods to search.
     weightings : sequence of str
-        Each of which is used.
+        Weightings to use.
     """
     found = []
     for record, options in records:
@@ -84,7 +84,7 @@ def _matched(record: Record, printed: PaperRecord, options: PulseOptions) -> lis
 
 
 def overall_distances(pulses: Sequence[PaperPulse]) -> list[tuple[str, str, float]]:
-    """Return wavelet, weighting and distance over all records, the nearest way first.
+    """Return wavelet, weighting and distance over all records, the nearest first.
 
     Examples
     --------

@@ -49,7 +49,7 @@ def _symmetric_difference() -> float:
 
 
 def _antisymmetric_claim() -> Claim:
-    """Eq (45) as printed has t where it must have 2 pi t / (sqrt(3) T_p)."""
+    """Check eq (45), which has t in place of 2 pi t / (sqrt(3) T_p)."""
     x = math.tau * _TIME / (math.sqrt(3.0) * _PERIOD)
     printed = np.abs((x**2 - 3.0) * _TIME * np.exp(-0.5 * x**2) / BETA).max()
     meant = np.abs((x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA).max()
@@ -67,7 +67,7 @@ def _antisymmetric_claim() -> Claim:
 
 
 def _spectrum_claim() -> Claim:
-    """Fourier integrals on a grid of frequencies around 2 pi / T_p; the pulses end within it."""
+    """Find the peak of the Fourier spectrum on a grid of frequencies around 2 pi / T_p."""
     ratio = np.linspace(0.8, 1.2, 401)
     angle = np.outer(math.tau / _PERIOD * ratio, _TIME)
     found = []

@@ -16,7 +16,7 @@ from rockframe.paper.table1 import (
 from rockframe.results import TableRow
 
 _COMMAND: Final = "rockframe table1 --records FOLDER"
-#: What Table 1 calls a quantity, and its unit.
+#: Symbol in Table 1 and unit of each quantity.
 _PRINTED: Final = {
     "pga_g": ("PGA", "g"),
     "pgv_m_s": ("PGV", "m/s"),
@@ -28,14 +28,14 @@ _PRINTED: Final = {
 def record_claims(
     rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()
 ) -> list[Claim]:
-    """Return the claims about those of the rows' records that are the paper's.
+    """Return the claims about the paper's records among the rows.
 
     Parameters
     ----------
     rows : sequence of TableRow
-        What `table_rows` returned for the records at hand.
+        As returned by `table_rows`.
     pulses : iterable of mapping, optional
-        What `pulse_rows` returned for them, see `compare`.
+        As returned by `pulse_rows` for these records; see `compare`.
     """
     comparisons = compare(rows, pulses)
     others = {comparison.record_id: comparison.remark for comparison in comparisons
@@ -44,7 +44,7 @@ def record_claims(
     claims = []
     for found in comparisons:
         name = f"{found.record_id}-{found.quantity}"
-        if name in names:  # by another wavelet than the best one
+        if name in names:  # by a wavelet other than the selected one
             name = f"{name}-{found.wavelet}"
         names.add(name)
         claims.append(_of_table(name, found, others.get(found.record_id, "")))
@@ -53,7 +53,7 @@ def record_claims(
 
 
 def _of_table(name: str, comparison: Comparison, other: str) -> Claim:
-    """`other` says that this is not the paper's record, which its PGA and PGV tell."""
+    """Return the claim of one comparison; `other` is set if PGA or PGV is not the paper's."""
     label, unit = _PRINTED[comparison.quantity]
     printed = comparison.printed
     finding = agrees_to_last_digit(printed, comparison.ours)

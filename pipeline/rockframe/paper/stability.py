@@ -15,16 +15,16 @@ from rockframe.wavelets import RICKERS, Pulse
 
 Float = NDArray[np.float64]
 
-#: Slendernesses of Figure 9 [degrees], and mass ratios of its curves here.
+#: Slendernesses of Figure 9 [degrees], and the mass ratios used for it here.
 _SLENDERNESSES: Final = (10.0, 14.0)
 _MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0)
-#: Frequency ratios up to which the paper finds the gain marginal, and those above.
+#: Frequency ratios for which the paper calls the gain marginal, and higher ones.
 _LOW: Final = (2.0, 3.0, 4.0)
 _HIGH: Final = (5.0, 6.0, 7.0)
-#: The scans of amplitude, a_p / (g tan alpha): step, and where they end.
+#: Step and largest value of the scans of amplitude, a_p / (g tan alpha) [1].
 _STEP: Final = 0.02
 _LARGEST: Final = 15.0
-#: What a reader would not call marginal: a difference of a tenth.
+#: Least gain that is not called marginal [1].
 _MARGINAL: Final = 0.1
 _COMMAND: Final = "rockframe spectrum"
 
@@ -43,7 +43,7 @@ def stability_claims() -> list[Claim]:
 
 
 def _no_overturning(name: str, mass_ratio: float, frequency_ratio: float, bound: float) -> Claim:
-    """The temple's columns and frame of section 7; beyond its bound the scan goes on to 60."""
+    """Check that the temple stands up to a bound (section 7); the scan goes on to 60."""
     least = _least((14.0,), (mass_ratio,), (frequency_ratio,), 60.0)[:, 0, 0, 0]
     if np.isnan(least).all():
         ours = "no pulse up to 60 g tan α overturns"
@@ -65,7 +65,7 @@ def _no_overturning(name: str, mass_ratio: float, frequency_ratio: float, bound:
 
 
 def _marginal(least: Float) -> Claim:
-    """Gain of the heaviest beam over the column alone, in the four panels."""
+    """Compare the heaviest beam with the column alone in the four panels."""
     gain = least[:, :, -1] / least[:, :, 0] - 1.0
     at_4, below = gain[..., -1], gain[..., :-1]
     return Claim(
@@ -81,7 +81,7 @@ def _marginal(least: Float) -> Claim:
 
 
 def _enhanced(least: Float) -> Claim:
-    """From 4 on: the heaviest beam against the column alone; what never overturns gains most."""
+    """Compare the heaviest beam with the column alone from a frequency ratio of 4 on."""
     alone = least[:, :, 0]
     frame = np.where(np.isnan(least[:, :, -1]), np.inf, least[:, :, -1])
     gain = np.where(np.isnan(alone), np.inf, frame / alone - 1.0)
@@ -103,7 +103,7 @@ def _enhanced(least: Float) -> Claim:
 
 
 def _heavier_is_safer(least: Float) -> Claim:
-    lighter, heavier = least[:, :, :-1], least[:, :, 1:]  # NaN, beyond the largest, is no fall
+    lighter, heavier = least[:, :, :-1], least[:, :, 1:]  # NaN is beyond the largest: no fall
     falls = int((heavier < lighter).sum() + (np.isnan(lighter) & ~np.isnan(heavier)).sum())
     edges = ", ".join(f"{edge:.2f}" for edge in least[0, 0, :, 1])
     return Claim(
@@ -120,7 +120,7 @@ def _heavier_is_safer(least: Float) -> Claim:
 
 
 def _every_amplitude() -> Claim:
-    """A block that a pulse spares, and the frame that it overturns."""
+    """Compare a column that stands under a pulse with a frame that overturns under it."""
     pulse_of = {}
     for gamma in (0.0, 0.25):
         frame = RockingFrame(height=5.0, width=5.0 * math.tan(math.radians(10.0)), mass_ratio=gamma)
@@ -151,7 +151,7 @@ def _least(
     frequency_ratios: tuple[float, ...],
     largest: float,
 ) -> Float:
-    """Least overturning amplitudes, by pulse, slenderness, mass ratio and frequency ratio."""
+    """Return least overturning amplitudes by pulse, slenderness, mass and frequency ratio."""
     found = overturning_spectrum(
         [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
         np.radians(degrees),

@@ -1,4 +1,4 @@
-"""The paper's own Table 1 and statements beside ours."""
+"""Comparison with the paper's Table 1 and its statements on the bridge bent."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
+from rockframe.paper.claim import judged
 from rockframe.results import TableRow
 
-#: A peak further than this share from the printed one is of another record or another processing.
-#: Two printed decimals round by 1 % at most; integration and its baseline add to that of PGV.
+#: Relative differences of peaks above which a record or its processing is not the paper's [1].
+#: Rounding to two decimals makes up to 1 %; integration and the baseline add to that for PGV.
 _SAME: Final = {"pga_g": 0.02, "pgv_m_s": 0.05}
-#: The wavelet to which section 6 of the paper ties the extended wavelet transform of Table 1.
+#: The wavelet of the extended wavelet transform, by section 6 of the paper.
 _OF_SECTION_6: Final = "mavroeidis_papageorgiou"
-#: What a row says of facts that it has from the paper.
+#: Source of facts that are taken from the paper.
 BORROWED: Final = "Makris and Vassiliou (2013), Table 1"
 #: The paper's bridge bent, section 8.
 _BRIDGE: Final = "bridge-bent"
@@ -37,15 +38,15 @@ class PaperRecord:
     pgv_m_s: float
     a_p_g: float
     T_p_s: float
-    printed: Mapping[str, str]  # the numbers digit by digit
+    printed: Mapping[str, str]  # the numbers, digit by digit
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One of the paper's records: a quantity, the paper's value, ours, and the difference.
+    """A quantity of one of the paper's records: the paper's value, ours, and the difference.
 
-    a_p and T_p depend on the mother wavelet (T_p by up to a third); ours is named, the paper does
-    not name its own for each record. `printed` is the paper's value digit by digit.
+    a_p and T_p depend on the mother wavelet (T_p by up to a third). `wavelet` names ours; the paper
+    does not name its own for each record. `printed` is the paper's value, digit by digit.
     """
 
     record_id: str
@@ -74,7 +75,7 @@ def paper_records() -> tuple[PaperRecord, ...]:
 
 
 class _Printed(str):
-    """A number as the file has it, which is no string there."""
+    """A number as written in the file; a class of its own, to tell it from strings."""
 
     __slots__ = ()
 
@@ -87,7 +88,7 @@ def _paper_record(row: Mapping[str, Any]) -> PaperRecord:
 
 
 def paper_record_of(source_file: str) -> PaperRecord | None:
-    """Return the paper's row for a file, known by the name that archives give the record.
+    """Return the paper's row for a file, found by the archive's name of the record.
 
     Examples
     --------
@@ -104,7 +105,7 @@ def paper_record_of(source_file: str) -> PaperRecord | None:
 
 
 def with_paper_facts(row: TableRow) -> TableRow:
-    """Fill from Table 1 what neither file nor catalogue states of the paper's records; say so."""
+    """Fill in facts of the paper's records that are unknown, and add Table 1 to the sources."""
     paper = paper_record_of(row.source_file)
     if paper is None:
         return row
@@ -123,16 +124,16 @@ def with_paper_facts(row: TableRow) -> TableRow:
 
 
 def compare(rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Comparison]:
-    """Set the paper's PGA, PGV, a_p and T_p beside ours for those records that are the paper's.
+    """Compare PGA, PGV, a_p and T_p of the paper's records with ours.
 
     Parameters
     ----------
     rows : sequence of TableRow
         Rows of any structures; each record is compared once.
     pulses : iterable of mapping, optional
-        What `pulse_rows` returned: a_p and T_p of the wavelet of Mavroeidis and Papageorgiou are
-        compared too, if it was matched. Table 1 names the extended wavelet transform, and section
-        6 ties that to them.
+        As returned by `pulse_rows`. If the wavelet of Mavroeidis and Papageorgiou was matched, its
+        a_p and T_p are compared too: Table 1 names the extended wavelet transform, which section 6
+        attributes to them.
     """
     others = {pulse["record_id"]: pulse for pulse in pulses if pulse["wavelet"] == _OF_SECTION_6}
     comparisons: list[Comparison] = []
@@ -147,7 +148,7 @@ def compare(rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()) 
 
 
 def _compared(paper: PaperRecord, row: TableRow, values: Mapping[str, Any]) -> Iterator[Comparison]:
-    """Compare those of the four quantities that there are values of."""
+    """Compare the quantities that have values."""
     for quantity in ("pga_g", "pgv_m_s", "a_p_g", "T_p_s"):
         if quantity not in values:
             continue
@@ -168,12 +169,13 @@ def _compared(paper: PaperRecord, row: TableRow, values: Mapping[str, Any]) -> I
 
 
 def statements(rows: Sequence[TableRow]) -> list[str]:
-    """Say where ours differs from what section 8 of the paper states of its bridge bent.
+    """Return sentences that compare ours with section 8 of the paper, on its bridge bent.
 
     Parameters
     ----------
     rows : sequence of TableRow
-        Only the paper's records, with its PGA and PGV, under its bridge bent are looked at.
+        Rows of any structures and records; only the bridge bent under the paper's records, with
+        its PGA and PGV, is compared.
     """
     own = bridge_rows(rows)
     if not own:
@@ -184,22 +186,22 @@ def statements(rows: Sequence[TableRow]) -> list[str]:
         "of its bridge bent:",
         "theta/alpha: the paper says below 0.33; ours is at most "
         f"{turned.peak_rotation_ratio:.3f} ({turned.record}): "
-        f"{_judged(turned.peak_rotation_ratio < 0.33)}.",
+        f"{judged(turned.peak_rotation_ratio < 0.33)}.",
         f"u_max: the paper says 20 to 50 cm; ours is {drifts[0]:.1f} to {drifts[-1]:.1f} cm: "
-        f"{_judged(drifts[0] >= 20.0 and drifts[-1] <= 50.0)}.",
+        f"{judged(drifts[0] >= 20.0 and drifts[-1] <= 50.0)}.",
         f"v_max: the paper says up to 5 cm; ours is up to {100.0 * lifted.v_max_m:.1f} cm "
-        f"({lifted.record}): {_judged(lifted.v_max_m <= 0.05)}. By eqs (7) and (10) a drift of "
+        f"({lifted.record}): {judged(lifted.v_max_m <= 0.05)}. By eqs (7) and (10) a drift of "
         "50 cm comes with a lift of 7.0 cm: the paper's two numbers do not fit each other.",
     ]
 
 
 def bridge_rows(rows: Sequence[TableRow]) -> list[TableRow]:
-    """Return the rows of the bridge bent under the paper's records, by name, PGA and PGV."""
+    """Return the rows of the bridge bent under the paper's records, found by name, PGA and PGV."""
     return [row for row in rows if row.structure == _BRIDGE and _is_the_papers(row)]
 
 
 def bridge_extremes(own: Sequence[TableRow]) -> tuple[TableRow, list[float], TableRow]:
-    """Return the row of the largest rotation, the drifts in order [cm], and that of the lift."""
+    """Return the row of the largest rotation, drifts [cm], and the row of the largest lift."""
     turned = max(own, key=lambda row: row.peak_rotation_ratio)
     drifts = sorted(100.0 * row.u_max_m for row in own)
     return turned, drifts, max(own, key=lambda row: row.v_max_m)
@@ -208,7 +210,3 @@ def bridge_extremes(own: Sequence[TableRow]) -> tuple[TableRow, list[float], Tab
 def _is_the_papers(row: TableRow) -> bool:
     paper = paper_record_of(row.source_file)
     return paper is not None and not any(c.remark for c in _compared(paper, row, vars(row)))
-
-
-def _judged(agrees: bool) -> str:
-    return "agrees" if agrees else "differs"

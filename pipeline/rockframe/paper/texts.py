@@ -1,4 +1,4 @@
-"""Misprints in the paper's words: they hold no number that could be computed."""
+"""Misprints in the text of the paper, which cannot be checked by computing a number."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Final
 
 from rockframe.paper.claim import Claim, Finding
 
-#: Name, where, as printed, as it must be.
+#: Name, place, printed text, correct text.
 _TEXTS: Final = (
     ("text-uplift", "section 2", "uplift where the ground acceleration exceeds g tan α",
      "its magnitude does"),
@@ -22,7 +22,7 @@ _TEXTS: Final = (
 
 
 def text_claims() -> list[Claim]:
-    """Return the misprints that are found by reading.
+    """Return the misprints that were found by reading.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""The report of a run: one page that works from disk. It lays out what results give; no physics.
+"""The report of a run: one HTML page that works from disk. It computes no physics.
 
-Template, style and script are beside this file; what other pages share is in `web`.
+Template, style and script are in this folder; `web` holds the parts that pages share.
 """
 
 from rockframe.report.page import render as render

@@ -1,4 +1,4 @@
-"""Columns of the overview: what of a row of the table is shown, and how."""
+"""Columns of the overview table of the report."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Final
 
 from rockframe.results import pulse_mark, stated_verdict
 
-#: Of a structure that fell these are those of its fall, which tell nothing.
+#: Shown as dashes for structures that overturn: they describe only the fall.
 _OF_THE_FALL: Final = ("peak_rotation_ratio", "u_max_m", "v_max_m")
 _DASH: Final = "–"
-#: Wavelets, as the tables of the terminal have them.
+#: Short names of wavelets, as in the tables of the terminal.
 _SHORT: Final = {"symmetric_ricker": "sym", "antisymmetric_ricker": "antisym"}
 
 
@@ -25,15 +25,15 @@ class Column:
     key : str
         Column of ``table.csv``.
     head, unit : str
-        What stands above it.
+        Heading and unit.
     decimals : int, optional
-        Of a number; without it the column is text.
+        Decimals of a number; without them the column is text.
     factor : float
-        What a number is multiplied by for its unit.
+        Conversion of a number to the unit of the column.
     minor : bool
-        Left out where the page is narrow.
+        The column is hidden on narrow pages.
     wraps : bool
-        Its text may take more than one line.
+        The text may take several lines.
     """
 
     key: str
@@ -45,7 +45,7 @@ class Column:
     wraps: bool = False
 
     def cell(self, row: Mapping[str, str]) -> str:
-        """Return what is shown; a dash for what is not known.
+        """Return the text of the cell of a row; a dash if the value is unknown.
 
         Examples
         --------
@@ -65,14 +65,14 @@ class Column:
         return f"{self.factor * float(text):.{self.decimals}f}"
 
     def order(self, row: Mapping[str, str]) -> str:
-        """Return what a column of numbers is sorted by: the number; unknown ones below all."""
+        """Return the key that sorts a column of numbers; unknown values come below all others."""
         text = row[self.key]
         if self.key == "critical_scale" and not text and row.get("largest_scale"):
             return "Infinity"
         return text if text and math.isfinite(float(text)) else "-Infinity"
 
 
-#: All that can be shown, the answer first.
+#: All columns in their order, the results first.
 COLUMNS: Final = (
     Column("record", "Record", wraps=True),
     Column("structure", "Structure"),
@@ -93,7 +93,7 @@ COLUMNS: Final = (
 
 
 def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
-    """Return the columns of which something is known.
+    """Return the columns that have a value in any row.
 
     Examples
     --------

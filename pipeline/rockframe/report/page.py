@@ -1,4 +1,4 @@
-"""One HTML page of a run: it holds all that it shows, and may ask nobody for anything."""
+"""The HTML page of a run, which contains everything it shows and makes no requests."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from rockframe.rocking import VerdictKind
 from rockframe.web import UPLOT, environment, policy, script, style
 
 _HOME: Final = Path(__file__).parent
-#: The page's own script, in the order in which its parts need each other.
+#: Parts of the page's own script; each may use those before it.
 _PARTS: Final = ("data", "table", "detail", "main")
-#: So many records and files are listed with their checks.
+#: Largest number of records and files that are listed with their checks.
 _MOST_ENTRIES: Final = 2000
-#: Above this number of records the verdicts at a glance are no longer one.
+#: Largest number of records in the grid of verdicts.
 _GLANCE: Final = 40
 
 
 def render(run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]) -> str:
-    """Return the report of a run; the same run gives the same text.
+    """Return the report of a run. The same run gives the same text.
 
     Parameters
     ----------
     run : Run
-        What `rockframe.results.read_run` gives.
+        As returned by `rockframe.results.read_run`.
     motions : iterable of (Ground, sequence of History)
-        What `rockframe.results.read_histories` gives of it for what is to be looked at closely.
+        As returned by `rockframe.results.read_histories` for the histories on the page.
 
     Returns
     -------
     str
-        HTML. Its policy lets no request leave the page, and runs no script but its own.
+        HTML. Its security policy forbids all requests and all scripts but its own.
     """
     facts, samples = payload(run, motions)
     code, look = script(_HOME, _PARTS), style(_HOME)
@@ -88,7 +88,7 @@ def _overview(run: Run) -> dict[str, Any]:
 
 
 def _looked_at_first(run: Run) -> list[Mapping[str, str]]:
-    """Records and files in their order; of very many, those of which something is to be said."""
+    """Return the records and files to list; of very many, prefer rejections and warnings."""
     said = {"rejected": 0, "unread": 0}
 
     def concern(i: int) -> int:

@@ -1,4 +1,4 @@
-"""What the page's script works on: histories as compressed float32, facts as texts."""
+"""Data for the script of the page: histories as compressed float32, labelled values as text."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from rockframe.rocking import StatedVerdict
 from rockframe.signals import CHECKS
 from rockframe.units import GRAVITY
 
-#: Signs that CF's units have in print.
+#: Printed form of exponents in CF units.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
-#: What the table of a record shows already, or the page needs only for itself.
+#: Values that the page shows elsewhere, or uses only internally.
 _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
 )
-#: Of a structure that overturns these describe its fall.
+#: Not shown for structures that overturn: they describe only the fall.
 _OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
 
 
 def encode(values: ArrayLike) -> str:
-    """Return samples as little-endian float32, deflated (zlib), in base64.
+    """Encode samples as little-endian float32, deflated (zlib), in base64.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def encode(values: ArrayLike) -> str:
 
 
 def pack(content: bytes) -> str:
-    """Return bytes deflated (zlib), in base64.
+    """Deflate bytes (zlib) and encode them in base64.
 
     Examples
     --------
@@ -57,29 +57,29 @@ def pack(content: bytes) -> str:
 
 
 def unpack(text: str) -> bytes:
-    """Return what `pack` was given."""
+    """Return the bytes that `pack` encoded."""
     return zlib.decompress(base64.b64decode(text))
 
 
 def decode(text: str) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
-    """Return what `encode` was given, to float32: what the page's script does, in Python."""
+    """Return the samples that `encode` encoded, as the script of the page does."""
     return np.frombuffer(unpack(text), dtype="<f4")
 
 
 def choose(run: Run, limit: int) -> list[tuple[str, str]]:
-    """Return which histories go into the page, in the order of the table.
+    """Return the records and structures whose histories the page shows, in the order of the table.
 
     Parameters
     ----------
     run : Run
         The run.
     limit : int
-        How many at most; if there are more, those that `rank` puts first.
+        Largest number; if there are more, those that `rank` puts first are chosen.
 
     Returns
     -------
     list of (str, str)
-        Records and structures whose histories were kept.
+        Identifiers of records and structures.
     """
     pairs = [(row["record_id"], row["structure"]) for row in run.rows]
     there = [i for i, pair in enumerate(pairs) if _is_held(run.pairs[pair])]
@@ -94,22 +94,22 @@ def _is_held(facts: Iterable[Fact]) -> bool:
 def payload(
     run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]
 ) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the facts of what can be looked at closely, and the samples by identifier.
+    """Return the labelled values and the encoded samples of the histories on the page.
 
     Parameters
     ----------
     run : Run
         The run.
     motions : iterable of (Ground, sequence of History)
-        What is shown of it.
+        Motions and histories on the page.
 
     Returns
     -------
     facts : dict
         JSON values: ``name``, ``gravity``, ``grounds``, ``structures`` and ``pairs``.
     samples : dict of str to str
-        ``table``, the rows as `pack` gives them, and what `encode` returned: ``g0`` and ``p0`` the
-        first record's motion and pulse, ``theta0``, ``u0`` and ``v0`` the first history.
+        ``table``: the rows as CSV, encoded by `pack`. Encoded by `encode`: ``g0`` and ``p0``,
+        motion and pulse of the first record; ``theta0``, ``u0`` and ``v0``, the first history.
     """
     grounds: list[dict[str, Any]] = []
     pairs: list[dict[str, Any]] = []
@@ -152,7 +152,7 @@ def payload(
 
 
 def _of_pair(facts: Iterable[Fact], stated: StatedVerdict) -> list[Fact]:
-    """The facts that mean something, with the verdict in the words of the table."""
+    """Return the values to show, with the verdict in the words of the table."""
     return [
         replace(fact, value=stated.words) if fact.name == "verdict" else fact
         for fact in facts
@@ -161,7 +161,6 @@ def _of_pair(facts: Iterable[Fact], stated: StatedVerdict) -> list[Fact]:
 
 
 def _csv(rows: Sequence[Mapping[str, str]]) -> str:
-    """The rows as ``table.csv`` has them."""
     stream = io.StringIO()
     write_table(stream, rows)
     return stream.getvalue()
@@ -179,7 +178,7 @@ def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any
 
 
 def _structure(facts: Sequence[Fact]) -> dict[str, Any]:
-    """Its geometry, for the drawing, beside its facts."""
+    """Return the geometry for the drawing, and the labelled values."""
     wanted = ("height", "width", "mass_ratio", "slenderness")
     return {
         **{fact.name: fact.value for fact in facts if fact.name in wanted},
@@ -188,7 +187,7 @@ def _structure(facts: Sequence[Fact]) -> dict[str, Any]:
 
 
 def checks(entry: Mapping[str, str]) -> list[list[str]]:
-    """Return name, value, limit and verdict of each check of a row of ``records.csv``.
+    """Return name, value, limit and verdict of each check in a row of ``records.csv``.
 
     Examples
     --------
@@ -218,7 +217,7 @@ def _finite(number: str) -> float | None:
 
 
 def _texts(facts: Sequence[Fact]) -> list[list[str]]:
-    """Label and value with unit of each fact that is known."""
+    """Return label and value with unit of each known fact."""
     known = [
         fact
         for fact in facts
@@ -230,7 +229,7 @@ def _texts(facts: Sequence[Fact]) -> list[list[str]]:
 
 
 def with_unit(fact: Fact) -> str:
-    """Return the value of a fact as people read it.
+    """Return the value of a fact with its unit, as text.
 
     Examples
     --------

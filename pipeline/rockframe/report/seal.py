@@ -1,4 +1,4 @@
-"""The last line of a page: the hash of all above it, so that damage to the page can be found."""
+"""The last line of a page: a hash of the rest, which reveals whether the page was changed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _AFTER: Final = b" -->\n"
 
 
 def sealed(page: str) -> bytes:
-    """Return a page as it is written: in UTF-8, with the line of its hash.
+    """Encode a page in UTF-8 and append the line with its hash.
 
     Parameters
     ----------
@@ -27,12 +27,12 @@ def sealed(page: str) -> bytes:
 
 
 def is_whole(content: bytes) -> bool:
-    """Return whether a page is as it was written.
+    """Return True if the hash in the last line of a page is right.
 
     Parameters
     ----------
     content : bytes
-        All of its file.
+        Content of the file.
 
     Examples
     --------

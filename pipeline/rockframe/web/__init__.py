@@ -1,4 +1,4 @@
-"""What the pages share: their plots, the drawn frame, their style; and who may ask them for what.
+"""Parts that all pages share: plots, the drawing of the frame, style and security policy.
 
 uPlot, in `vendor`, draws the plots.
 """

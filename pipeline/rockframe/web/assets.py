@@ -1,4 +1,4 @@
-"""Script, style and policy of a page that holds all that it shows."""
+"""Script, style and security policy of a self-contained page."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import Final
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 _HOME: Final = Path(__file__).parent
-#: The shared part of a page's script, in the order in which its parts need each other.
+#: Shared parts of the script; each may use those before it.
 _PARTS: Final = ("page", "frame", "plots", "player")
-#: What draws the plots, as the foot of a page says it.
+#: The plotting library, as credited at the foot of a page.
 UPLOT: Final = "uPlot 1.6.32, © Leon Sorokin, MIT licence"
 
 
 def environment(home: Path) -> Environment:
-    """Return what renders the templates of a folder and the shared ones; all text is escaped."""
+    """Return a Jinja environment for a folder and the shared templates; all text is escaped."""
     return Environment(
         loader=FileSystemLoader([home, _HOME]),
         autoescape=True,
@@ -37,9 +37,9 @@ def script(home: Path, parts: Sequence[str]) -> str:
     home : Path
         Folder of the page, with its own parts in ``script``.
     parts : sequence of str
-        Names of its own parts, in the order in which they need each other.
+        Names of its own parts; each may use those before it.
     """
-    # The licence goes with every copy, and each page is one.
+    # The licence must accompany every copy, so each page includes it.
     licence, drawing = (
         _read(_HOME, "vendor/uPlot.LICENSE"),
         _read(_HOME, "vendor/uPlot.iife.min.js"),
@@ -51,7 +51,7 @@ def script(home: Path, parts: Sequence[str]) -> str:
 
 
 def style(home: Path) -> str:
-    """Return the style of a page: that of uPlot, the shared one, and its own."""
+    """Return the style of a page: uPlot's, the shared one, and its own."""
     names = [(_HOME, "vendor/uPlot.min.css"), (_HOME, "style.css"), (home, "style.css")]
     return "\n".join(_read(folder, name) for folder, name in names)
 
@@ -62,9 +62,9 @@ def policy(script: str, style: str, connect: str | None = None) -> str:
     Parameters
     ----------
     script, style : str
-        The only ones that may run; they are named by their hash.
+        The only script and style that are allowed, identified by their hashes.
     connect : str, optional
-        Whom its script may ask; without it nobody: nothing is loaded from anywhere.
+        Source to which the script may send requests; by default it may send none.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-// One question at a time; while it is on its way only the newest of the next ones is kept.
+// Only one request is sent at a time; meanwhile only the newest settings are kept.
 const SERIES = ["time", "acceleration", "theta", "u", "v"];
 const player = new Player();
 let asking = false;
@@ -111,7 +111,7 @@ async function ask(fresh) {
 
 const windowOf = (fresh) => (fresh || !player.plots ? [0, settings.chosen.duration] : player.plots.window());
 
-// Of a long record only what a plot can show is here: what is zoomed into is fetched.
+// The page has only the drawn samples of a long record: zooming fetches those of the window.
 let waiting = 0;
 let last = "";
 new MutationObserver(() => {

@@ -1,4 +1,4 @@
-// What is stated: a slider for the usual range, and beside it a field for any value at all.
+// The settings: each has a slider for the usual range and a field for any value.
 const facts = JSON.parse(at("facts").textContent);
 const NUMBERS = ["height", "width", "mass_ratio", "restitution_factor", "scale"];
 const OWN = "own";
@@ -78,7 +78,7 @@ class Settings {
     });
   }
 
-  // The field that an error names.
+  // Find the field that an error names.
   blame(error) {
     const name = (/^Invalid (\w+)/.exec(error ?? "") ?? [])[1];
     for (const field of NUMBERS) at(field).setAttribute("aria-invalid", String(field === name));

@@ -1,4 +1,4 @@
-// What the page carries: facts as JSON, samples as float32, deflated, in base64.
+// The data in the page: facts as JSON, samples as float32, deflated, in base64.
 const facts = JSON.parse(at("facts").textContent);
 
 async function inflated(key) {

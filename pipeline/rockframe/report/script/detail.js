@@ -1,4 +1,4 @@
-// One history of the run: the player with its motion, and what is said of it.
+// One history of the run: the player, and the values of record, pulse and response.
 class Detail {
   constructor(onShow) {
     this.onShow = onShow;

@@ -1,4 +1,4 @@
-// Which history is shown is in the address: links, the back button and bookmarks just work.
+// The address names the history that is shown, so that links, the back button and bookmarks work.
 const mark = resultsTable();
 const record = at("pick-record");
 const structure = at("pick-structure");
@@ -52,10 +52,10 @@ record.addEventListener("change", () => {
 structure.addEventListener("change", () => go(Number(structure.value)));
 at("previous").addEventListener("click", () => go(asked() - 1));
 at("next").addEventListener("click", () => go(asked() + 1));
-// From a link the page goes to the history; from its own controls it stays where it is.
+// A link scrolls the page to the history; the page's own controls do not.
 addEventListener("hashchange", () => showAsked(document.activeElement?.matches("a, body") ?? true));
 
-// The first picture: the frame that leans most and stands.
+// At first, show the history with the largest rotation without overturning.
 if (asked() === null && facts.pairs.length > 0) {
   const lean = (pair) => (pair.overturns || pair.kind === "undecided" ? -1 : pair.peak);
   const best = facts.pairs.reduce((most, pair, i) => (lean(pair) > lean(facts.pairs[most]) ? i : most), 0);

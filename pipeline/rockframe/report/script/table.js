@@ -1,4 +1,4 @@
-// The table of all results: sorted by its heads, filtered by words and verdict.
+// The table of all results: sorted by column, filtered by text and verdict.
 function resultsTable() {
   const table = document.getElementById("results");
   const body = table.tBodies[0];

@@ -1,5 +1,5 @@
-// The frame to scale. Columns turn about the base corner they rock on, the beam lies on the corner
-// diagonally opposite: what the drawing shows of u and v follows from that and from theta alone.
+// Draws the frame to scale. Columns turn about a base corner, and the beam lies on the diagonally
+// opposite corner, so that u and v in the drawing follow from theta alone.
 const SVG = "http://www.w3.org/2000/svg";
 
 function drawn(name, attributes, parent) {
@@ -9,17 +9,17 @@ function drawn(name, attributes, parent) {
   return made;
 }
 
-// Where the contact with the beam goes when a column turns by theta: [right, up], from its place.
+// Displacement [right, up] of the contact with the beam when a column turns by theta.
 function moved(height, width, theta) {
   const side = theta < 0 ? -1 : 1;
   const angle = Math.abs(theta);
-  // From the corner that stays to the opposite upper one, before and after a turn towards `side`.
+  // Vectors from the corner that stays to the opposite upper one, before and after the turn.
   const x = -width * Math.cos(angle) + height * Math.sin(angle);
   const y = width * Math.sin(angle) + height * Math.cos(angle);
   return [side * (x + width), y - height];
 }
 
-// Drawn with room for a lean of that much [rad].
+// Leaves room for this rotation [rad].
 function rockingFrame(host, structure, lean) {
   const { height, width, mass_ratio: mass } = structure;
   const single = mass === 0;

@@ -1,4 +1,4 @@
-// What every page needs: elements by name, numbers as people read them, files to keep.
+// Helpers for every page: elements by name, formatted numbers, files to save.
 const at = (id) => document.getElementById(id);
 const signed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
 
@@ -21,14 +21,14 @@ function save(name, text) {
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
-// The verdict as a sentence; the words are the same in tables and figures.
+// The verdict as a sentence, with the same words as in tables and figures.
 function verdictLine(words, overturns, peak) {
   const start = words[0].toUpperCase() + words.slice(1);
   return overturns || peak === 0 ? `${start}.`
     : `${start}. The largest rotation is ${peak.toFixed(3)} of the slenderness.`;
 }
 
-// Place in ascending numbers of the one nearest to a value.
+// Index of the nearest value in ascending numbers.
 function nearest(numbers, value) {
   let low = 0;
   let high = numbers.length - 1;

@@ -1,6 +1,6 @@
-// A motion looked at closely: frame, plots and readout at one time. A motion has time [s],
-// acceleration and pulse [m/s2], theta [rad], u and v [m], of equal length, NaN for what is not
-// there; step [s], gravity [m/s2], peak (of theta/alpha), structure with its dimensions.
+// The player: frame, plots and readout at one time. A motion has arrays of equal length: time [s],
+// acceleration and pulse [m/s2], theta [rad], u and v [m], NaN where undefined; and step [s],
+// gravity [m/s2], peak of theta/alpha, and the structure with its dimensions.
 class Player {
   constructor() {
     this.index = 0;
@@ -48,7 +48,7 @@ class Player {
     actions[event.key]();
   }
 
-  // Another motion, seen where it tells most.
+  // Show another motion, at its largest rotation.
   show(motion) {
     this.stop();
     this.take(motion);
@@ -57,7 +57,7 @@ class Player {
     this.move(this.telling());
   }
 
-  // The same ground with another answer: time and zoom stay.
+  // Show another response to the same motion; time and zoom stay.
   update(motion) {
     const now = this.motion.time[this.index];
     this.take(motion);
@@ -68,7 +68,7 @@ class Player {
   take(motion) {
     this.motion = motion;
     this.largest = motion.acceleration.reduce((most, a) => Math.max(most, Math.abs(a)), 0);
-    // The structure has overturned where its history ends; it stays as it lay then.
+    // The history of a structure that overturns ends; show its last rotation from there on.
     const ended = motion.theta.findIndex(Number.isNaN);
     this.last = ended < 0 ? motion.theta.length - 1 : Math.max(0, ended - 1);
     at("scrub").max = motion.time.length - 1;
@@ -98,7 +98,7 @@ class Player {
     this.pose = rockingFrame(at("frame"), structure, lean);
   }
 
-  // Where the frame leans most while it still stands: the picture to begin with.
+  // Time of the largest rotation before overturning, which is shown first.
   telling() {
     const { theta, structure } = this.motion;
     let best = 0;
@@ -132,7 +132,7 @@ class Player {
     this.read("v", motion.v[i], 100, 2, "cm");
   }
 
-  // The value itself goes with the element, for whoever wants all its digits.
+  // Keep the full value with the element, for all its digits.
   read(name, value, factor, digits, unit) {
     const host = at(`at-${name}`);
     host.dataset.value = value;

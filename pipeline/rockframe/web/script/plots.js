@@ -1,9 +1,9 @@
-// Four plots over one time axis: zoomed together, with one cursor.
-// A frame beyond this multiple of its slenderness falls; further drawn, that would flatten the rest.
+// Four plots over one time axis, with common zoom and cursor.
+// Rotations are drawn up to this multiple of the slenderness: the fall would flatten the rest.
 const DRAWN_TO = 1.3;
 const VISIBLE = 0.005;
 const MARGIN = 3;
-// Width on a sheet of A4 beside the frame, and height over that on the screen.
+// In print: width on A4 beside the frame [px], and height relative to the screen.
 const SHEET_WIDTH = 450;
 const SHEET_HEIGHT = 0.72;
 
@@ -135,7 +135,7 @@ function linkedPlots(motion, onCursor) {
     const centre = here >= min && here <= max ? here : (min + max) / 2;
     show([centre - (centre - min) * factor, centre + (max - centre) * factor]);
   }
-  // Another answer to the same ground, in the window that is there.
+  // Show another response to the same motion, with the same zoom.
   function update(other) {
     motion = other;
     ({ ratio, list } = panels(motion));
