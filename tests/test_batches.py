@@ -10,8 +10,9 @@ import pytest
 from tests.screening import structures
 
 from rockframe.cli.main import main
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.results import best_pulses, merge, open_response, response_rows
+from rockframe.stages import merge_stage
 
 VERBS = {"pulse": "pulses", "respond": "response"}
 
@@ -49,7 +50,7 @@ def in_batches(verb: str, records: Path, count: int, *words: str) -> tuple[Path,
         batch = ("--batch", f"{k}/{count}", "--output", part)
         run(verb, records, *batch, *options(verb, records), *words)
     merged = folder / f"{VERBS[verb]}.nc"
-    run("merge", *parts, "--output", merged)
+    merge_stage(parts, merged)
     return merged, parts
 
 
@@ -86,16 +87,15 @@ def test_without_histories_the_verdicts_are_the_same(
         response.sel(record=response.records[0], structure="slender")
 
 
-def test_what_no_batch_could_do_is_said(records: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_no_batch_could_do_is_said(records: Path) -> None:
     """Periods that no record is long enough for: each batch is empty, and says why."""
     parts = [records.with_name(f"none-{k}.nc") for k in (1, 2)]
     for k, part in enumerate(parts, 1):
         words = ("--periods", "500", "900", "--batch", f"{k}/2")
         assert run("pulse", records, *words, "--output", part) == 1
         assert best_pulses(part) == {}
-    capsys.readouterr()
-    assert run("merge", *parts, "--output", records.with_name("none.nc")) == 2
-    assert "no batch holds a record" in capsys.readouterr().err
+    with pytest.raises(ParameterError, match="no batch holds a record"):
+        merge_stage(parts, records.with_name("none.nc"))
 
 
 def test_batches_of_other_options_are_refused(records: Path) -> None:
@@ -124,7 +124,7 @@ def test_a_batch_that_is_none_is_refused(
     ("order", "wanted"), [((1, 3), "1/2"), ((2, 1, 3), "1/3"), ((1, 1, 2), "2/3")]
 )
 def test_batch_that_is_missing_or_not_in_its_place_is_said(
-    records: Path, order: tuple[int, ...], wanted: str, capsys: pytest.CaptureFixture[str]
+    records: Path, order: tuple[int, ...], wanted: str
 ) -> None:
     """Put together without it, its records would be lost without a word."""
     parts = []
@@ -134,8 +134,8 @@ def test_batch_that_is_missing_or_not_in_its_place_is_said(
         assert part.exists() or run("pulse", records, *words) == 0
         parts.append(part)
     output = records.with_name("apart.nc")
-    assert run("merge", *(parts[k - 1] for k in order), "--output", output) == 2
-    assert f"Must be batch {wanted}" in capsys.readouterr().err
+    with pytest.raises(InputError, match=f"Must be batch {wanted}"):
+        merge_stage([parts[k - 1] for k in order], output)
     assert not output.exists()
 
 

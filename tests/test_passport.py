@@ -307,7 +307,7 @@ def test_each_limit_belongs_to_a_check_and_each_check_has_its_limits() -> None:
         ("clipped_samples_warn = -1", r"clipped_samples_warn -1. Must be zero or positive"),
         (
             "clipped_samples_warn = nan",
-            r"clipped_samples_warn nan. Must be zero or positive, and a number",
+            r"clipped_samples_warn nan. Must be zero or positive",
         ),
         ("clipped_samples_warn = '1'", r"clipped_samples_warn '1'. Must be a number"),
         (

@@ -105,7 +105,7 @@ def test_interrupted_run_leaves_batches_and_goes_on(
 
 
 def test_killed_worker_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    records = stored(site(1), tmp_path)
+    records = stored(site(3), tmp_path)
     options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins=False)
     screen_stage(records, tmp_path / "whole.nc", options, engine=OneProcess())
     workers: list[subprocess.Popen[bytes]] = []

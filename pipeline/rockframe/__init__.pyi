@@ -82,6 +82,7 @@ from .signals import Passport as Passport
 from .signals import passport as passport
 from .stages import fetch_stage as fetch_stage
 from .stages import ingest_stage as ingest_stage
+from .stages import merge_stage as merge_stage
 from .stages import pulse_stage as pulse_stage
 from .stages import respond_stage as respond_stage
 from .stages import rocking_spectrum_stage as rocking_spectrum_stage

@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 import rockframe
 from rockframe.cli.main import main
+from rockframe.errors import InputError
 from rockframe.provenance import sealed as sealed_json
 from rockframe.provenance import sha256_of
 from rockframe.report import is_whole, sealed
 from rockframe.report.columns import shown
 from rockframe.report.payload import decode, encode, unpack
+from rockframe.stages import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION
 
@@ -250,15 +252,11 @@ def test_a_damaged_page_is_a_fault(
     assert "report.html: is damaged: not as it was written. Must be" in capsys.readouterr().err
 
 
-def test_no_file_of_the_run_is_written_over(
-    hostile_run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    table = hostile_run / "table.csv"
-    assert "Must be another file" in refusal(capsys, str(hostile_run), "--output", str(table))
+def test_no_file_of_the_run_is_written_over(hostile_run: Path) -> None:
+    with pytest.raises(InputError, match="Must be another file"):
+        report_stage(hostile_run, hostile_run / "table.csv")
 
 
 def test_a_page_without_histories_is_none(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main(["report", "run", "--histories", "0"])
-    assert stopped.value.code == 2
-    assert "Must be at least 1" in capsys.readouterr().err
+    assert main(["report", "run", "--histories", "0"]) == 2
+    assert "--histories 0. Must be at least 1" in capsys.readouterr().err

@@ -75,7 +75,7 @@ def test_spans_must_be_positive(start: float, end: float, intervals: int) -> Non
     assert "Must be a positive span and at least one interval" in str(error.value)
 
 
-@pytest.mark.parametrize("identifier", ["", " ", "-shake", "a/b", "..", "a b", "x" * 65, "é"])
+@pytest.mark.parametrize("identifier", ["", " ", "-shake", "a/b", "..", "a b", "x" * 65, "\u0301e"])
 def test_record_identifiers_are_safe_in_file_names(identifier: str) -> None:
     with pytest.raises(ParameterError) as error:
         Record(record_id=identifier, acceleration=np.zeros(2), time_step=0.01)
