@@ -10,7 +10,7 @@ import pytest
 from tests.screening import structures
 
 from rockframe.cli.main import main
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError
 from rockframe.results import best_pulses, merge, open_response, response_rows
 from rockframe.stages import merge_stage
 
@@ -94,7 +94,7 @@ def test_what_no_batch_could_do_is_said(records: Path) -> None:
         words = ("--periods", "500", "900", "--batch", f"{k}/2")
         assert run("pulse", records, *words, "--output", part) == 1
         assert best_pulses(part) == {}
-    with pytest.raises(ParameterError, match="no batch holds a record"):
+    with pytest.raises(InputError, match="no batch holds a record"):
         merge_stage(parts, records.with_name("none.nc"))
 
 

@@ -59,6 +59,7 @@ from .rocking import OverturningSpectrum as OverturningSpectrum
 from .rocking import Peaks as Peaks
 from .rocking import Reactions as Reactions
 from .rocking import Response as Response
+from .rocking import RobustMargin as RobustMargin
 from .rocking import RockingSpectrum as RockingSpectrum
 from .rocking import Scenarios as Scenarios
 from .rocking import Sensitivity as Sensitivity
@@ -76,6 +77,7 @@ from .rocking import respond as respond
 from .rocking import respond_many as respond_many
 from .rocking import respond_scenarios as respond_scenarios
 from .rocking import restoring_moment as restoring_moment
+from .rocking import robust_margins as robust_margins
 from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
 from .signals import Passport as Passport
