@@ -6,6 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
+from tests.benchmarks.house import imports, in_circles
 
 PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 NUMERICAL = ("kernel", "vectors", "excursions", "lanes")
@@ -58,6 +59,15 @@ def test_imports_point_downwards(path: Path) -> None:
         other = room_of(imported)
         same_room = imported.split(".")[0] == name.split(".")[0]
         assert same_room or FLOOR_OF[other] < FLOOR_OF[room], f"{name} imports {imported}"
+
+
+def test_no_module_imports_itself_by_another() -> None:
+    modules = {
+        ".".join(("rockframe", *path.relative_to(PACKAGE).with_suffix("").parts)): path
+        for path in MODULES
+        if path.name != "__init__.py"
+    }
+    assert in_circles(imports(modules)) == []
 
 
 def test_kernel_knows_no_datasets() -> None:

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from rockframe.cli.figure_table import Pair
+    from rockframe.cli.figure_inputs import Pair
     from rockframe.figures import Captioned
 
 #: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio stands for the limit of a

@@ -12,15 +12,17 @@ from typing import TYPE_CHECKING, Final
 
 from rockframe.cli import pulse_figures
 from rockframe.cli.arguments import chosen_structures, stated_records
+from rockframe.cli.figure_inputs import (
+    chosen_records,
+    pair_of,
+    structure_of,
+    title_of,
+)
 from rockframe.cli.figure_spectra import draw_9, draw_rocking, draw_stability
 from rockframe.options import RespondOptions
 
 if TYPE_CHECKING:
     from rockframe.figures import Captioned
-    from rockframe.frame import RockingFrame
-    from rockframe.record import Record
-    from rockframe.results import RecordsFile
-    from rockframe.rocking import GroundAcceleration
 
 #: Largest number of histories on a page.
 _MOST_RECORDS: Final = 12
@@ -62,10 +64,10 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.results import open_records, open_response
     from rockframe.stages import respond_stage
 
-    frame = _structure(options)
+    frame = structure_of(options)
     with stated_records(options) as (given, status), tempfile.TemporaryDirectory() as folder:
         with open_records(given) as file:
-            names = chosen(options, file)
+            names = chosen_records(options, file)
             if len(names) > _MOST_RECORDS:
                 raise ParameterError(
                     f"Invalid number of records, {len(names)}. Must be at most {_MOST_RECORDS}: "
@@ -94,7 +96,7 @@ def _draw_moment_rotation(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.figures import draw_moment_rotation
     from rockframe.results import portrait_dataset
 
-    pair = _pair(options)
+    pair = pair_of(options)
     return draw_moment_rotation(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
@@ -102,7 +104,7 @@ def _draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.figures import draw_phase_portrait
     from rockframe.results import portrait_dataset
 
-    pair = _pair(options)
+    pair = pair_of(options)
     return draw_phase_portrait(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
@@ -113,7 +115,7 @@ def _draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
 
     if not options.friction > 0.0:
         raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")
-    pair = _pair(options)
+    pair = pair_of(options)
     joints = joints_dataset(
         pair.record,
         pair.frame,
@@ -138,81 +140,10 @@ FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
         "match-index": Entry("match index against period", pulse_figures.draw_match_curves),
         "joints": Entry("friction demand and vertical forces", _draw_joints),
         "rocking-spectrum": Entry(
-            "peak rotation and rate over 2 pi / p", lambda options: draw_rocking(_pair(options))
+            "peak rotation and rate over 2 pi / p", lambda options: draw_rocking(pair_of(options))
         ),
         "stability-map": Entry(
-            "verdict over size and scale", lambda options: draw_stability(_pair(options), options)
+            "verdict over size and scale", lambda options: draw_stability(pair_of(options), options)
         ),
     }
 )
-
-
-@dataclass(frozen=True)
-class Pair:
-    """The record, structure and motion of a figure, and the exit status."""
-
-    record: Record
-    frame: RockingFrame
-    motion: GroundAcceleration | None
-    status: int
-
-
-def _pair(options: argparse.Namespace) -> Pair:
-    from rockframe.components import vertical_beside
-    from rockframe.errors import ParameterError
-    from rockframe.results import open_records
-    from rockframe.stages import with_vertical
-
-    frame = _structure(options)
-    if options.record and len(options.record) > 1:
-        raise ParameterError(
-            f"Invalid number of records, {len(options.record)}. Must be one for this figure."
-        )
-    with stated_records(options) as (given, status), open_records(given) as file:
-        record = _furthest(file, chosen(options, file), frame)
-        beside = vertical_beside(file) if options.vertical else {}
-    motion = with_vertical(record, beside) if options.vertical else None
-    return Pair(record, frame, motion, status)
-
-
-def chosen(options: argparse.Namespace, file: RecordsFile) -> list[str]:
-    """Return the names of the requested records, or of all horizontal ones."""
-    from rockframe.errors import ParameterError
-    from rockframe.stages.common import horizontal
-
-    known = horizontal(file)
-    for name in options.record or ():
-        if name not in known:
-            raise ParameterError(f"Invalid record {name!r}. Must be one of: {', '.join(known)}.")
-    return list(options.record or known)
-
-
-def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
-    """Return the record with the largest rotation without overturning, or the first."""
-    from rockframe.rocking import Verdict, respond
-
-    best, furthest = file.read(names[0]), 0.0
-    for name in names if len(names) > 1 else ():
-        record = file.read(name)
-        response = respond(frame, record)
-        if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
-            best, furthest = record, response.peak_rotation
-    return best
-
-
-def _structure(options: argparse.Namespace) -> RockingFrame:
-    """Return the requested structure, or the first: by default the paper's bridge bent."""
-    from rockframe.stages import choose_structures
-
-    return choose_structures(chosen_structures(options), options.structure)[0]
-
-
-def title_of(record: Record) -> str:
-    """Return the names of event and record in two lines."""
-    from rockframe.paper import paper_record_of
-
-    printed = paper_record_of(record.source_file)
-    if printed is not None:
-        return f"{printed.event}\n{printed.record}"
-    place = "/".join(part for part in (record.station, record.component) if part)
-    return "\n".join(part for part in (record.event, place or record.record_id) if part)

@@ -20,7 +20,7 @@ _MOST_RECORDS: Final = 6
 
 def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the requested records, or the paper's two, or the two that match best."""
-    from rockframe.cli.figure_table import title_of
+    from rockframe.cli.figure_inputs import title_of
     from rockframe.errors import ParameterError
     from rockframe.figures import draw_record_and_pulse
     from rockframe.results import pulse_dataset
@@ -69,13 +69,14 @@ def _records(
 ) -> tuple[list[tuple[Record, PulseOptions]], int]:
     """Return the requested records with their usable options, and the exit status."""
     from rockframe.cli.arguments import stated_records
-    from rockframe.cli.figure_table import chosen
+    from rockframe.cli.figure_inputs import chosen_records
     from rockframe.results import open_records
     from rockframe.stages import usable
 
     with stated_records(options) as (path, status), open_records(path) as file:
         return [
-            (file.read(name), usable(name, file, PulseOptions())) for name in chosen(options, file)
+            (file.read(name), usable(name, file, PulseOptions()))
+            for name in chosen_records(options, file)
         ], status
 
 

@@ -1,0 +1,87 @@
+"""The records and the structure that a figure shows."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rockframe.cli.arguments import chosen_structures, stated_records
+
+if TYPE_CHECKING:
+    from rockframe.frame import RockingFrame
+    from rockframe.record import Record
+    from rockframe.results import RecordsFile
+    from rockframe.rocking import GroundAcceleration
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The record, structure and motion of a figure, and the exit status."""
+
+    record: Record
+    frame: RockingFrame
+    motion: GroundAcceleration | None
+    status: int
+
+
+def pair_of(options: argparse.Namespace) -> Pair:
+    """Return the record and the structure of a figure of one."""
+    from rockframe.components import vertical_beside
+    from rockframe.errors import ParameterError
+    from rockframe.results import open_records
+    from rockframe.stages import with_vertical
+
+    frame = structure_of(options)
+    if options.record and len(options.record) > 1:
+        raise ParameterError(
+            f"Invalid number of records, {len(options.record)}. Must be one for this figure."
+        )
+    with stated_records(options) as (given, status), open_records(given) as file:
+        record = _furthest(file, chosen_records(options, file), frame)
+        beside = vertical_beside(file) if options.vertical else {}
+    motion = with_vertical(record, beside) if options.vertical else None
+    return Pair(record, frame, motion, status)
+
+
+def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
+    """Return the names of the requested records, or of all horizontal ones."""
+    from rockframe.errors import ParameterError
+    from rockframe.stages.common import horizontal
+
+    known = horizontal(file)
+    for name in options.record or ():
+        if name not in known:
+            raise ParameterError(f"Invalid record {name!r}. Must be one of: {', '.join(known)}.")
+    return list(options.record or known)
+
+
+def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
+    """Return the record with the largest rotation without overturning, or the first."""
+    from rockframe.rocking import Verdict, respond
+
+    best, furthest = file.read(names[0]), 0.0
+    for name in names if len(names) > 1 else ():
+        record = file.read(name)
+        response = respond(frame, record)
+        if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
+            best, furthest = record, response.peak_rotation
+    return best
+
+
+def structure_of(options: argparse.Namespace) -> RockingFrame:
+    """Return the requested structure, or the first: by default the paper's bridge bent."""
+    from rockframe.stages import choose_structures
+
+    return choose_structures(chosen_structures(options), options.structure)[0]
+
+
+def title_of(record: Record) -> str:
+    """Return the names of event and record in two lines."""
+    from rockframe.paper import paper_record_of
+
+    printed = paper_record_of(record.source_file)
+    if printed is not None:
+        return f"{printed.event}\n{printed.record}"
+    place = "/".join(part for part in (record.station, record.component) if part)
+    return "\n".join(part for part in (record.event, place or record.record_id) if part)
