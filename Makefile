@@ -32,7 +32,7 @@ help:
 	@echo "make test-browser  run the tests of both pages in Chromium (Debian: apt-get install chromium)"
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
-	@echo "make test-faults  kill, starve and damage runs, and see that they are gone on with (5 minutes)"
+	@echo "make test-faults  kill, starve and damage runs, and see that they resume (10 minutes)"
 	@echo "make test-all  every test there is, in one piece (half an hour on two cores)"
 	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
@@ -107,7 +107,7 @@ test-workflow: $(MADE) $(WORKFLOW)/.made
 	@$(BIN)/python -m pytest -q -m workflow tests/workflow
 
 test-faults: $(MADE)
-	@$(BIN)/python -m pytest -q -m faults tests/faults tests/runs
+	@$(BIN)/python -m pytest -q -m faults tests
 
 test-all: check test test-examples test-browser test-dask test-faults test-workflow
 

@@ -99,6 +99,7 @@ def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")
 
 
+@pytest.mark.faults  # it compiles everything anew
 def test_the_bits_do_not_depend_on_the_processor(bundled_records: Path, tmp_path: Path) -> None:
     """Each operation is rounded by itself, whatever instructions there are; nothing is fused."""
     record = bundled_records / "Ridgecrest2019-CCC.V1"
