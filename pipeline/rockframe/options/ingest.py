@@ -21,7 +21,7 @@ class IngestOptions(Options):
     time_step_s: Annotated[Positive | None, Field(examples=[0.01])] = None
     """Time step of text files that do not state it [s] (a file that states another is rejected)."""
     station_xml: Annotated[File | None, Field(examples=["station.xml"])] = None
-    """StationXML of miniSEED files; by default the *.xml files beside each file."""
+    """StationXML of miniSEED files; by default every .xml file beside each file."""
     water_level_db: Annotated[Positive | None, Field(examples=[60.0])] = None
     """Remove the full instrument response from miniSEED files, with this water level [dB]; by
     default they are divided by the sensitivity."""
