@@ -5,7 +5,8 @@ another impact if D = [omega / p_hat - s I(t)] / alpha - 1 is positive, where
 I(t) = p_hat * integral over tau > t of (a(tau) / g) exp(-p_hat (tau - t)) d tau
 is what the ground still does to it: the growing solution of theta'' = p_hat^2 (theta - s alpha -
 a / g) must not vanish. Of a slender frame it nearly tells the truth; of the others it still tells
-which excursions come near their overturning. A vertical acceleration is left out.
+which excursions come near their overturning. Of a vertical acceleration a_v its pull on a frame
+that leans little is taken in: s a + alpha a_v in the place of s a.
 """
 
 from __future__ import annotations
@@ -50,14 +51,15 @@ def fill_ahead(ground: Float, powers: int, rate: float, ahead: Float) -> None:
 
     Parameters
     ----------
-    ground : array, shape (intervals, coefficients)
-        Coefficients of the acceleration [g] in powers of the time over the interval's length.
+    ground : array, shape (intervals, components * powers)
+        Coefficients of the acceleration [g] in powers of the time over the interval's length, of
+        the horizontal component and of the vertical one, if there is one.
     powers : int
-        Number of those of the horizontal one, which come first.
+        Number of powers.
     rate : float
         p_hat times the length of an interval.
-    ahead : array, shape (intervals + 1,)
-        Filled with I.
+    ahead : array, shape (intervals + 1, components)
+        Filled with I of the components.
     """
     moments = np.empty(powers)  # rate times the integral of x^j exp(-rate x) over an interval
     for j in range(powers):
@@ -67,14 +69,15 @@ def fill_ahead(ground: Float, powers: int, rate: float, ahead: Float) -> None:
             term *= -rate / k
             moments[j] += term / (j + k + 1)
     decay = math.exp(-rate)
-    after = 0.0
-    ahead[ground.shape[0]] = 0.0
-    for i in range(ground.shape[0] - 1, -1, -1):
-        within = 0.0
-        for j in range(powers):
-            within += moments[j] * ground[i, j]
-        after = decay * after + within
-        ahead[i] = after
+    for c in range(ahead.shape[1]):
+        after = 0.0
+        ahead[ground.shape[0], c] = 0.0
+        for i in range(ground.shape[0] - 1, -1, -1):
+            within = 0.0
+            for j in range(powers):
+                within += moments[j] * ground[i, c * powers + j]
+            after = decay * after + within
+            ahead[i, c] = after
 
 
 @compiled

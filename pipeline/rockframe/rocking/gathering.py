@@ -84,7 +84,7 @@ class Prepared:
         key = (pieces, frequency_parameter)
         if key not in self._ahead:
             rows, _ = self.rows(pieces)
-            self._ahead[key] = np.empty(rows.shape[0] + 1)
+            self._ahead[key] = np.empty((rows.shape[0] + 1, 1 + self.form[1]))
             rate = frequency_parameter * (self.ground.time_step / pieces)
             fill_ahead(rows, 6 if self.form[0] else 2, rate, self._ahead[key])
         return self._ahead[key]
@@ -142,7 +142,7 @@ class Gathered:
             for one in np.unique(constants[some, 1]).tolist() if self._answers.kept else ():
                 asked[asked[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
                 batch.ahead.append(motion.ahead(count, one))
-                batch.nodes += batch.ahead[-1].size
+                batch.nodes += len(batch.ahead[-1])
             batch.rows.append(rows)
             batch.bounds.append(bounds)
             batch.asked.append(asked)
@@ -176,7 +176,7 @@ class Gathered:
             np.concatenate(batch.asked),
             verdicts,
             summaries,
-            np.concatenate([*batch.ahead, np.empty(0)]),
+            np.concatenate([*batch.ahead, np.empty((0, 1 + key[1]))]),
             excursions,
         )
         self._answers.verdicts[scenarios] = verdicts

@@ -342,17 +342,22 @@ def _rebound(
 
 
 @inlined
-def _note(pool: Float, q: int, asked: Float, ahead: Float, excursions: Float) -> None:
+def _note(
+    pool: Float, q: int, asked: Float, ahead: Float, excursions: Float, lifts: Marker
+) -> None:
     """Keep the excursion that a lane begins, if it is one of the highest."""
     who = _index(pool[q + _WHO])
     h = asked[who, TIME_STEP]
+    alpha = asked[who, SLENDERNESS]
     elapsed = pool[q + ELAPSED]
     node = _index(pool[q + AT] + asked[who, AHEAD])
-    still = ahead[node] + elapsed * (ahead[node + 1] - ahead[node])
-    rate = pool[q + OMEGA] / (asked[who, P_HAT] * h)
-    outwards = rate - asked[who, SCALE] * pool[q + _SIDE] * still
+    side = pool[q + _SIDE]
+    still = side * (ahead[node, 0] + elapsed * (ahead[node + 1, 0] - ahead[node, 0]))
+    if len(lifts) > 0:
+        still += alpha * (ahead[node, 1] + elapsed * (ahead[node + 1, 1] - ahead[node, 1]))
+    outwards = pool[q + OMEGA] / (asked[who, P_HAT] * h) - asked[who, SCALE] * still
     start = asked[who, START_TIME] + (pool[q + AT] - asked[who, FIRST] + elapsed) * h
-    keep(excursions, who, start, pool[q + _SIDE], outwards / asked[who, SLENDERNESS] - 1.0)
+    keep(excursions, who, start, side, outwards / alpha - 1.0)
 
 
 @inlined
@@ -400,7 +405,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
         Filled with what the kernel's named slots say; the time of the peak is not kept.
-    ahead : array, shape (nodes,)
+    ahead : array, shape (nodes, 1 or 2)
         What `fill_ahead` tells of the ground motions for each frequency parameter.
     excursions : array, shape (scenarios, kept, EXCURSION_SIZE)
         Holds distances of minus infinity; filled, in no order, with those excursions that begin
@@ -440,7 +445,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                     if pool[q + _SIDE] == 0.0:
                         _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts)
                         if notes and pool[q + AT] < pool[q + END]:
-                            _note(pool, q, asked, ahead, excursions)
+                            _note(pool, q, asked, ahead, excursions, lifts)
                     if pool[q + AT] < pool[q + END]:
                         pool[q + PENDING] = 1.0
                         pending[waiting] = q
@@ -507,7 +512,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         continue
                 attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts)
                 if notes and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
-                    _note(pool, q, asked, ahead, excursions)
+                    _note(pool, q, asked, ahead, excursions, lifts)
                 if attention:
                     fresh[freshes] = q
                     freshes += 1

@@ -71,7 +71,7 @@ def margins(
 
     Stability is not monotone in the scale of the motion: below the scale from which on a frame
     overturns for good there are slivers where it does too, above it islands where it stands. The
-    search finds 97 of 100 slivers that are at least a ten-thousandth of the scale wide, and thinner
+    search finds 99 of 100 slivers that are at least a ten-thousandth of the scale wide, and thinner
     ones by chance; the critical scale is the lower edge of the lowest, bisected to a share of 1e-6.
 
     Parameters

@@ -23,23 +23,26 @@ Int = NDArray[np.int64]
 
 #: All scales that are sampled are powers of exp of this, times the least at which a frame uplifts.
 _LATTICE_STEP: Final = 1e-4
-#: Steps of the lattice in which rocking is looked for, and the least |theta| / alpha that it is.
+#: Steps of the lattice in which rocking is looked for, the least |theta| / alpha that it is, and
+#: how many of these steps below it the search begins.
 _OUTSET: Final = 256
 _ROCKS: Final = 0.1
+_BELOW: Final = 6
 #: Steps of the lattice between the scales that are sampled whatever the response: below the first
 #: that overturns, and above it.
 _COARSE: Final = 64
 _COARSE_STEPS_ABOVE: Final = 256
-#: At each level the intervals that are so many steps wide are halved where an excursion without a
-#: counterpart, in them or in so many neighbours on either side, begins this near the separatrix
-#: [alpha]. Chosen on 420 pairs, 6 lattices each: 0.4 % of the slivers are missed.
+#: At each level the intervals that are so many steps wide are halved if an excursion without a
+#: counterpart begins near the separatrix: above the first distance [alpha] in one of so many
+#: neighbours on either side, or above the second in one of so few. Chosen on 860 pairs, 8 lattices
+#: each; `tests/benchmarks/margins.py` measures what is found.
 _LEVELS: Final = (
-    (64, -0.10, 20),
-    (32, -0.15, 40),
-    (16, -0.25, 12),
-    (8, -0.10, 24),
-    (4, -0.25, 8),
-    (2, -0.10, 2),
+    (64, (-0.05, 36), (-0.18, 1)),
+    (32, (-0.15, 44), (-0.20, 1)),
+    (16, (-0.12, 24), (-0.38, 0)),
+    (8, (-0.05, 52), (-0.25, 0)),
+    (4, (-0.22, 22), (-0.35, 0)),
+    (2, (0.00, 1), (-0.18, 0)),
 )
 #: Excursions of a response that are compared; more of them change nothing.
 KEPT: Final = 12
@@ -177,7 +180,7 @@ class SliverSearch:
         for places in _portions(np.arange(0, last + 1, _OUTSET)):
             _, peaks, _ = yield from self._at(self._scales(places))
             if (peaks > _ROCKS).any():
-                start = max(0, int(places[np.argmax(peaks > _ROCKS)]) - 2 * _OUTSET)
+                start = max(0, int(places[np.argmax(peaks > _ROCKS)]) - _BELOW * _OUTSET)
                 break
         if start is None:
             return None
@@ -189,7 +192,7 @@ class SliverSearch:
                 break
         return samples
 
-    def _irregular(self, samples: _Samples, width: int, threshold: float, around: int) -> Int:
+    def _irregular(self, samples: _Samples, width: int, *limits: tuple[float, int]) -> Int:
         """Middles of the intervals of a width in which, or near which, slivers may be."""
         if samples.fallen.any():
             samples = samples.take(np.arange(int(np.argmax(samples.fallen)) + 1))
@@ -197,10 +200,12 @@ class SliverSearch:
         window = _SAME_TIME / self.frequency_parameter
         compare(samples.excursions, window, _SAME_DISTANCE, single, paired)
         single[samples.fallen[1:]] = np.inf
-        padded = np.pad(single, around, constant_values=-np.inf)
-        nearest = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1).max(axis=1)
-        wide = np.diff(samples.place) == width
-        chosen = wide & ((nearest > threshold) | (paired > 0.0))
+        chosen = paired > 0.0
+        for distance, around in limits:
+            padded = np.pad(single, around, constant_values=-np.inf)
+            near = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1)
+            chosen |= near.max(axis=1) > distance
+        chosen &= np.diff(samples.place) == width
         middles: Int = samples.place[:-1][chosen] + width // 2
         return middles
 

@@ -90,7 +90,7 @@ RESPONSE_NC: Final = FileKind(
         ),
         Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter, are not counted"),
         *optional("margins",
-            Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 97 % are found"),
+            Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
             Variable("safe_islands", "record structure", np.int32, "1", "number of safe islands above the critical scale", "margin", comment="as far as samples 0.64 to 2.56 % apart show them"),
             Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion from which on the structure stands again", comment=_KEPT_ISLANDS),
