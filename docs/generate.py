@@ -80,7 +80,7 @@ def _write_names(folder: Path) -> None:
 
 
 def _linked(name: str) -> str:
-    """Return a name that leads to its place, and the first line of what is said of it."""
+    """Return a name that leads to its place, and the first line of its docstring."""
     thing = getattr(rockframe, name)
     said = (inspect.getdoc(thing) or "").partition("\n")[0] if callable(thing) else _NAMED[name]
     return f"{{py:obj}}`~rockframe.{name}` | {_code(said)}"

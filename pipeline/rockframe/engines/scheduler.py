@@ -121,7 +121,7 @@ def _connected(address: str) -> Client:
     _require_listening(address)
     try:
         return Client(address, timeout=_PATIENCE, set_as_default=False)
-    # what listens there may speak anything: its first bytes are taken for a length
+    # another kind of server may answer: its first bytes would be read as a length
     except (OSError, ValueError, MemoryError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None

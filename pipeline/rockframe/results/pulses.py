@@ -57,7 +57,7 @@ def write_pulses(
     """
     columns: dict[str, list[Any]] = defaultdict(list)
     source = iter(answers)
-    # What is wrong with all of them is said before there is a folder or a file.
+    # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     series = {name: PULSES_NC[name].holding([]) for name in _SERIES}
     with named(path) as partial:

@@ -119,7 +119,7 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 
 
 class _Declared(xr.backends.NetCDF4DataStore):
-    """What a file has of its kind; found out before memory is taken for any of it."""
+    """The content of a file by its kind, checked before any memory is allocated for it."""
 
     path: Path
     kind: FileKind

@@ -58,7 +58,7 @@ def write_records(
     """
     columns: dict[str, list[Any]] = defaultdict(list)
     source = iter(records)
-    # What is wrong with all of them is said before there is a folder or a file.
+    # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
         with growing(partial, {"acceleration": RECORDS_NC["acceleration"].holding([])}) as append:

@@ -69,7 +69,7 @@ def write_responses(
     """
     columns: dict[str, list[Any]] = defaultdict(list)
     source = iter(answers)
-    # What is wrong with all of them is said before there is a folder or a file.
+    # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
         with growing(partial, _series(len(frames))) as append:

@@ -67,7 +67,7 @@ def write_screening(
         If the file cannot be written.
     """
     source = iter(scenarios)
-    # What is wrong with all of them is said before there is a folder or a file.
+    # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
         with _filling(partial, shape) as fill:

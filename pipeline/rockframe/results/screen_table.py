@@ -71,7 +71,7 @@ def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
 
 
 def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
-    """Return what is said of each structure: fragility, better measure, rate, design.
+    """Return the results of each structure: fragility, better measure, rate, design.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def is_locked(folder: Path) -> bool:
-    """Whether a run is at work in a folder.
+    """Return whether a run is using a folder.
 
     Examples
     --------

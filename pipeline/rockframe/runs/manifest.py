@@ -20,7 +20,7 @@ def finish(folder: Path) -> int:
     Parameters
     ----------
     folder : Path
-        Of the run, with its plan.
+        The folder of the run, with its plan.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def finish(folder: Path) -> int:
 
 
 def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
-    """Return the inputs of a plan that are not as they were planned, and how not.
+    """Return the inputs that changed or vanished since the run was planned.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def perform(work: Work) -> int:
     Raises
     ------
     RockframeError
-        If there is something for the user to mend; the log says so too.
+        If the user must correct something; the log has the same line.
     """
     log = log_of(work)
     try:

@@ -51,7 +51,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Plan:
-    """All that a run is to do.
+    """The inputs, steps and files of a run.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def _whole(step: Step, steps: Sequence[Step]) -> Step:
 
 
 def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
-    """Refuse to write over what is read, whatever is said of replacing."""
+    """Refuse to overwrite an input, with ``--replace`` too."""
     read = [*(file.path for file in plan.inputs), study.path, study.structures]
     made = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
     refuse_overwriting((folder / name for name in sorted(made) if not name.endswith("/")), read)

@@ -17,7 +17,7 @@ _AGAIN: Final = "Must be as it was written; `rockframe run` makes it again."
 
 
 def write_plan(plan: Plan, folder: Path) -> None:
-    """Write the plan and the files it brings; what is there and the same is left untouched.
+    """Write the plan and its files, except those that are there already with the same content.
 
     Raises
     ------

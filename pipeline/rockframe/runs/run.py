@@ -28,20 +28,20 @@ from rockframe.runs.state import (
 from rockframe.runs.step import Step, waves
 from rockframe.runs.sweep import sweep
 
-#: Steps that follow the manifest and are not told of in it.
+#: Steps that follow the manifest, which does not list them.
 _AFTER: Final = frozenset(["report", "verify"])
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run.
+    """The steps that a run performed, and what it found.
 
     Parameters
     ----------
     done : tuple of str
         Names of the steps that were performed; none if nothing was to do.
     faults : tuple of str
-        What was found damaged, and made again.
+        Corrupted or missing files, which were made again.
     rejecting : tuple of str
         Names of the steps that rejected records.
     """
@@ -53,7 +53,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Watch:
-    """What is told of while a run is at work."""
+    """Callbacks that report the progress of a run."""
 
     fault: Callable[[str], None] = field(default=lambda _text: None)
     step: Callable[[str, int, int], None] = field(default=lambda _name, _done, _total: None)
@@ -67,14 +67,14 @@ def run_plan(
     replace: bool = False,
     watch: Watch | None = None,
 ) -> Outcome:
-    """Do what is left to do of a plan.
+    """Perform the steps of a plan that are not done.
 
     Parameters
     ----------
     plan : Plan
         What is to be there at the end.
     folder : Path
-        Of the run; made if it is missing.
+        The folder of the run; made if it is missing.
     engine : Engine, optional
         Where steps that do not need each other are performed at once; by default a process pool.
     replace : bool
@@ -86,7 +86,7 @@ def run_plan(
     ------
     InputError
         If another run is at work in the folder, the folder holds something else, or a step finds
-        something for the user to mend.
+        an input or option that the user must correct.
     """
     watch, folder = watch or Watch(), folder.resolve()
     with locked(folder):
@@ -104,14 +104,14 @@ def run_plan(
 def prepare(
     plan: Plan, folder: Path, *, replace: bool, watch: Watch
 ) -> tuple[list[StepState], list[str]]:
-    """Make a folder ready for what is left to do of a plan; the lock must be held.
+    """Prepare a folder for the steps of a plan that are not done; the lock must be held.
 
     Parameters
     ----------
     plan : Plan
         What is to be there at the end.
     folder : Path
-        Of the run.
+        The folder of the run.
     replace : bool
         Let the run of another study in the folder be removed.
     watch : Watch
@@ -203,7 +203,7 @@ def _at_once(
 
 
 def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | None:
-    """Refuse a folder that holds something else, and remove what the same study no longer makes.
+    """Refuse a folder with other files, and remove what the same study no longer makes.
 
     Returns the former plan of the same study.
     """
@@ -255,7 +255,7 @@ def _strange(plan: Plan, folder: Path) -> str:
 
 
 def status_of(folder: Path) -> list[StepState]:
-    """Return where each step of the run in a folder stands.
+    """Return the state of each step of the run in a folder.
 
     Raises
     ------

@@ -29,7 +29,7 @@ _MARK: Final = ".snakemake_timestamp"
 
 @dataclass(frozen=True)
 class Stamp:
-    """What was left by a step that has ended.
+    """The record of a step that has ended: its key and the hashes of its outputs.
 
     Parameters
     ----------
@@ -45,18 +45,18 @@ class Stamp:
 
 @dataclass(frozen=True)
 class StepState:
-    """Where a step stands.
+    """The state of a step.
 
     Parameters
     ----------
     step : Step
-        Which.
+        The step.
     state : str
         ``done``; ``to do``; ``outdated``, after a change of its inputs, its options, the source
-        code or a library; ``damaged``, if an output is not as it was written; ``removed``, if its
+        code or a library; ``damaged``, if an output is corrupted; ``removed``, if its
         outputs were temporary and are no longer needed.
     fault : str
-        Of a damaged one, what is wrong.
+        What is corrupted, if the state is ``damaged``.
     """
 
     step: Step
@@ -70,14 +70,14 @@ class StepState:
 
 
 def states_of(plan: Plan, folder: Path) -> list[StepState]:
-    """Return where each step stands; every output is hashed.
+    """Return the state of each step; every output is hashed.
 
     Parameters
     ----------
     plan : Plan
-        Of the run.
+        The plan of the run.
     folder : Path
-        Of the run.
+        The folder of the run.
     """
     listed = _of_manifest(plan, folder)
     states: dict[str, StepState] = {}
@@ -107,7 +107,7 @@ def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState
     if stamp.key != key:
         return StepState(step, "outdated")
     if any(name not in stamp.outputs for name in step.outputs if not name.endswith("/")):
-        return StepState(step, "to do")  # a stamp that is not as it was written
+        return StepState(step, "to do")  # a corrupted stamp
     for name, stated in stamp.outputs.items():
         path = folder / name
         if not path.is_file():
@@ -118,19 +118,19 @@ def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState
 
 
 def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
-    """Return what is wrong with what no step wrote: files of the plan, stamps, and the manifest.
+    """Return the corrupted files that no step wrote: those of the plan, stamps, the manifest.
 
     Parameters
     ----------
     folder : Path
-        Of the run.
+        The folder of the run.
     files : mapping of str to str
         Texts of the files of the plan that must be there, by name.
 
     Returns
     -------
     dict of Path to str
-        ``missing``, or that it is damaged, for each file that is not as it was written.
+        ``missing``, or that it is damaged, for each corrupted file.
     """
     found: dict[Path, str] = {}
     for path, text in ((folder / name, text) for name, text in files.items()):
@@ -152,7 +152,7 @@ def _content(path: Path) -> bytes:
 
 
 def stamp(step: Step, key: str, folder: Path) -> None:
-    """Note that a step has ended, with the hashes of what it wrote.
+    """Write the stamp of a step that has ended, with the hashes of its outputs.
 
     Raises
     ------
@@ -221,14 +221,14 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
 
 
 def remove_listed(plan: Plan, folder: Path, name: str) -> None:
-    """Remove of a folder what a step of a run put there, and it and folders in it if empty then.
+    """Remove the files that a step put into a folder, then the folders that are empty.
 
     Parameters
     ----------
     plan : Plan
-        Of the run that put it there.
+        The plan of the run that put it there.
     folder : Path
-        Of the run.
+        The folder of the run.
     name : str
         Of the folder in it, with ``/`` at the end.
     """

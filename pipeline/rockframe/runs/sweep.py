@@ -15,14 +15,14 @@ _BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
 
 
 def sweep(plan: Plan, folder: Path) -> list[str]:
-    """Remove what was left half-written of the outputs of a plan; the lock must be held.
+    """Remove half-written outputs of a plan; the lock must be held.
 
     Parameters
     ----------
     plan : Plan
-        Of the run; files of other names stay.
+        The plan of the run; files of other names stay.
     folder : Path
-        Of the run.
+        The folder of the run.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def sweep(plan: Plan, folder: Path) -> list[str]:
 
 
 def _sweep_batches(plan: Plan, folder: Path) -> list[str]:
-    """Batches of a screening that is no longer asked for; of one that is, they are gone on with."""
+    """Remove the batches of a screening, unless the plan has one: then it resumes from them."""
     if any(step.stage == "screen" for step in plan.steps):
         return []
     left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]

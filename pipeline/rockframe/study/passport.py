@@ -36,7 +36,7 @@ class PassportLimits(Options):
     ----------
     peak_acceleration_warn, peak_acceleration_reject : float
         Largest peak after processing [m s-2]. Few records exceed 2 g, and none in the archives 5 g;
-        10 g means that gal were taken for g, or that it is no ground motion.
+        10 g means that values in gal were read as g, or that it is no ground motion.
     time_step_warn, time_step_reject : float
         Largest interval between samples [s]. Accelerographs take ten samples per second or more;
         a step of seconds is a number of milliseconds or of samples per second misread.
