@@ -43,6 +43,7 @@ from .results import read_screening as read_screening
 from .results import read_spectrum as read_spectrum
 from .risk import Fragility as Fragility
 from .risk import HazardCurve as HazardCurve
+from .risk import LognormalFragility as LognormalFragility
 from .risk import OverturningRate as OverturningRate
 from .risk import better_measure as better_measure
 from .risk import fit_fragility as fit_fragility

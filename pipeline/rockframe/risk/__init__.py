@@ -13,8 +13,12 @@ from rockframe.risk.fragility import Fragility as Fragility
 from rockframe.risk.fragility import Outcome as Outcome
 from rockframe.risk.fragility import fit_fragility as fit_fragility
 from rockframe.risk.hazard import HazardCurve as HazardCurve
+from rockframe.risk.hazard import LognormalFragility as LognormalFragility
 from rockframe.risk.hazard import OverturningRate as OverturningRate
 from rockframe.risk.hazard import overturning_rate as overturning_rate
-from rockframe.risk.hazard import read_hazard as read_hazard
+from rockframe.risk.hazard_files import read_hazard as read_hazard
 from rockframe.risk.measures import MEASURES as MEASURES
 from rockframe.risk.measures import Measure as Measure
+from rockframe.risk.measures import measure_of as measure_of
+from rockframe.risk.measures import period_of as period_of
+from rockframe.risk.measures import spectral as spectral

@@ -1,40 +1,41 @@
-"""The hazard curve of a site, and the mean annual rate of overturning.
-
-Hazard studies publish annual rates, or probabilities in a time such as 50 years, and a column
-named for one may contain the other. `read_hazard` rejects rates that no site has, and a curve that
-stays just below 1, as probabilities do. Small probabilities cannot be told from rates.
-"""
+"""The hazard curve of a site, and the mean annual rate of overturning."""
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from rockframe.cells import decimal, read_rows
-from rockframe.errors import InputError, ParameterError
-from rockframe.risk.fragility import Fragility
-from rockframe.risk.measures import MEASURES, Measure
+from rockframe.errors import ParameterError
 
 Float = NDArray[np.float64]
 
-#: Column of the annual rates.
-_RATE: Final = "annual_rate"
-#: A curve contains probabilities if it starts between `_NEAR_ONE` and 1 and falls with a smaller
-#: power of the intensity than `_LEVEL`. Rates level off too, but seldom just below once a year.
-_NEAR_ONE: Final = 0.9
-_LEVEL: Final = 0.5
-#: Largest possible rates fall with this power of the intensity, from once a year at
-#: `Measure.yearly`. They are several times the rates at the most active sites.
-_FALL: Final = 2.0
-_CONVERT: Final = "Probabilities P in t years are rates of -ln(1 - P) / t."
 #: Integration cells per segment of the curve.
-_CELLS: Final = 256
+_CELLS: Final = 128
+#: Points and weights of Gauss's rule in each cell.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+class Curve(Protocol):
+    """A fragility: fitted (`Fragility`) or stated (`LognormalFragility`)."""
+
+    @property
+    def lowest(self) -> float:
+        """Weakest intensity tried."""
+
+    @property
+    def highest(self) -> float:
+        """Strongest intensity tried."""
+
+    def probability(self, intensity: Float) -> Float:
+        """Return the probability at intensities [1]."""
+
+    def band(self, intensity: Float) -> tuple[Float, Float]:
+        """Return the bounds of the probability [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class HazardCurve:
     Parameters
     ----------
     measure : str
-        Name of the measure: one of `MEASURES`.
+        Name of the measure, as `measure_of` takes it.
     intensity : array, shape (points,)
         Increasing, in SI units.
     rate : array, shape (points,)
@@ -90,6 +91,42 @@ class HazardCurve:
         return np.asarray(np.exp(logs))
 
 
+@dataclass(frozen=True)
+class LognormalFragility:
+    """A lognormal fragility curve that is stated, for example by a code or another study.
+
+    Parameters
+    ----------
+    median : float
+        Intensity at which half of the motions reach the limit, in SI units.
+    beta : float
+        Standard deviation of the logarithm of the intensity [1].
+
+    Examples
+    --------
+    >>> LognormalFragility(2.0, 0.4).probability(np.array([2.0])).tolist()
+    [0.5]
+    """
+
+    median: float
+    beta: float
+    lowest: float = 0.0
+    highest: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name in ("median", "beta"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ParameterError(f"Invalid {name} {getattr(self, name)}. Must be above 0.")
+
+    def probability(self, intensity: Float) -> Float:
+        """Return the probability [1]."""
+        return np.asarray(scipy.special.ndtr(np.log(intensity / self.median) / self.beta))
+
+    def band(self, intensity: Float) -> tuple[Float, Float]:
+        """Return the probability twice: a stated curve has no band."""
+        return (self.probability(intensity),) * 2
+
+
 @dataclass(frozen=True, eq=False)
 class OverturningRate:
     """Mean annual rate of overturning, and the contribution of each intensity.
@@ -112,7 +149,7 @@ class OverturningRate:
     extrapolated: float
 
 
-def overturning_rate(curve: HazardCurve, fragility: Fragility) -> OverturningRate:
+def overturning_rate(curve: HazardCurve, fragility: Curve) -> OverturningRate:
     """Return the mean annual rate of overturning, by integration over the hazard curve.
 
     Motions above the last point of the curve overturn with the probability at that point; in the
@@ -123,8 +160,13 @@ def overturning_rate(curve: HazardCurve, fragility: Fragility) -> OverturningRat
     ----------
     curve : HazardCurve
         Hazard curve of the site.
-    fragility : Fragility
+    fragility : Fragility or LognormalFragility
         Fragility over the same measure.
+
+    Notes
+    -----
+    The rate is the integral of P(x) over the rates of the intensities x, by Gauss's rule in ln x.
+    Under rates k x^-a, a lognormal fragility gives k m^-a exp(a^2 beta^2 / 2).
 
     Examples
     --------
@@ -136,12 +178,9 @@ def overturning_rate(curve: HazardCurve, fragility: Fragility) -> OverturningRat
     (0.0, '0.0078')
     """
     logs = np.log(curve.intensity)
-    steps = (np.arange(_CELLS) + 0.5) / _CELLS
+    steps = ((np.arange(_CELLS)[:, None] + 0.5 + 0.5 * _NODES) / _CELLS).ravel()
     middle = np.exp(logs[:-1, None] + np.diff(logs)[:, None] * steps)
-    ends = np.linspace(0.0, 1.0, _CELLS + 1)
-    falling = np.log(curve.rate)
-    exceeded = np.exp(falling[:-1, None] + np.diff(falling)[:, None] * ends)
-    often = -np.diff(exceeded, axis=1)
+    often = _frequencies(np.log(curve.rate), steps)
     above = float(curve.rate[-1])
     top = curve.intensity[-1]
     probability = fragility.probability(middle)
@@ -160,91 +199,11 @@ def overturning_rate(curve: HazardCurve, fragility: Fragility) -> OverturningRat
     )
 
 
-def read_hazard(path: Path) -> HazardCurve:
-    r"""Read a hazard curve: CSV with the columns ``annual_rate`` and one measure of intensity.
-
-    Parameters
-    ----------
-    path : Path
-        CSV file with the columns `annual_rate` and one of pga_g, pgv_m_s, a_p_g, L_p_m.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, has other columns, a value that is no number, or is not a curve; if
-        an intensity is larger than any, a rate higher than at any site, or the rates are level
-        near 1.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "site.csv")
-    ...     _ = path.write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
-    ...     read_hazard(path).measure
-    'pga'
-    """
-    columns = {measure.column: measure for measure in MEASURES.values()}
-    must_be = f"Must be {_RATE} and one of {', '.join(columns)}."
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = list(read_rows(stream))
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}.") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
-    first, names = lines[0] if lines else (1, [])
-    header = [name.strip() for name in names]
-    known = [name for name in header if name in columns]
-    if len(header) != 2 or len(known) != 1 or _RATE not in header:
-        raise InputError(path, f"columns {', '.join(header) or 'missing'}. {must_be}", line=first)
-    measure = columns[known[0]]
-    order = header.index(measure.column), header.index(_RATE)
-    points = [tuple(_numbers(path, row, line)[i] for i in order) for line, row in lines[1:]]
-    for (line, _), (intensity, rate) in zip(lines[1:], points, strict=True):
-        _require_possible(path, line, measure, intensity, rate)
-    values = np.array(points).reshape(-1, 2)
-    _refuse_probabilities(path, values)
-    try:
-        return HazardCurve(measure.name, values[:, 0] * measure.printed, values[:, 1])
-    except ParameterError as error:
-        raise InputError(path, str(error)) from None
-
-
-def _require_possible(
-    path: Path, line: int, measure: Measure, intensity: float, rate: float
-) -> None:
-    if intensity > measure.largest:
-        message = f"{measure.column} {intensity:g}. Must be at most {measure.largest:g}."
-        raise InputError(path, message, line=line)
-    if intensity > 0.0 and rate * (intensity / measure.yearly) ** _FALL > 1.0:
-        most = (measure.yearly / intensity) ** _FALL
-        raise InputError(
-            path,
-            f"{_RATE} {rate:g} at {measure.column} {intensity:g}. Must be at most {most:.2g}: the "
-            f"most active sites have less. {_CONVERT}",
-            line=line,
-        )
-
-
-def _refuse_probabilities(path: Path, values: Float) -> None:
-    """Reject a curve that starts just below 1 and stays there."""
-    if len(values) < 2 or not (values[:2] > 0.0).all():
-        return
-    (weak, often), (strong, less) = values[:2]
-    if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
-        raise InputError(
-            path,
-            f"{_RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
-            f"Must be rates. {_CONVERT}",
-        )
-
-
-def _numbers(path: Path, row: list[str], line: int) -> list[float]:
-    try:
-        numbers = [decimal(cell) for cell in row]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 2:
-        raise InputError(path, f"{', '.join(row)!r}. Must be two numbers.", line=line)
-    return numbers
+def _frequencies(falling: Float, steps: Float) -> Float:
+    """Return the annual rate of the intensities about each point, shape (segments, points)."""
+    ends = np.linspace(0.0, 1.0, _CELLS + 1)
+    slope = np.diff(falling)[:, None]
+    exceeded = np.exp(falling[:-1, None] + slope * ends)
+    shares = _WEIGHTS * np.exp(slope * steps).reshape(-1, _CELLS, _WEIGHTS.size)
+    shares /= shares.sum(axis=2, keepdims=True)  # so that each cell has exactly its rate
+    return np.asarray((-np.diff(exceeded, axis=1)[:, :, None] * shares).reshape(len(slope), -1))

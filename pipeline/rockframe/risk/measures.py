@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
@@ -55,3 +56,47 @@ MEASURES: Final = MappingProxyType(
         )
     }
 )
+
+#: The measures by the names of their columns.
+COLUMNS: Final = MappingProxyType({one.column: one for one in MEASURES.values()})
+_SPECTRAL: Final = re.compile(r"sa_([0-9.e+-]+)s(_g)?")
+
+
+def spectral(period: float) -> Measure:
+    """Return the spectral acceleration at a period [s], 5 % damped.
+
+    Examples
+    --------
+    >>> spectral(0.5).column
+    'sa_0.5s_g'
+    """
+    name = f"sa_{period:g}s"
+    return Measure(name, f"{name}_g", f"SA({period:g} s)", "g", GRAVITY, yearly=0.3)
+
+
+def measure_of(name: str) -> Measure:
+    """Return the measure of a name: one of `MEASURES`, or a spectral acceleration.
+
+    Examples
+    --------
+    >>> measure_of("sa_0.5s").symbol
+    'SA(0.5 s)'
+    """
+    return MEASURES[name] if name in MEASURES else spectral(period_of(name))
+
+
+def measure_of_column(column: str) -> Measure | None:
+    """Return the measure of a column of a table, if it is one."""
+    if column in COLUMNS:
+        return COLUMNS[column]
+    period = period_of(column) if column.endswith("_g") else 0.0
+    return spectral(period) if period > 0.0 else None
+
+
+def period_of(name: str) -> float:
+    """Return the period of a spectral acceleration [s]; 0 of another measure."""
+    stated = _SPECTRAL.fullmatch(name)
+    try:
+        return float(stated[1]) if stated else 0.0
+    except ValueError:
+        return 0.0

@@ -1,0 +1,312 @@
+"""Files of hazard curves: own tables, OpenQuake, and the hazard tools of the USGS.
+
+Hazard studies publish annual rates, or probabilities in a time such as 50 years, and a column
+named for one may contain the other. `read_hazard` rejects rates that no site has, and a curve that
+stays just below 1, as probabilities do. Small probabilities cannot be told from rates.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.cells import decimal, read_rows
+from rockframe.errors import InputError, ParameterError
+from rockframe.risk.hazard import HazardCurve
+from rockframe.risk.measures import COLUMNS, MEASURES, Measure, measure_of_column, spectral
+
+Float = NDArray[np.float64]
+Lines = list[tuple[int, list[str]]]
+
+#: Column of the annual rates, and of probabilities in a number of years.
+_RATE: Final = "annual_rate"
+_PROBABILITY: Final = re.compile(r"probability_in_(\d+(?:\.\d+)?)_years?")
+#: A curve contains probabilities if it starts between `_NEAR_ONE` and 1 and falls with a smaller
+#: power of the intensity than `_LEVEL`. Rates level off too, but seldom just below once a year.
+_NEAR_ONE: Final = 0.9
+_LEVEL: Final = 0.5
+#: Largest possible rates fall with this power of the intensity, from once a year at
+#: `Measure.yearly`. They are several times the rates at the most active sites.
+_FALL: Final = 2.0
+_CONVERT: Final = (
+    "Probabilities P in t years are rates of -ln(1 - P) / t: name their column "
+    "probability_in_50_years"
+)
+#: Headings of the USGS hazard tools, in lower case.
+_USGS: Final = re.compile(r"annual (frequency|rate) of exceed[ae]nce", re.IGNORECASE)
+_GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
+#: OpenQuake's names of measures, and those of folders and files of the USGS.
+_IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
+_NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
+#: Both state velocities in cm/s.
+_VELOCITY: Final = 0.01
+#: Largest distance of a site from the place that is asked for, and the earth's radius [km].
+_NEAR: Final = 1.0
+_EARTH: Final = 6371.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points of a curve as a file states them: intensities in SI units, and values by `years`."""
+
+    measure: Measure
+    lines: Sequence[int]
+    intensity: Float
+    values: Float
+    years: float = 0.0  # values are probabilities in so many years; 0: annual rates
+
+
+def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCurve:
+    r"""Read a hazard curve.
+
+    Parameters
+    ----------
+    path : Path
+        CSV of two columns, `annual_rate` or `probability_in_50_years` (or another number) and one
+        of pga_g, pgv_m_s, a_p_g, L_p_m, sa_1s_g (or another period); or hazard curves of OpenQuake
+        or of the USGS.
+    site : (float, float), optional
+        Longitude and latitude [degree]: the nearest site of the file within 1 km is read. A file
+        of one site needs none.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, has other columns, a value that is no number, or is not a curve; if
+        an intensity is larger than any, a rate higher than at any site, or the rates are level
+        near 1; if no site is near, or several are there and none is asked for.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "site.csv")
+    ...     _ = path.write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
+    ...     read_hazard(path).measure
+    'pga'
+    """
+    lines = _lines(path)
+    comment = " ".join(lines[0][1]) if lines and lines[0][1][0].startswith("#") else ""
+    lines = lines[1:] if comment else lines
+    header = [name.strip() for name in lines[0][1]] if lines else []
+    if "lon" in header and "lat" in header:
+        points = _at_site(path, lines, header, comment, site)
+    elif site is not None:
+        raise InputError(path, "has no sites to choose from. Must be stated without a site.")
+    else:
+        points = _of_two_columns(path, lines, header)
+    return _curve(path, points)
+
+
+def _lines(path: Path) -> Lines:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            return list(read_rows(stream))
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
+
+
+def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
+    """Read a column of intensities and one of rates or probabilities."""
+    line = lines[0][0] if lines else 1
+    measures = [measure_of_column(name) for name in header]
+    often = [i for i, name in enumerate(header) if _years(name) is not None]
+    if len(header) == 2 and len(often) == 1 and _GROUND_MOTION.search(header[1 - often[0]]):
+        measures[1 - often[0]] = _named_by(path)
+    strong = [i for i, measure in enumerate(measures) if measure is not None]
+    if len(header) != 2 or len(often) != 1 or len(strong) != 1:
+        known = ", ".join((*COLUMNS, "sa_1s_g"))
+        stated = ", ".join(header) or "missing"
+        raise InputError(path, f"columns {stated}. Must be {_RATE} and one of {known}.", line=line)
+    measure, years = measures[strong[0]], _years(header[often[0]])
+    assert measure is not None  # noqa: S101 -- chosen so
+    rows = np.array([_numbers(path, row, at) for at, row in lines[1:]]).reshape(-1, 2)
+    return _Points(
+        measure,
+        [at for at, _ in lines[1:]],
+        rows[:, strong[0]] * measure.printed,
+        rows[:, often[0]],
+        years or 0.0,
+    )
+
+
+def _years(heading: str) -> float | None:
+    """Return the years of a column of probabilities, 0 for one of rates, None for another one."""
+    stated = _PROBABILITY.fullmatch(heading)
+    if stated:
+        return float(stated[1])
+    return 0.0 if heading == _RATE or _USGS.search(heading) else None
+
+
+def _at_site(
+    path: Path, lines: Lines, header: Sequence[str], comment: str, site: tuple[float, float] | None
+) -> _Points:
+    """Read the row of a site from a table of OpenQuake (``poe-0.1``) or the USGS (``0.1``)."""
+    imt, years = re.search(r"imt=['\"]([^'\"]+)", comment), 0.0
+    if imt is None:
+        measure = _named_by(path)
+    else:
+        measure = _measure_of(path, imt[1])
+        stated = re.search(r"investigation_time=([0-9.eE+]+)", comment)
+        if stated is None or not float(stated[1]) > 0.0:
+            raise InputError(path, "states no investigation_time. Must be the file of OpenQuake.")
+        years = float(stated[1])
+    columns = {i: _intensity(name, imt is not None) for i, name in enumerate(header)}
+    found = {i: level for i, level in columns.items() if level is not None}
+    line, row = _nearest(path, lines, header, site)
+    try:
+        values = np.array([decimal(row[i]) for i in found])
+    except (ValueError, IndexError) as error:
+        raise InputError(path, f"{error}. Must be numbers.", line=line) from None
+    unit = _VELOCITY if measure.name == "pgv" else measure.printed
+    return _Points(measure, [line] * len(found), np.array([*found.values()]) * unit, values, years)
+
+
+def _intensity(heading: str, openquake: bool) -> float | None:
+    text = heading.removeprefix("poe-") if openquake else heading
+    if openquake and text == heading:
+        return None
+    try:
+        return decimal(text)
+    except ValueError:
+        return None
+
+
+def _nearest(
+    path: Path, lines: Lines, header: Sequence[str], site: tuple[float, float] | None
+) -> tuple[int, list[str]]:
+    """Return the row of the site that is asked for, or of the only one."""
+    places = []
+    for line, row in lines[1:]:
+        try:
+            places.append((decimal(row[header.index("lon")]), decimal(row[header.index("lat")])))
+        except (ValueError, IndexError):
+            raise InputError(path, "no longitude and latitude.", line=line) from None
+    if site is None and len(places) != 1:
+        raise InputError(
+            path, f"has {len(places)} sites. Must be chosen with --hazard-site LON LAT."
+        )
+    if site is None:
+        return lines[1]
+    away = [_distance(site, place) for place in places] or [math.inf]
+    best = int(np.argmin(away))
+    if away[best] > _NEAR:
+        there = f", at {places[best][0]:g} {places[best][1]:g}" if places else ""
+        raise InputError(
+            path,
+            f"the site nearest to {site[0]:g} {site[1]:g} is {away[best]:.3g} km away{there}. "
+            f"Must be within {_NEAR:g} km.",
+        )
+    return lines[1 + best]
+
+
+def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """Return the distance of two places [km], by the haversine formula."""
+    (x, y), (u, v) = ((math.radians(lon), math.radians(lat)) for lon, lat in (one, other))
+    share = math.sin(0.5 * (v - y)) ** 2
+    share += math.cos(y) * math.cos(v) * math.sin(0.5 * (u - x)) ** 2
+    return 2.0 * _EARTH * math.asin(min(1.0, math.sqrt(share)))
+
+
+def _measure_of(path: Path, imt: str) -> Measure:
+    """Return the measure that OpenQuake or the USGS call so."""
+    stated = _IMT.fullmatch(imt)
+    if stated is None:
+        raise InputError(path, f"is of {imt}. Must be of PGA, PGV or SA(T).")
+    period = stated[1] or (f"{stated[2]}.{stated[3]}" if stated[2] else "")
+    if not period:
+        return MEASURES[imt.lower()]
+    if not float(period) > 0.0:
+        raise InputError(path, f"is of {imt}. The period must be above 0 s.")
+    return spectral(float(period))
+
+
+def _named_by(path: Path) -> Measure:
+    """Return the measure that the file or its folder is named for, as the USGS does."""
+    for name in (path.stem, path.absolute().parent.name):
+        stated = _NAMED.search(name.replace("_", "-"))
+        if stated:
+            return _measure_of(path, stated[0])
+    raise InputError(
+        path,
+        "does not state its measure. The name of the file or of its folder must contain PGA, PGV "
+        "or SA1P0 (1.0 s).",
+    )
+
+
+def _curve(path: Path, points: _Points) -> HazardCurve:
+    """Return the curve of rates, without the points that say nothing."""
+    measure, rates = points.measure, points.values
+    printed = points.intensity / measure.printed
+    if points.years:
+        wrong = np.flatnonzero(~((rates >= 0.0) & (rates <= 1.0)))
+        if wrong.size:
+            message = f"probability {rates[wrong[0]]:g}. Must be from 0 to 1."
+            raise InputError(path, message, line=points.lines[wrong[0]])
+        with np.errstate(divide="ignore"):
+            rates = -np.log1p(-rates) / points.years
+    kept = np.ones(rates.size, dtype=bool)
+    if points.years or len(set(points.lines)) < rates.size:  # as an engine writes it
+        # never and always have no rate; of equal rates the strongest intensity says all
+        kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
+        if kept.sum() < 2:
+            raise InputError(
+                path, "has fewer than two different rates at this site. Must have a hazard."
+            )
+    for line, x, rate in zip(np.array(points.lines)[kept], printed[kept], rates[kept], strict=True):
+        _require_possible(path, int(line), measure, float(x), float(rate))
+    if not points.years:
+        _refuse_probabilities(path, np.stack([printed[kept], rates[kept]], axis=1))
+    try:
+        return HazardCurve(measure.name, points.intensity[kept], rates[kept])
+    except ParameterError as error:
+        raise InputError(path, str(error)) from None
+
+
+def _require_possible(
+    path: Path, line: int, measure: Measure, intensity: float, rate: float
+) -> None:
+    if intensity > measure.largest:
+        message = f"{measure.column} {intensity:g}. Must be at most {measure.largest:g}."
+        raise InputError(path, message, line=line)
+    if intensity > 0.0 and rate * (intensity / measure.yearly) ** _FALL > 1.0:
+        most = (measure.yearly / intensity) ** _FALL
+        raise InputError(
+            path,
+            f"{_RATE} {rate:g} at {measure.column} {intensity:g}. Must be at most {most:.2g}: the "
+            f"most active sites have less. {_CONVERT}.",
+            line=line,
+        )
+
+
+def _refuse_probabilities(path: Path, values: Float) -> None:
+    """Reject a curve that starts just below 1 and stays there."""
+    if len(values) < 2 or not (values[:2] > 0.0).all():
+        return
+    (weak, often), (strong, less) = values[:2]
+    if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
+        raise InputError(
+            path,
+            f"{_RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
+            f"Must be rates. {_CONVERT}.",
+        )
+
+
+def _numbers(path: Path, row: list[str], line: int) -> list[float]:
+    try:
+        numbers = [decimal(cell) for cell in row]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 2:
+        raise InputError(path, f"{', '.join(row)!r}. Must be two numbers.", line=line)
+    return numbers

@@ -1,0 +1,148 @@
+"""Hazard curves as OpenQuake and the USGS write them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.conftest import SHARED
+
+from rockframe.errors import InputError
+from rockframe.risk import LognormalFragility, overturning_rate, read_hazard
+from rockframe.units import GRAVITY
+
+SAMPLE = SHARED / "catalogues" / "openquake_hazard_curve-mean-PGA.csv"
+needs_sample = pytest.mark.skipif(not SAMPLE.exists(), reason="the sample is not here")
+
+
+def openquake(
+    path: Path,
+    levels: Sequence[float],
+    sites: Sequence[tuple[float, float, Sequence[float]]],
+    imt: str = "PGA",
+    years: float = 50.0,
+) -> Path:
+    """A file as OpenQuake 3.x writes it."""
+    stated = f"kind='mean', investigation_time={years}, imt='{imt}'"
+    lines = [f"#{',' * (len(levels) + 2)}\"generated_by='OpenQuake engine 3.16.0', {stated}\""]
+    lines.append(",".join(["lon", "lat", "depth", *(f"poe-{level:.7f}" for level in levels)]))
+    for lon, lat, values in sites:
+        cells = ",".join(f"{value:.6E}" for value in values)
+        lines.append(f"{lon:.5f},{lat:.5f},0.00000,{cells}")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path) -> None:
+    """int P d(k x^-a) = k m^-a exp(a^2 beta^2 / 2); a rate r is 1 - exp(-r t) in t years."""
+    k, a, median, beta, years = 1e-3, 2.0, 0.6, 0.35, 50.0
+    levels = np.round(np.geomspace(0.03, 30.0, 31), 7)
+    poe = (-np.expm1(-k * levels**-a * years)).tolist()
+    curve = read_hazard(
+        openquake(tmp_path / "curve.csv", levels.tolist(), [(10.0, 40.0, poe)], years=years)
+    )
+    found = overturning_rate(curve, LognormalFragility(median * GRAVITY, beta))
+    expected = k * median**-a * math.exp(0.5 * (a * beta) ** 2)
+    assert_allclose(found.rate, expected, rtol=1e-6)
+    assert_allclose(found.low, found.rate, rtol=1e-12)
+
+
+@needs_sample
+def test_sample_of_openquake() -> None:
+    """Of one year; the first four levels are equally likely, and never is no rate."""
+    curve = read_hazard(SAMPLE, (-65.1349, 0.0))
+    assert curve.measure == "pga"
+    assert_allclose(curve.intensity[[0, -1]], [0.01 * GRAVITY, 0.4641589 * GRAVITY])
+    assert_allclose(curve.rate[[0, -1]], -np.log1p([-1.591452e-2, -1.812691e-4]), rtol=1e-12)
+    assert read_hazard(SAMPLE, (-64.5, 0.505)).intensity[-1] == pytest.approx(0.1 * GRAVITY)
+
+
+@needs_sample
+@pytest.mark.parametrize(
+    ("site", "message"),
+    [
+        (None, "has 5 sites. Must be chosen with --hazard-site LON LAT"),
+        (
+            (-64.5, 0.51),
+            r"nearest to -64.5 0.51 is 1.11 km away, at -64.5 0.5. Must be within 1 km",
+        ),
+        ((-63.0, 2.0), "fewer than two different rates at this site"),
+    ],
+)
+def test_site_that_has_no_curve(site: tuple[float, float] | None, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_hazard(SAMPLE, site)
+
+
+@pytest.mark.parametrize(
+    ("imt", "measure", "unit"),
+    [("PGV", "pgv", 0.01), ("SA(0.5)", "sa_0.5s", GRAVITY), ("SA(1.0)", "sa_1s", GRAVITY)],
+)
+def test_measures_of_openquake(tmp_path: Path, imt: str, measure: str, unit: float) -> None:
+    file = openquake(tmp_path / "c.csv", [1.0, 2.0], [(0.0, 0.0, [1e-3, 1e-4])], imt)
+    curve = read_hazard(file)
+    assert curve.measure == measure
+    assert_allclose(curve.intensity, [unit, 2.0 * unit])
+
+
+@pytest.mark.parametrize(
+    ("imt", "poe", "message"),
+    [
+        ("CAV", [0.1, 0.01], "is of CAV. Must be of PGA, PGV or SA"),
+        ("PGA", [1.1, 0.01], ":3: probability 1.1. Must be from 0 to 1"),
+        ("PGA", [0.01, 0.1], "rates .* Must be decreasing"),
+        ("SA(0)", [0.1, 0.01], "period must be above 0 s"),
+    ],
+)
+def test_damaged_files_of_openquake(
+    tmp_path: Path, imt: str, poe: list[float], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        read_hazard(openquake(tmp_path / "c.csv", [0.3, 0.5], [(0.0, 0.0, poe)], imt))
+
+
+def test_certain_motions_have_no_rate(tmp_path: Path) -> None:
+    """1 - P is lost where P is 1: the curve begins at the first probability below."""
+    file = openquake(tmp_path / "c.csv", [0.01, 0.1, 0.2], [(0.0, 0.0, [1.0, 0.5, 0.1])])
+    assert_allclose(read_hazard(file).rate, [math.log(2.0) / 50.0, -math.log(0.9) / 50.0])
+
+
+def test_rates_of_the_usgs(tmp_path: Path) -> None:
+    """A row a site, annual rates; the folder is named for the measure."""
+    path = tmp_path / "SA1P0" / "total.csv"
+    path.parent.mkdir()
+    path.write_text(
+        "name,lon,lat,0.0025,0.019,0.0427,0.144,5.54\n"
+        "Oakland CA,-122.25,37.8,2.8e-03,2.8e-03,2.4e-03,4.6e-04,0.0\n"
+        "San Jose CA,-121.9,37.35,2.9e-03,2.0e-03,6.1e-04,4.6e-06,0.0\n"
+    )
+    curve = read_hazard(path, (-122.251, 37.801))
+    assert curve.measure == "sa_1s"
+    assert_allclose(curve.intensity / GRAVITY, [0.019, 0.0427, 0.144])
+    assert_allclose(curve.rate, [2.8e-3, 2.4e-3, 4.6e-4])
+    other = path.rename(tmp_path / "total.csv")
+    with pytest.raises(InputError, match="does not state its measure"):
+        read_hazard(other, (-121.9, 37.35))
+
+
+def test_a_curve_of_the_usgs_as_two_columns(tmp_path: Path) -> None:
+    path = tmp_path / "hazard_SA0P2.csv"
+    path.write_text("Ground Motion (g),Annual Frequency of Exceedence\n0.1,0.01\n1,0.0001\n")
+    assert read_hazard(path).measure == "sa_0.2s"
+
+
+def test_probabilities_under_their_own_name_are_converted(tmp_path: Path) -> None:
+    path = tmp_path / "site.csv"
+    path.write_text("sa_0.5s_g,probability_in_50_years\n0.1,0.9\n0.5,0.1\n")
+    assert_allclose(read_hazard(path).rate, [-math.log(0.1) / 50.0, -math.log(0.9) / 50.0])
+
+
+def test_a_site_is_refused_where_there_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "site.csv"
+    path.write_text("pga_g,annual_rate\n0.1,0.01\n0.5,0.001\n")
+    with pytest.raises(InputError, match="has no sites to choose from"):
+        read_hazard(path, (0.0, 0.0))
