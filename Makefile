@@ -115,7 +115,7 @@ check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check --quiet .
 	@$(BIN)/mypy
-	@$(BIN)/python -m pytest -q pipeline tests/test_import_direction.py
+	@$(BIN)/python -m pytest -q pipeline tests/test_import_direction.py tests/suite.py
 
 format: $(MADE)
 	@$(BIN)/ruff format --quiet .

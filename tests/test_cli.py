@@ -133,6 +133,12 @@ def test_table1_is_repeated_to_the_byte(table1: Path, tmp_path: Path) -> None:
     assert one == other
 
 
+def test_the_page_of_the_bundled_records_is_small_and_the_run_still_whole(table1: Path) -> None:
+    assert run("report", table1) == 0
+    assert (table1 / "report.html").stat().st_size < 3_000_000
+    assert run("verify", table1) == 0
+
+
 def test_a_verdict_needs_no_heavy_import_to_explain_itself() -> None:
     code = (
         "import sys; from rockframe.cli.main import main\n"
