@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rockframe.cli.figure_table import FIGURES
+from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.main import main
 from rockframe.wavelets import Pulse
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from pathlib import Path
 
 import pytest
-from tests.benchmarks.house import imports, in_circles
+from tests.benchmarks.house import WIDEST, imports, in_circles
 
 PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
-NUMERICAL = ("kernel", "vectors", "excursions", "lanes")
 FLOORS = (
     {"errors"},
-    {"cells", "units", "provenance", "web", "rocking.compiled"},
-    {"frame", "wavelets", "engines"} | {f"rocking.{name}" for name in NUMERICAL},
+    {"cells", "units", "provenance", "web", "rocking.kernels.compiled"},
+    {"frame", "wavelets", "engines", "rocking.kernels"},
     {"options"},
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking", "risk"},
@@ -29,7 +29,9 @@ MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__
 
 def room_of(name: str) -> str:
     """The room of a dotted module name below the package."""
-    return name if name in FLOOR_OF else name.split(".")[0]
+    return max(
+        (room for room in FLOOR_OF if f"{name}.".startswith(f"{room}.")), key=len, default=""
+    )
 
 
 def imports_of(path: Path) -> set[str]:
@@ -70,13 +72,16 @@ def test_no_module_imports_itself_by_another() -> None:
     assert in_circles(imports(modules)) == []
 
 
-def test_kernel_knows_no_datasets() -> None:
-    numerical = ("compiled", *NUMERICAL)
-    known = tuple(f"rocking.{name}" for name in numerical)
-    for name in numerical:
-        path = PACKAGE / "rocking" / f"{name}.py"
+def test_kernels_know_no_datasets() -> None:
+    for path in (PACKAGE / "rocking" / "kernels").glob("*.py"):
         assert "xarray" not in path.read_text(encoding="utf-8")
-        assert all(imported.startswith(known) for imported in imports_of(path))
+        assert all(name.startswith("rocking.kernels") for name in imports_of(path))
+
+
+def test_no_folder_is_wide() -> None:
+    folders = Counter(path.parent for path in MODULES if path.name != "__init__.py")
+    wide = {folder.name for folder, count in folders.items() if count > WIDEST}
+    assert wide <= {"ingest"}
 
 
 def test_only_results_knows_netcdf() -> None:

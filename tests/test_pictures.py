@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from rockframe.cli.figure_table import FIGURES
+from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.main import main
 from rockframe.wavelets import Pulse
 

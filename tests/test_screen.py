@@ -135,7 +135,7 @@ def test_batches_of_other_inputs_are_not_taken(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("rockframe.stages.screen.write_screen_table", stop)
+        patch.setattr("rockframe.stages.screening.screen.write_screen_table", stop)
         with pytest.raises(KeyboardInterrupt):
             screen_stage(
                 stored(site(2), tmp_path),
@@ -259,7 +259,7 @@ def test_azimuths_of_one_name_do_not_share_batches(
 
     output = tmp_path / "screen.nc"
     with monkeypatch.context() as patched:
-        patched.setattr("rockframe.stages.screen.statistics", stop)
+        patched.setattr("rockframe.stages.screening.screen.statistics", stop)
         with pytest.raises(KeyboardInterrupt):
             screen_stage(records, output, near, engine=OneProcess())
     assert list(tmp_path.glob(".screen-*.batches"))

@@ -15,7 +15,7 @@ from rockframe.cli.main import main
 from rockframe.record import Record
 from rockframe.results import read_rocking_spectrum, read_spectrum, write_records
 from rockframe.rocking import Verdict, respond
-from rockframe.rocking.spectra import column_of
+from rockframe.rocking.spectra.overturning import column_of
 
 ASKED = (
     *("--wavelet", "symmetric_ricker", "antisymmetric_ricker", "--slenderness-deg", "14"),

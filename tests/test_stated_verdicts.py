@@ -13,7 +13,7 @@ import pytest
 from tests.commands import run
 
 from rockframe import GroundAcceleration, open_records, open_response
-from rockframe.cli.respond import response_cells
+from rockframe.cli.stages.respond import response_cells
 from rockframe.explorer import Motion, answer, read_settings
 from rockframe.figures import draw_response_history
 from rockframe.results import read_run, stated_verdict, table_rows
@@ -147,7 +147,7 @@ def test_a_pulse_that_is_not_told_from_noise_is_marked(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The best match of the record at Christmas Canyon is one: p is about a third."""
-    from rockframe.cli.table1_tables import show
+    from rockframe.cli.runs.table1 import show
 
     rows = rows_of(folder)
     assert {row["pulse_verdict"] for row in rows} == {"noise"}

@@ -14,7 +14,7 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, processor, sealed, sha256_of
 from rockframe.results import differences, read_run
-from rockframe.results.differences import TOLERANCE
+from rockframe.results.tables.differences import TOLERANCE
 from rockframe.stages import verify_run
 from rockframe.wavelets import Pulse
 

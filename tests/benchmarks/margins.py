@@ -37,9 +37,9 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
-from rockframe.rocking.first_overturning import first_overturnings
 from rockframe.rocking.gathering import Prepared
-from rockframe.rocking.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
+from rockframe.rocking.margins.first_overturning import first_overturnings
+from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.stages import ingest_stage
 from rockframe.study import SHIPPED_STRUCTURES, bundled_records, read_structures
 from rockframe.wavelets import Pulse

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.rocking import kernel
+from rockframe.rocking.kernels import kernel
 
 Float = NDArray[np.float64]
 

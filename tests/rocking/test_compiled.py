@@ -16,8 +16,8 @@ import pytest
 from numba.core import caching
 
 from rockframe.cli.main import main
-from rockframe.rocking import kernel, lanes
-from rockframe.rocking.compiled import compiled
+from rockframe.rocking.kernels import kernel, lanes
+from rockframe.rocking.kernels.compiled import compiled
 
 
 def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
@@ -80,7 +80,7 @@ def hook(module, code):
     kept(module, code)
 codegen.JITCodeLibrary._object_compiled_hook = hook
 
-from rockframe.rocking.compiled import compiled
+from rockframe.rocking.kernels.compiled import compiled
 
 def twice(x):
     return 2.0 * x

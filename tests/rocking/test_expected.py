@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import Response, Verdict, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse

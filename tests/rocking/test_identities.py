@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from rockframe.frame import RockingFrame
-from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import Response, Verdict, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets import RICKERS, Pulse

@@ -21,7 +21,7 @@ from rockframe import (
     inertia_ratio_of,
     respond_scenarios,
 )
-from rockframe.rocking import kernel
+from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import as_ground, vertical_in_g
 from rockframe.units import GRAVITY
 

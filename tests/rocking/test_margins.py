@@ -25,7 +25,7 @@ from rockframe.rocking import (
     respond,
     respond_many,
 )
-from rockframe.rocking.perturbed import resampled
+from rockframe.rocking.margins.perturbed import resampled
 from rockframe.stages import ingest_stage
 from rockframe.study import SHIPPED_STRUCTURES, read_structures
 from rockframe.units import GRAVITY

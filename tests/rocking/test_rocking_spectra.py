@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from rockframe.engines import ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.rocking import RockingSpectrum, Verdict, respond, rocking_spectrum
-from rockframe.rocking.spectra import column_of
+from rockframe.rocking.spectra.overturning import column_of
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict, respond
-from rockframe.rocking.scan import Scan, islands, scan
+from rockframe.rocking.spectra.scan import Scan, islands, scan
 from rockframe.wavelets import Pulse
 
 

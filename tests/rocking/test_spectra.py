@@ -13,15 +13,10 @@ from numpy.typing import NDArray
 
 from rockframe.engines import ProcessPool
 from rockframe.errors import ParameterError
-from rockframe.rocking import (
-    GroundAcceleration,
-    OverturningSpectrum,
-    Verdict,
-    overturning_spectrum,
-    spectra,
-)
-from rockframe.rocking.scan import scan
-from rockframe.rocking.spectra import column_of
+from rockframe.rocking import GroundAcceleration, OverturningSpectrum, Verdict, overturning_spectrum
+from rockframe.rocking.spectra import overturning as spectra
+from rockframe.rocking.spectra.overturning import column_of
+from rockframe.rocking.spectra.scan import scan
 from rockframe.wavelets import Pulse
 
 Expected = Callable[[str], Any]

@@ -24,28 +24,34 @@ from typing import Any, Final, NoReturn, TextIO
 
 from rockframe.errors import RockframeError
 
-#: The commands in the order of the help; each is implemented in the module of its name.
+#: The commands in the order of the help; the module and the summary of each.
 _VERBS: Final = {
-    "table1": "run all stages and print the paper's Table 1 for the records",
-    "init": "write a commented study file and its schema for editors",
-    "run": "run all stages of a study, or resume an interrupted run",
-    "status": "show the progress of the run in a folder",
-    "step": "perform one step of a run (for workflows)",
-    "show": "show what happened to one record, from its file to its verdicts",
-    "verify": "verify the files of a run against its manifest",
-    "fetch": "download and verify records of an event from an FDSN data centre",
-    "ingest": "read and check record files, and write records.nc",
-    "pulse": "find the acceleration pulse (a_p, T_p) of each record",
-    "respond": "compute the rocking response of structures to records",
-    "screen": "screen structures by many records at many scales",
-    "spectrum": "compute overturning spectra of pulses, or rocking spectra of records",
-    "table": "write the table of records, pulses and responses",
-    "draw": "draw the results of stages: records with their responses, and curves",
-    "figure": "draw one figure with its caption",
-    "report": "write an HTML page of a run that works without a network",
-    "explore": "show the response in a browser while the structure and the motion change",
-    "paper": "check the paper's numbers and claims, and draw its figures",
-    "formats": "list the supported formats of records",
+    "table1": ("runs.table1", "run all stages and print the paper's Table 1 for the records"),
+    "init": ("runs.init", "write a commented study file and its schema for editors"),
+    "run": ("runs.run", "run all stages of a study, or resume an interrupted run"),
+    "status": ("runs.status", "show the progress of the run in a folder"),
+    "step": ("runs.step", "perform one step of a run (for workflows)"),
+    "show": ("show", "show what happened to one record, from its file to its verdicts"),
+    "verify": ("runs.verify", "verify the files of a run against its manifest"),
+    "fetch": ("stages.fetch", "download and verify records of an event from an FDSN data centre"),
+    "ingest": ("stages.ingest", "read and check record files, and write records.nc"),
+    "pulse": ("stages.pulse", "find the acceleration pulse (a_p, T_p) of each record"),
+    "respond": ("stages.respond", "compute the rocking response of structures to records"),
+    "screen": ("stages.screen", "screen structures by many records at many scales"),
+    "spectrum": (
+        "stages.spectrum",
+        "compute overturning spectra of pulses, or rocking spectra of records",
+    ),
+    "table": ("stages.table", "write the table of records, pulses and responses"),
+    "draw": ("stages.draw", "draw the results of stages: records with their responses, and curves"),
+    "figure": ("figures.figure", "draw one figure with its caption"),
+    "report": ("stages.report", "write an HTML page of a run that works without a network"),
+    "explore": (
+        "explore",
+        "show the response in a browser while the structure and the motion change",
+    ),
+    "paper": ("paper", "check the paper's numbers and claims, and draw its figures"),
+    "formats": ("formats", "list the supported formats of records"),
 }
 #: Exit status of an internal error, as in sysexits.h.
 _FAULT: Final = 70
@@ -98,12 +104,12 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     )
     whole.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
     verbs = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name, summary in _VERBS.items():
+    for name, (place, summary) in _VERBS.items():
         verb = verbs.add_parser(
             name, help=summary, description=f"{summary[:1].upper()}{summary[1:]}."
         )
         if only in (None, name):
-            module = import_module(f"rockframe.cli.{name}")
+            module = import_module(f"rockframe.cli.{place}")
             module.add_arguments(verb)
             verb.add_argument("--json", action="store_true", help="print JSON instead of tables")
             verb.set_defaults(run=module.run)

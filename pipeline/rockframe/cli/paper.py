@@ -12,9 +12,8 @@ from rockframe.cli.arguments import (
     reading_workers,
     refuse_folder_of_records,
 )
-from rockframe.cli.figure_spectra import add_grid
-from rockframe.cli.options import add_options, chosen
-from rockframe.cli.outputs import finish, folder_to_write
+from rockframe.cli.figures.spectra import add_grid
+from rockframe.cli.options import add_options, chosen, finish, folder_to_write
 from rockframe.options import IngestOptions, PulseOptions, RespondOptions
 
 if TYPE_CHECKING:
@@ -101,8 +100,8 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
 
 def _draw(folder: Path, grid: int) -> dict[str, str]:
     """Draw all figures of `rockframe figure`; return title and caption by path."""
-    from rockframe.cli.figure import add_arguments as add_figure_arguments
-    from rockframe.cli.figure_table import FIGURES
+    from rockframe.cli.figures.figure import add_arguments as add_figure_arguments
+    from rockframe.cli.figures.table import FIGURES
     from rockframe.figures import save_captioned
 
     parser = argparse.ArgumentParser()
@@ -121,7 +120,7 @@ def _draw(folder: Path, grid: int) -> dict[str, str]:
 def _write(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[TableRow], folder: Path
 ) -> None:
-    from rockframe.cli.figure_table import FIGURES
+    from rockframe.cli.figures.table import FIGURES
     from rockframe.paper import checked_page, paper_record_of, paper_records
     from rockframe.provenance import whole_file
 

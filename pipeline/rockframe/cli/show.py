@@ -137,7 +137,7 @@ def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
 
 def _show_responses(rows: Sequence[Mapping[str, str]]) -> None:
     from rockframe.cli.console import show_table
-    from rockframe.cli.respond import response_cells
+    from rockframe.cli.stages.respond import response_cells
 
     cells = []
     for row in rows:

@@ -10,8 +10,14 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import Captioned, of_record, of_structure
-from rockframe.figures.style import DRAWN_TO, PRINT_WIDTH, styled
+from rockframe.figures.captioned import (
+    DRAWN_TO,
+    PRINT_WIDTH,
+    Captioned,
+    of_record,
+    of_structure,
+    styled,
+)
 
 #: Demands are drawn up to this multiple of the available friction: they may be infinite [1].
 _SHOWN: Final = 2.0

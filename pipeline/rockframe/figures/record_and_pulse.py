@@ -9,8 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import Captioned, tested_in, wavelet_in
-from rockframe.figures.style import PRINT_WIDTH, styled
+from rockframe.figures.captioned import PRINT_WIDTH, Captioned, styled, tested_in, wavelet_in
 from rockframe.units import GRAVITY
 
 #: Time drawn before and after the pulse: a multiple of its reach [1], and the least time [s].

@@ -11,8 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rockframe.figures.captioned import Captioned, of_structure, stated_in
-from rockframe.figures.style import DRAWN_TO, PAGE_WIDTH, over_gravity, styled, times_gravity
+from rockframe.figures.captioned import (
+    DRAWN_TO,
+    PAGE_WIDTH,
+    Captioned,
+    of_structure,
+    over_gravity,
+    stated_in,
+    styled,
+    times_gravity,
+)
 from rockframe.units import GRAVITY
 
 #: Records beside each other; further ones go below.

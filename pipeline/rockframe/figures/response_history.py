@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from rockframe.figures.captioned import stated_in
-from rockframe.figures.style import DRAWN_TO, over_gravity, styled, times_gravity
+from rockframe.figures.captioned import DRAWN_TO, over_gravity, stated_in, styled, times_gravity
 from rockframe.matching import PulseMatch
 from rockframe.units import GRAVITY
 

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
-from rockframe.figures.captioned import Captioned, of_structure
-from rockframe.figures.style import PRINT_WIDTH, styled
+from rockframe.figures.captioned import PRINT_WIDTH, Captioned, of_structure, styled
 from rockframe.units import GRAVITY
 
 #: Colours and labels in the order of the verdicts: no uplift, safe, overturned.

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.matching import PulseVerdict
 from rockframe.provenance import sha256_of
-from rockframe.results.loaded_pulses import loaded_pulses
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
+from rockframe.results.tables.pulse_rows import loaded_pulses
 
 Float = NDArray[np.float64]
 

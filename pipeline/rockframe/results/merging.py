@@ -10,9 +10,8 @@ from typing import Any, Final
 import xarray as xr
 
 from rockframe.errors import InputError
-from rockframe.results.files import WITHOUT_RECORDS, named, put
-from rockframe.results.growing import growing
 from rockframe.results.reading import opened
+from rockframe.results.writing import WITHOUT_RECORDS, growing, named, put
 
 #: What the files of the batches of one stage have in common.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")

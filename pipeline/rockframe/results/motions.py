@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
-from rockframe.results.used_pulses import best_pulses
+from rockframe.results.tables.pulse_rows import best_pulses
 
 Float = NDArray[np.float64]
 #: Record and structure.

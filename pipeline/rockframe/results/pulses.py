@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from rockframe.matching import RecordPulses
 from rockframe.record import Record
-from rockframe.results.files import named, put
-from rockframe.results.growing import growing
 from rockframe.results.merging import no_records
 from rockframe.results.schema import PULSES, PULSES_NC
+from rockframe.results.writing import growing, named, put
 from rockframe.wavelets import Pulse
 
 _SERIES: Final = ("residual", "pulse_velocity", "pulse_displacement")

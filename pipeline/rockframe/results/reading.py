@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.record import is_record_id
-from rockframe.results.files import CHUNK, WITHOUT_RECORDS
 from rockframe.results.schema import KINDS, FileKind, Variable
+from rockframe.results.writing import CHUNK, WITHOUT_RECORDS
 from rockframe.units import conversion_factor
 
 #: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there

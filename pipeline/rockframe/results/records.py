@@ -1,21 +1,23 @@
-"""records.nc: the samples of the records and what is known of them."""
+"""The file of records: writing and reading."""
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 
-from rockframe.record import Record
-from rockframe.results.files import named, put
-from rockframe.results.growing import growing
-from rockframe.results.recorded import RecordsFile, open_records
+from rockframe.errors import InputError, ParameterError
+from rockframe.record import Orientation, Record
+from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS, RECORDS_NC
+from rockframe.results.writing import growing, named, put
 from rockframe.signals import Passport, integrate, peak
 
 
@@ -99,3 +101,176 @@ def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
         known |= RECORDS_NC.filled("measures", passport.measures)
         known |= RECORDS_NC.filled("passport", passport)
     return known
+
+
+#: What a record is made of, besides its samples and their processing.
+_FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
+#: Share by which the peaks of samples may differ from those stated: samples of single precision.
+_PEAK_TOLERANCE: Final = 1e-5
+
+
+class RecordsFile:
+    """A records file, open for reading one record at a time; closes at the end of a ``with`` block.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe ingest``.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        with ExitStack() as stack:
+            dataset = stack.enter_context(opened(self.path, RECORDS))
+            self._samples = dataset["acceleration"].variable
+            self._known = dataset.drop_vars("acceleration").load()
+            self._open = stack.pop_all()
+        self._ends = np.cumsum(self._known["row_size"].values)
+        self._rows = {name: row for row, name in enumerate(self.names)}
+
+    def __enter__(self) -> RecordsFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[Record]:
+        """Read one record after the other."""
+        return map(self.read, self.names)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._open.close()
+
+    @property
+    def names(self) -> list[str]:
+        """Identifiers of the records."""
+        return [str(name) for name in self._known["record_id"].values]
+
+    @property
+    def orientations(self) -> list[Orientation]:
+        """Orientations of the records."""
+        return [Orientation(int(value)) for value in self._known["orientation"].values]
+
+    def samples(self, names: Sequence[str]) -> int:
+        """Return how many samples the records of these names have together."""
+        rows = [self._rows[name] for name in names]
+        return int(self._known["row_size"].values[rows].sum())
+
+    def usable_periods(self, name: str) -> tuple[float, float]:
+        """Return the shortest and longest usable period of a record [s]; 0 and infinity if unknown.
+
+        Both are 0 if none is usable.
+        """
+        row, known = self._rows[name], (0.0, math.inf)
+        if "usable_period_longest" not in self._known:  # without passports
+            return known
+        stated = (
+            float(self._known[f"usable_period_{end}"].values[row])
+            for end in ("shortest", "longest")
+        )
+        shortest, longest = (
+            default if math.isnan(value) else value
+            for value, default in zip(stated, known, strict=True)
+        )
+        return shortest, longest
+
+    def read(self, name: str) -> Record:
+        """Read the record of this name.
+
+        Raises
+        ------
+        ParameterError
+            If there is none.
+        InputError
+            If it is damaged.
+        """
+        if name not in self._rows:
+            names = ", ".join(self.names)
+            raise ParameterError(f"Invalid record {name!r}. Must be one of: {names}.")
+        row = self._rows[name]
+        known: dict[Any, Any] = {
+            key: array.values[row] for key, array in self._known.variables.items()
+        }
+        end, steps = int(self._ends[row]), str(known["processing"])
+        with damage_named(self.path, RECORDS):
+            samples = self._samples[end - int(known["row_size"]) : end].values
+        try:
+            record = Record(
+                acceleration=samples,
+                processing=tuple(steps.split("; ")) if steps else (),
+                **{one.name: one.dtype(known[one.name]) for one in _FIELDS},
+            )
+        except ParameterError as error:
+            raise InputError(self.path, str(error)) from None
+        self._require_peaks(record, float(known["pga"]), float(known["pgv"]))
+        return record
+
+    def _require_peaks(self, record: Record, pga: float, pgv: float) -> None:
+        """Refuse samples that are cut at a wrong place, or of other units than stated."""
+        for name, found, stated, units in (
+            ("acceleration", peak(record.acceleration), pga, "m/s2"),
+            ("velocity", peak(integrate(record.acceleration, record.time_step)), pgv, "m/s"),
+        ):
+            if not math.isclose(found, stated, rel_tol=_PEAK_TOLERANCE):
+                raise InputError(
+                    self.path,
+                    f"samples of {record.record_id!r} with a peak {name} of {found:g} {units}, and "
+                    f"stated as {stated:g} {units}. Must be equal.",
+                )
+
+
+def open_records(path: str | Path) -> RecordsFile:
+    """Open the output of the ingest stage, to read one record at a time.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from rockframe.results import write_records
+    >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "records.nc")
+    ...     _ = write_records([(record, None)], path, input_sha256={}, parameters={})
+    ...     with open_records(path) as records:
+    ...         [record.duration for record in records]
+    [0.2]
+    """
+    return RecordsFile(path)
+
+
+def read_records(path: str | Path) -> list[Record]:
+    """Read all records of the output of the ingest stage.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or not the output of the ingest stage.
+
+    Examples
+    --------
+    >>> read_records("no-such-file.nc")
+    Traceback (most recent call last):
+    rockframe.errors.InputError: no-such-file.nc: no such file. Must be a records file.
+    """
+    with open_records(path) as records:
+        return list(records)

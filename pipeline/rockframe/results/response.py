@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.results.files import named, put
-from rockframe.results.growing import growing
-from rockframe.results.margins import margin_values
 from rockframe.results.merging import no_records
 from rockframe.results.reading import opened
 from rockframe.results.schema import RESPONSE, RESPONSE_NC
-from rockframe.results.to_pulse import to_pulse_values
+from rockframe.results.schema.response import ISLANDS, FateUnderPulse
+from rockframe.results.writing import growing, named, put
+from rockframe.rocking import ToPulse
+from rockframe.rocking.margins.margins import Margin
 from rockframe.rocking.response import Response
 
 _HISTORIES: Final = ("theta", "u", "v")
@@ -234,3 +234,34 @@ def _position(names: list[str], name: str, what: str) -> int:
     except ValueError:
         message = f"Invalid {what} {name!r}. Must be one of: {', '.join(names)}."
         raise ParameterError(message) from None
+
+
+def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:
+    """Return the values, records by structures, by variable; None where a record has no pulse."""
+    values = RESPONSE_NC.filled("to_pulse", rows)
+    values["verdict_to_pulse"] = [
+        [FateUnderPulse.NO_PULSE if fate is None else fate for fate in row]
+        for row in values["verdict_to_pulse"]
+    ]
+    return values
+
+
+def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:
+    """Return the values of margins, by variable.
+
+    Parameters
+    ----------
+    margins : list of list of Margin
+        For each record those of its structures.
+    """
+    islands = np.full((len(margins), len(margins[0]), ISLANDS, 2), np.nan)
+    for i, row in enumerate(margins):
+        for k, margin in enumerate(row):
+            kept = np.array(margin.islands[:ISLANDS]).reshape(-1, 2)
+            islands[i, k, : len(kept)] = kept
+    return {
+        **RESPONSE_NC.filled("margin", margins),
+        "largest_scale": [row[0].largest_scale for row in margins],
+        "safe_island_start": islands[..., 0],
+        "safe_island_width": islands[..., 1] - islands[..., 0],
+    }

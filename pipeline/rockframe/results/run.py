@@ -11,13 +11,13 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
-from rockframe.results.known import Facts, FactsOf
 from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import Pair
 from rockframe.results.reading import opened
-from rockframe.results.rejections import rows_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
-from rockframe.results.table import stated_verdict
+from rockframe.results.tables.known import Facts, FactsOf
+from rockframe.results.tables.rejections import rows_of
+from rockframe.results.tables.table import stated_verdict
 
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.
 _NEEDED: Final = (

@@ -18,9 +18,9 @@ from rockframe.results.schema import (
 )
 from rockframe.results.schema.spectra import Overturning
 from rockframe.rocking.response import Verdict
-from rockframe.rocking.rocking_spectra import RockingSpectrum
-from rockframe.rocking.scan import islands
-from rockframe.rocking.spectra import OverturningSpectrum, column_of
+from rockframe.rocking.spectra.overturning import OverturningSpectrum, column_of
+from rockframe.rocking.spectra.rocking import RockingSpectrum
+from rockframe.rocking.spectra.scan import islands
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:

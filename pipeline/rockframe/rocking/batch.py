@@ -14,10 +14,10 @@ from rockframe.engines import on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.excursions import DISTANCE
 from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered, Prepared
+from rockframe.rocking.kernels import kernel
+from rockframe.rocking.kernels.excursions import DISTANCE
 from rockframe.rocking.response import as_ground, refuse_flight
 from rockframe.wavelets import Pulse
 

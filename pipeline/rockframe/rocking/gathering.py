@@ -12,11 +12,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking import kernel, lanes
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.excursions import DISTANCE, EXCURSION_SIZE, fill_ahead
+from rockframe.rocking.kernels import kernel, lanes
+from rockframe.rocking.kernels.excursions import DISTANCE, EXCURSION_SIZE, fill_ahead
+from rockframe.rocking.kernels.vectors import LONGEST_STRIDE
 from rockframe.rocking.response import vertical_in_g
-from rockframe.rocking.vectors import LONGEST_STRIDE
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.rocking import kernel
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.kernels import kernel
 from rockframe.units import GRAVITY
 from rockframe.wavelets import Pulse
 
 if TYPE_CHECKING:
-    from rockframe.rocking.margins import Margin
+    from rockframe.rocking.margins.margins import Margin
     from rockframe.rocking.surrogate import ToPulse
 
 Float = NDArray[np.float64]

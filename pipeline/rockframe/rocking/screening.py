@@ -12,7 +12,7 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins import margins
+from rockframe.rocking.margins.margins import margins
 from rockframe.rocking.response import Response, as_ground, respond
 
 Arrays = dict[str, NDArray[Any]]

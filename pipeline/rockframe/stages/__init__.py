@@ -16,8 +16,8 @@ from rockframe.stages.report import strange_report as strange_report
 from rockframe.stages.respond import choose_structures as choose_structures
 from rockframe.stages.respond import respond_stage as respond_stage
 from rockframe.stages.respond import with_vertical as with_vertical
-from rockframe.stages.screen import Screening as Screening
-from rockframe.stages.screen import screen_stage as screen_stage
+from rockframe.stages.screening.screen import Screening as Screening
+from rockframe.stages.screening.screen import screen_stage as screen_stage
 from rockframe.stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
 from rockframe.stages.spectrum import spectrum_stage as spectrum_stage
 from rockframe.stages.table import table_rows_of as table_rows_of

@@ -8,14 +8,14 @@ from typing import Final
 import numpy as np
 
 from rockframe.results.schema.declare import FileKind, Variable, optional
-from rockframe.rocking.kernel import REST_VELOCITY_RATIO
-from rockframe.rocking.perturbed import (
+from rockframe.rocking.kernels.kernel import REST_VELOCITY_RATIO
+from rockframe.rocking.margins.perturbed import (
     AMPLITUDE_PERTURBATION,
     RESTITUTION_PERTURBATION,
     Sensitivity,
 )
+from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
 from rockframe.rocking.response import Verdict
-from rockframe.rocking.sliver_search import EDGE_TOLERANCE
 
 #: So many safe islands are written with their widths; all are counted.
 ISLANDS: Final = 64

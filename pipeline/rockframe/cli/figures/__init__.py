@@ -1,0 +1,1 @@
+"""The command `figure`, and the figures that it draws."""

@@ -1,0 +1,88 @@
+"""rockframe figure: draw one figure with its caption."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rockframe.cli.arguments import add_reading, add_records, add_structures
+from rockframe.cli.figures.spectra import add_grid
+from rockframe.cli.figures.table import FIGURES
+from rockframe.cli.options import file_to_write
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: the figure, its data, and the file to write."""
+    numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
+    parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
+    parser.add_argument(
+        "--output",
+        type=file_to_write(".png", ".pdf", ".svg"),
+        required=True,
+        help="file to write: .png, .pdf or .svg",
+    )
+    add_records(parser)
+    parser.add_argument(
+        "--record",
+        action="append",
+        metavar="ID",
+        help="only this record; may be repeated for figure 11 (default: all records for figure 11, "
+        "else the record with the largest rotation of the structure without overturning)",
+    )
+    parser.add_argument(
+        "--vertical",
+        action="store_true",
+        help="include the vertical component recorded at the same station",
+    )
+    add_joints(parser)
+    add_grid(parser)
+    add_structures(parser)
+    add_reading(parser)
+
+
+def add_joints(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the joints."""
+    parser.add_argument(
+        "--friction",
+        type=float,
+        default=0.5,
+        metavar="MU",
+        help="assumed coefficient of friction of the joints (default: 0.5)",
+    )
+    parser.add_argument(
+        "--spacing",
+        type=float,
+        metavar="METRES",
+        help="distance between the axes of two columns [m]: adds the forces on each column",
+    )
+    parser.add_argument(
+        "--beam-centre",
+        type=float,
+        default=0.0,
+        metavar="METRES",
+        help="height of the beam's centre of mass above its underside [m] (default: 0)",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw and write the figure, and print its caption."""
+    from rockframe.cli.console import show_json
+    from rockframe.figures import save_captioned
+
+    output: Path = options.output
+    drawn, status = FIGURES[options.figure].draw(options)
+    beside = save_captioned(drawn, output)
+    if options.json:
+        show_json(
+            {
+                "figure": options.figure,
+                "title": drawn.title,
+                "caption": drawn.caption,
+                "output": str(output),
+                "caption_file": str(beside),
+            }
+        )
+    else:
+        print(f"{drawn.title}. {drawn.caption}")
+        print(f"{output}, {beside}")
+    return status

@@ -1,0 +1,135 @@
+"""The figures of pulses that `rockframe figure` draws."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Final
+
+from rockframe.options import PulseOptions
+
+if TYPE_CHECKING:
+    from rockframe.figures import Captioned
+    from rockframe.matching import PulseMatch
+    from rockframe.record import Record
+
+#: Records of the paper's Figure 8, by their names in its Table 1, and their wavelets.
+_PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymmetric_ricker"}
+#: Largest number of records on a page.
+_MOST_RECORDS: Final = 6
+
+
+def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the requested records, or the paper's two, or the two that match best."""
+    from rockframe.cli.figures.inputs import title_of
+    from rockframe.errors import ParameterError
+    from rockframe.figures import draw_record_and_pulse
+    from rockframe.results import pulse_dataset
+
+    records, status = _records(options)
+    if options.record and len(records) > _MOST_RECORDS:
+        raise ParameterError(
+            f"Invalid number of records, {len(records)}. Must be at most {_MOST_RECORDS}."
+        )
+    matches = [_rickers(record, matching) for record, matching in records]
+    chosen = _asked(matches) if options.record else _shown([r for r, _ in records], matches)
+    datasets = [
+        pulse_dataset(records[i][0], matches[i][wavelet], _tested(*records[i], wavelet))
+        for i, wavelet in chosen
+    ]
+    titles = {record.record_id: title_of(record).replace("\n", ", ") for record, _ in records}
+    return draw_record_and_pulse(datasets, titles), status
+
+
+def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the transform for the Ricker wavelet that matches better."""
+    from rockframe.figures import draw_scalogram as draw
+    from rockframe.matching import best_ricker
+    from rockframe.results import scalogram_dataset
+
+    (record, matching), status = _clearest(options)
+    matches = _rickers(record, matching)
+    best = matches[best_ricker(matches)]
+    tested = _tested(record, matching, best.pulse.wavelet)
+    return draw(scalogram_dataset(record, best, matching, tested)), status
+
+
+def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the match index of all wavelets over the period."""
+    from rockframe.figures import draw_match_curves as draw
+    from rockframe.matching import match_pulses
+    from rockframe.results import match_curve_dataset
+
+    (record, matching), status = _clearest(options)
+    matches = match_pulses(record.acceleration, record.time_step, matching)
+    return draw(match_curve_dataset(record, matches, matching)), status
+
+
+def _records(
+    options: argparse.Namespace,
+) -> tuple[list[tuple[Record, PulseOptions]], int]:
+    """Return the requested records with their usable options, and the exit status."""
+    from rockframe.cli.arguments import stated_records
+    from rockframe.cli.figures.inputs import chosen_records
+    from rockframe.results import open_records
+    from rockframe.stages import usable
+
+    with stated_records(options) as (path, status), open_records(path) as file:
+        return [
+            (file.read(name), usable(name, file, PulseOptions()))
+            for name in chosen_records(options, file)
+        ], status
+
+
+def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions], int]:
+    """Return the requested record, or the one that a Ricker wavelet matches best."""
+    from rockframe.errors import ParameterError
+    from rockframe.matching import best_ricker
+
+    records, status = _records(options)
+    if options.record and len(records) > 1:
+        raise ParameterError(
+            f"Invalid number of records, {len(records)}. Must be one for this figure."
+        )
+
+    def index(pair: tuple[Record, PulseOptions]) -> float:
+        matches = _rickers(*pair)
+        return matches[best_ricker(matches)].match_index
+
+    return max(records, key=index) if len(records) > 1 else records[0], status
+
+
+def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
+    from rockframe.matching import match_pulses
+    from rockframe.wavelets import RICKERS
+
+    alone = matching.replaced(wavelet=tuple(RICKERS))
+    return match_pulses(record.acceleration, record.time_step, alone)
+
+
+def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
+    """Return the result of the test against noise of the match of a wavelet."""
+    from rockframe.matching import likeness, match_pulses, pulse_words
+
+    matches = match_pulses(record.acceleration, record.time_step, matching)
+    found = likeness(record.acceleration, record.time_step, matches, matching)[wavelet]
+    return pulse_words(found.verdict, found.p_value)
+
+
+def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+    from rockframe.matching import best_ricker
+
+    return [(i, best_ricker(found)) for i, found in enumerate(matches)]
+
+
+def _shown(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+    """Return the paper's two records if available, else the best one for each wavelet."""
+    from rockframe.paper import paper_record_of
+
+    printed = [paper_record_of(record.source_file) for record in records]
+    named = {paper.record: i for i, paper in enumerate(printed) if paper is not None}
+    if all(name in named for name in _PAPER):
+        return [(named[name], wavelet) for name, wavelet in _PAPER.items()]
+    return [
+        (max(range(len(matches)), key=lambda i: matches[i][wavelet].match_index), wavelet)
+        for wavelet in _PAPER.values()
+    ]

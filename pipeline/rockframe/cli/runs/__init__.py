@@ -1,0 +1,1 @@
+"""Commands that perform and check runs, one module each."""

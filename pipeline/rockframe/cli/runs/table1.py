@@ -1,0 +1,247 @@
+"""rockframe table1: run all stages and print the paper's Table 1 for the records."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from rockframe.cli.arguments import (
+    add_reading,
+    add_records,
+    add_structures,
+    chosen_structures,
+    reading_workers,
+    refuse_folder_of_records,
+)
+from rockframe.cli.console import number, show_table, table_width
+from rockframe.cli.options import add_options, chosen, finish, folder_to_write
+from rockframe.cli.stages.respond import response_cells
+from rockframe.matching import LEVEL
+from rockframe.options import IngestOptions, PulseOptions, RespondOptions
+from rockframe.paper import BORROWED, Comparison
+from rockframe.results import TableRow, pulse_mark
+
+if TYPE_CHECKING:
+    from rockframe.ingest import Rejection
+    from rockframe.stages import Ingested
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: records, structures, and the folder to write."""
+    add_records(parser)
+    parser.add_argument(
+        "--output",
+        type=folder_to_write,
+        default=Path("outputs/table1"),
+        help="folder to write (default: outputs/table1)",
+    )
+    add_structures(parser, one=False)
+    add_options(parser, RespondOptions)
+    add_options(parser, PulseOptions, title="pulses")
+    add_reading(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run ingest, pulse and respond; write all files; print the table."""
+    from rockframe.cli.console import progress_bar, show_json, show_rejections
+    from rockframe.paper import compare, statements
+    from rockframe.provenance import whole_folder
+    from rockframe.results import pulse_rows
+    from rockframe.stages import draw_records, table_rows_of, write_table
+
+    folder: Path = options.output
+    _require_sound(options)
+    with whole_folder(folder) as partial:
+        ingested, rejections = _stages(options, partial)
+        files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
+        rows = list(table_rows_of(*files))
+        comparisons, said = compare(rows, pulse_rows(files[1])), statements(rows)
+        write_table(rows, partial / "table.csv")
+        if comparisons:
+            write_table(comparisons, partial / "paper.csv")
+        names = list(dict.fromkeys(row.record_id for row in rows))
+        with progress_bar("drawing") as progress:
+            draw_records(rows, files, partial / "figures", names, progress)
+        stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
+        count = finish(
+            partial,
+            ingested,
+            chosen_structures(options),
+            {table: chosen(options, model) for table, model in stated.items()},
+        )
+    if options.json:
+        show_json(
+            {
+                "rows": [vars(row) for row in rows],
+                "paper": [vars(comparison) for comparison in comparisons],
+                "statements": said,
+                "rejected": [vars(rejection) for rejection in rejections],
+                "output": str(folder),
+            }
+        )
+    else:
+        show(rows, comparisons, said)
+        print(f"{count} files in {folder}")
+    show_rejections(rejections)
+    return 1 if rejections else 0
+
+
+def _require_sound(options: argparse.Namespace) -> None:
+    """Validate all options and the structures before anything is computed."""
+    from rockframe.stages import choose_structures
+    from rockframe.study import read_limits
+
+    ingest = chosen(options, IngestOptions)
+    chosen(options, PulseOptions)
+    if ingest.limits is not None:
+        read_limits(ingest.limits)
+    choose_structures(chosen_structures(options), chosen(options, RespondOptions).structure)
+    refuse_folder_of_records(options)
+
+
+def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
+    from rockframe.cli.console import progress_bar, progress_names
+    from rockframe.engines import OneProcess
+    from rockframe.stages import ingest_stage, pulse_stage, respond_stage
+    from rockframe.study import bundled_records
+
+    records = folder / "records.nc"
+    with progress_names("reading") as reading:
+        ingested = ingest_stage(
+            options.records or [bundled_records()],
+            records,
+            chosen(options, IngestOptions),
+            progress=reading,
+            workers=reading_workers(options),
+        )
+    with progress_bar("matching pulses") as progress:
+        without_pulse = pulse_stage(
+            records,
+            folder / "pulses.nc",
+            chosen(options, PulseOptions),
+            progress=progress,
+        )
+    with progress_bar("rocking") as progress:
+        without_vertical = respond_stage(
+            records,
+            folder / "response.nc",
+            chosen(options, RespondOptions),
+            structures_path=chosen_structures(options),
+            pulses_path=folder / "pulses.nc",
+            engine=OneProcess(),  # its threads use all cores
+            progress=progress,
+        )
+    return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
+
+
+_SHORT: Final = {
+    "symmetric_ricker": "sym",
+    "antisymmetric_ricker": "antisym",
+    "ricker_any_phase": "any phase",
+    "mavroeidis_papageorgiou": "not: M.-P.",
+    "": "–",
+}
+_LABELS: Final = {
+    "pga_g": "PGA [g]",
+    "pgv_m_s": "PGV [m/s]",
+    "a_p_g": "a_p [g]",
+    "T_p_s": "T_p [s]",
+}
+_OF_RECORD: Final = (
+    *("Earthquake", "Record", "M_w>", "R\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
+    *("T_p\n[s]>", "Ricker"),
+)
+_OF_RESPONSE: Final = (
+    "Structure",
+    "θ/α\n>",
+    "u_max\n[cm]>",
+    "v_max\n[cm]>",
+    "critical\nscale>",
+    "Verdict",
+)
+#: Least width for one table of records and responses [characters]; in less, there are two.
+_WIDE: Final = 142
+
+
+def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
+    """Print records, pulses and responses, then the comparison with the paper."""
+    if table_width() >= _WIDE:
+        title = "Records, pulses and response"
+        show_table(title, (*_OF_RECORD, *_OF_RESPONSE), _together(rows))
+    else:
+        first = {row.record_id: row for row in reversed(rows)}
+        show_table("Records and pulses", _OF_RECORD, [_record(r) for r in reversed(first.values())])
+        show_table("Response", ("Record", *_OF_RESPONSE), _together(rows, short=True))
+    _show_notes(rows)
+    if comparisons:
+        show_table(
+            "The paper's records: its values and ours",
+            ("Record", "", "paper>", "ours>", "difference>", "Ricker", ""),
+            [_comparison(comparison) for comparison in comparisons],
+        )
+        print("T_p and a_p depend on the wavelet; the paper does not name its own for each record.")
+    for i, statement in enumerate(said):
+        print(f"- {statement}" if i else statement)
+    if comparisons:
+        print()
+
+
+def _show_notes(rows: Sequence[TableRow]) -> None:
+    notes = []
+    if any(row.at_period_bound for row in rows):
+        notes.append("* the end of the range of periods searched, not a maximum")
+    mark = max((pulse_mark(vars(row)) for row in rows), default="")
+    if mark:
+        notes.append(
+            f"{mark} best match, not told from noise: noise like the record matches as well in\n"
+            f"  more than {100.0 * LEVEL:g} % of the draws (pulse_p_value in table.csv)"
+        )
+    if any(BORROWED in row.facts_source for row in rows):
+        notes.append(f"Names, M_w and R that the files do not state: {BORROWED}.")
+    for note in notes:
+        print(note)
+    if notes:
+        print()
+
+
+def _together(rows: Sequence[TableRow], short: bool = False) -> list[list[str]]:
+    """Return the cells of records and responses; a record is named only in its first row."""
+    cells: list[list[str]] = []
+    last = ""
+    for row in rows:
+        record = [row.record] if short else _record(row)
+        if row.record_id == last:
+            record = [""] * len(record)
+        elif last and row.structure != rows[-1].structure:
+            cells.append([])
+        last = row.record_id
+        cells.append([*record, row.structure, *response_cells(vars(row))])
+    return cells
+
+
+def _record(row: TableRow) -> list[str]:
+    return [
+        row.event,
+        row.record,
+        number(row.magnitude, 1),
+        number(row.epicentral_distance_km, 1),
+        number(row.pga_g, 2),
+        number(row.pgv_m_s, 2),
+        number(row.a_p_g, 2),
+        number(row.T_p_s, 2) + ("*" if row.at_period_bound else ""),
+        _SHORT[row.wavelet] + pulse_mark(vars(row)),
+    ]
+
+
+def _comparison(comparison: Comparison) -> list[str]:
+    return [
+        comparison.record if comparison.quantity == "pga_g" else "",
+        _LABELS[comparison.quantity],
+        comparison.printed,
+        number(comparison.ours, 3),
+        f"{100.0 * comparison.relative_difference:+.1f} %",
+        _SHORT[comparison.wavelet] if comparison.wavelet else "",
+        comparison.remark,
+    ]

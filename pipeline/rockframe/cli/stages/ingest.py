@@ -1,0 +1,146 @@
+"""rockframe ingest: read and check record files, and write records.nc."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rockframe.cli.arguments import FILTERS, reading_workers
+from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.options import Filters, IngestOptions, ReadingOptions
+
+if TYPE_CHECKING:
+    from rockframe.results import Entry
+    from rockframe.signals import Passport
+    from rockframe.stages import Ingested
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: files, and metadata that the files do not contain."""
+    parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
+    add_options(parser, IngestOptions)
+    add_options(parser, ReadingOptions)
+    add_options(parser, Filters, title=FILTERS)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the stage and print the accepted records."""
+    from rockframe.cli.console import progress_names, show_json, show_rejections
+    from rockframe.stages import ingest_stage
+
+    def listed(entries: Sequence[Entry]) -> None:
+        """List the outcome of each file if no record was accepted."""
+        rejected = [entry for entry in entries if entry.reason]
+        none = all(entry.status != "accepted" for entry in entries)
+        if none and options.json:
+            show_json({"accepted": [], **_others(entries), "output": None})
+        if none and len(rejected) > 1:
+            show_rejections(rejected)
+
+    with progress_names("reading") as progress:
+        result = ingest_stage(
+            options.paths,
+            options.output,
+            chosen(options, IngestOptions),
+            filters=chosen(options, Filters),
+            progress=progress,
+            workers=reading_workers(options),
+            listed=listed,
+        )
+    accepted = _accepted(result)
+    if options.json:
+        others = _others(result.entries)
+        show_json({"accepted": accepted, **others, "output": str(options.output)})
+    else:
+        _show(accepted, options.output)
+        filtered = sum(entry.filtered for entry in result.entries)
+        if filtered:
+            print(f"{filtered} filtered out: {options.output.with_suffix('.csv')} says why")
+    show_rejections(result.rejections)
+    return 1 if result.rejections else 0
+
+
+def _accepted(result: Ingested) -> list[dict[str, Any]]:
+    from rockframe.units import GRAVITY
+
+    return [
+        {
+            "record_id": record.record_id,
+            "format": record.source_format,
+            "samples": record.samples,
+            "time_step_s": record.time_step,
+            "pga_g": record.passport.measures.peak_acceleration / GRAVITY,
+            "pgv_m_s": record.passport.measures.peak_velocity,
+            "corrected_here": record.corrected_here,
+            "processing": list(record.processing),
+            **_passport(record.passport),
+        }
+        for record in result.accepted
+    ]
+
+
+def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
+    return {
+        "rejected": [
+            {
+                "file": entry.file,
+                "record_id": entry.record_id,
+                "line": entry.line,
+                "reason": entry.reason,
+                **_passport(entry.passport),
+            }
+            for entry in entries
+            if entry.reason
+        ],
+        **{
+            status: [
+                {"file": entry.file, "record_id": entry.record_id, "reason": entry.note}
+                for entry in entries
+                if entry.status == status
+            ]
+            for status in ("filtered", "rotated", "unread")
+        },
+    }
+
+
+def _show(accepted: list[dict[str, Any]], output: Path) -> None:
+    from rockframe.cli.console import number, show_table
+
+    show_table(
+        f"{len(accepted)} record{'s' if len(accepted) > 1 else ''} in {output}",
+        [
+            *("record", "format", "samples>", "step [s]>", "PGA [g]>", "PGV [m/s]>"),
+            *("processing", "passport"),
+        ],
+        [
+            [
+                str(row["record_id"]),
+                str(row["format"]),
+                str(row["samples"]),
+                f"{row['time_step_s']:g}",
+                number(row["pga_g"], 3),
+                number(row["pgv_m_s"], 3),
+                "corrected here" if row["corrected_here"] else "as given",
+                row["passport"] + (": " if row["warnings"] else "") + ", ".join(row["warnings"]),
+            ]
+            for row in accepted
+        ],
+    )
+
+
+def _passport(passport: Passport | None) -> dict[str, Any]:
+    """Return the verdict, the names of the warnings, and all checks."""
+    if passport is None:
+        return {"passport": None, "warnings": [], "checks": []}
+    return {
+        "passport": passport.verdict.name.lower(),
+        "warnings": list(passport.warnings),
+        "checks": [
+            {**vars(check), "verdict": check.verdict.name.lower()} for check in passport.checks
+        ],
+    }

@@ -1,0 +1,68 @@
+"""rockframe screen: screen structures by many records at many scales."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from rockframe.cli.arguments import (
+    FILTERS,
+    add_reading,
+    add_structures,
+    chosen_engine,
+    chosen_structures,
+    records_file,
+)
+from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.options import ExecutionOptions, Filters, IngestOptions, ScreenOptions
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: records, structures, scales, filters, and the file to write."""
+    parser.add_argument(
+        "records",
+        type=path,
+        nargs="+",
+        help="output of `rockframe ingest`, or record files and folders",
+    )
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+    )
+    parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+    add_structures(parser, one=False)
+    add_options(parser, ScreenOptions)
+    add_options(parser, Filters, title=FILTERS)
+    add_reading(parser, processes=False)
+    add_options(parser, ExecutionOptions)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the stage and print the tables."""
+    from rockframe.cli.console import progress_bar, show_rejections
+    from rockframe.cli.stages.screen_tables import show
+    from rockframe.stages import screen_stage
+
+    screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
+    engine, workers = chosen_engine(options), chosen(options, ExecutionOptions).workers
+    given = records_file(options.records, chosen(options, IngestOptions), workers)
+    try:
+        with given as (records, status), progress_bar("screening") as progress:
+            done = screen_stage(
+                records,
+                options.output,
+                screening,
+                structures_path=chosen_structures(options),
+                pulses_path=options.pulses,
+                filters=filters,
+                engine=engine,
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        print(
+            "rockframe: interrupted; complete batches are kept, the same command resumes.",
+            file=sys.stderr,
+        )
+        return 130
+    show(options.output, done, as_json=options.json)
+    show_rejections(done.rejections)
+    return 1 if done.rejections else status

@@ -1,0 +1,31 @@
+"""rockframe table: write the table of records, pulses and responses."""
+
+from __future__ import annotations
+
+import argparse
+
+from rockframe.cli.options import file_to_write, path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: three files of stages, and the table to write."""
+    for stage, name in (("ingest", "records"), ("pulse", "pulses"), ("respond", "response")):
+        parser.add_argument(name, type=path, help=f"output of `rockframe {stage}`")
+    parser.add_argument(
+        "--output", type=file_to_write(".csv"), required=True, help="CSV file to write"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the table and print its length."""
+    from rockframe.cli.console import show_json
+    from rockframe.stages import table_rows_of, table_stage
+
+    files = (options.records, options.pulses, options.response)
+    count = table_stage(*files, options.output)
+    if options.json:
+        rows = [vars(row) for row in table_rows_of(*files)]
+        show_json({"rows": rows, "output": str(options.output)})
+    else:
+        print(f"{count} rows in {options.output}")
+    return 0

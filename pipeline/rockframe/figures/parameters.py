@@ -1,0 +1,119 @@
+"""Figures of the frame alone: its restitution, and the block of its size."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled
+
+
+def draw_restitution(dataset: xr.Dataset) -> Captioned:
+    """Draw sqrt(r) over the slenderness, with a curve for each mass ratio.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As returned by `restitution_dataset`.
+    """
+    slenderness = np.degrees(dataset["slenderness"].values)
+    ends = np.degrees(dataset["slenderness_limit"].values)
+    gammas = [float(gamma) for gamma in dataset["mass_ratio"]]
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 2.9), layout="constrained")
+        axes = figure.subplots()
+        for i, gamma in enumerate(gammas):
+            values = dataset["restitution"].values[i]
+            known = np.isfinite(values)
+            axes.plot(
+                np.append(slenderness[known], ends[i]),
+                np.append(values[known], 0.0),
+                label=f"γ = {gamma:g}".replace("inf", "∞"),
+                linestyle=LINES[i % len(LINES)],
+            )
+        axes.set_xlim(0.0, 60.0)
+        axes.set_ylim(0.0, 1.0)
+        axes.set_xlabel("slenderness  α  [degrees]")
+        axes.set_ylabel(r"largest restitution  $\sqrt{r}$")
+        axes.legend(loc="lower left")
+    stated = ", ".join(f"{gamma:g}" for gamma in gammas).replace("inf", "∞")
+    caption = (
+        "Largest coefficient of restitution √r, the angular velocity after an impact over that "
+        "before, of frames of rectangular columns: eq (43), over the slenderness α, for mass "
+        f"ratios γ = {stated}. It vanishes at {ends[0]:.2f} degrees for γ = {gammas[0]:g} and at "
+        f"{ends[-1]:.2f} degrees for γ = {gammas[-1]:g}".replace("inf", "∞")
+        + "; stockier frames do not rock. No record is used."
+    )
+    return Captioned(figure, "Figure 7: largest restitution", caption)
+
+
+#: Mass ratios of the paper's two examples: the Temple of Apollo and the bridge bent.
+_EXAMPLES: Final = {0.3: "temple", 4.0: "bridge"}
+_SMALL: Final[dict[str, Any]] = {
+    "textcoords": "offset points",
+    "color": "0.35",
+    "fontsize": 7,
+}
+
+
+def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
+    """Draw R-hat / R and p-hat / p over the mass ratio.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As returned by `size_dataset`.
+    """
+    gamma = dataset["mass_ratio"].values
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
+        axes = figure.subplots()
+        _draw_curve(axes, dataset, "size", r"$\hat R\,/\,R$", upwards=1)
+        _draw_curve(axes, dataset, "frequency", r"$\hat p\,/\,p$", upwards=-1)
+        for where, name in _EXAMPLES.items():
+            axes.axvline(where, color="0.6", linewidth=0.8, linestyle=":")
+            axes.annotate(
+                f"{name}, γ = {where:g}", (where, 1.0), xytext=(3, 1), va="bottom", **_SMALL
+            )
+        axes.set_xlim(0.0, float(gamma[-1]))
+        axes.set_ylim(0.75, 1.58)
+        axes.set_xlabel(r"mass ratio  $\gamma = m_b\,/\,(N m_c)$")
+        axes.set_ylabel("ratio to the column alone")
+    caption = (
+        "Semi-diagonal R̂ and frequency parameter p̂ of the single column that rocks like a frame "
+        "of columns with semi-diagonal R, frequency parameter p and the same slenderness, over the "
+        f"mass ratio γ from {gamma[0]:g} to {gamma[-1]:g}: R̂/R = (1 + 3γ)/(1 + 2γ), eq (29), and "
+        "p̂/p = [(1 + 2γ)/(1 + 3γ)]^½, eq (27), of rectangular columns; dashed, the limits of a "
+        f"very heavy beam, {float(dataset['size_limit']):.4g} and "
+        f"{float(dataset['frequency_limit']):.4g}, eq (28). Dotted: the paper's Temple of Apollo "
+        "and its bridge bent. No record is used."
+    )
+    return Captioned(figure, "Figure 5: size of the equivalent column", caption)
+
+
+def _draw_curve(axes: Axes, dataset: xr.Dataset, name: str, label: str, upwards: int) -> None:
+    """Draw a curve with its name and its limit; `upwards` is 1 if the curve rises, else -1."""
+    gamma, values = dataset["mass_ratio"].values, dataset[f"{name}_ratio"].values
+    limit = float(dataset[f"{name}_limit"])
+    (line,) = axes.plot(gamma, values)
+    axes.axhline(limit, color=line.get_color(), linewidth=0.8, linestyle="--")
+    axes.annotate(
+        label,
+        (gamma[-1], values[-1]),
+        xytext=(-4, -8 * upwards),
+        textcoords="offset points",
+        ha="right",
+        va="top" if upwards > 0 else "bottom",
+        color=line.get_color(),
+    )
+    axes.annotate(
+        f"γ → ∞: {limit:.4g}",
+        (0.5 * gamma[-1], limit),
+        xytext=(0, 2 * upwards),
+        va="bottom" if upwards > 0 else "top",
+        **_SMALL,
+    )

@@ -1,0 +1,172 @@
+"""Overturning spectra of pulses, and rocking spectra of records."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled
+from rockframe.rocking import Verdict
+
+#: Shades of the map: frame stands, overturns after an impact, overturns without impact.
+_SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
+#: The points of a curve with fewer points than this are marked.
+_FEW: Final = 30
+#: A mass ratio above this stands for the limit of an infinitely heavy beam.
+_HEAVY: Final = 1e12
+
+
+def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
+    """Draw the least overturning amplitudes over the map of the lightest beam.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As returned by `spectrum_dataset`. The figure has a column of panels for each wavelet, a row
+        for each slenderness and a curve for each mass ratio.
+    """
+    wavelets, alphas = dataset["wavelet"].values, dataset["slenderness"].values
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 4.1), layout="constrained")
+        panels = figure.subplots(
+            len(alphas), len(wavelets), sharex=True, sharey=True, squeeze=False
+        )
+        for row, alpha in zip(panels, alphas, strict=True):
+            for panel, wavelet in zip(row, wavelets, strict=True):
+                _draw_overturning(panel, dataset.sel(wavelet=wavelet, slenderness=alpha))
+                name = str(wavelet).removesuffix("_ricker").replace("_", " ")
+                panel.set_title(f"{name}, {math.degrees(alpha):.3g}°", fontsize=7, pad=3)
+        for panel in panels[-1]:
+            panel.set_xlabel(r"$\omega_p\,/\,p$", fontsize=8)
+        for panel in panels[:, 0]:
+            panel.set_ylabel(r"$a_p\,/\,(g\,\tan\alpha)$", fontsize=8)
+        handles = [*panels[0, 0].get_lines(), *_patches(float(dataset["mass_ratio"][0]))]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=7)
+    return Captioned(
+        figure, "Figure 9: minimum overturning acceleration spectra", _caption(dataset)
+    )
+
+
+def _draw_overturning(panel: Axes, panel_of: xr.Dataset) -> None:
+    ratio, amplitude = panel_of["frequency_ratio"].values, panel_of["amplitude"].values
+    lightest = panel_of["overturning"].isel(mass_ratio=0).transpose("amplitude", "frequency_ratio")
+    edges = _edges(ratio)
+    panel.pcolorfast(
+        edges,
+        _edges(amplitude),
+        lightest.values,
+        cmap=ListedColormap(_SHADES),
+        vmin=0,
+        vmax=len(_SHADES) - 1,
+    )
+    for i, gamma in enumerate(panel_of["mass_ratio"].values):
+        least = panel_of["minimum_overturning_amplitude"].isel(mass_ratio=i)
+        panel.plot(
+            ratio,
+            least,
+            label=_gamma(gamma),
+            linestyle=LINES[i % len(LINES)],
+            linewidth=0.9,
+            marker="." if ratio.size < _FEW else "",
+        )
+    whole = ratio.size >= _FEW  # with few points, show the first and last cells in full
+    panel.set_xlim((ratio[0], ratio[-1]) if whole else (edges[0], edges[-1]))
+    panel.set_ylim(0.0, amplitude[-1])
+    panel.yaxis.set_major_locator(MaxNLocator(3, integer=True))
+    panel.grid(visible=False)
+    panel.tick_params(labelsize=7)
+
+
+def _edges(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the edges of cells, half-way between nodes that may be unevenly spaced."""
+    if nodes.size == 1:
+        return np.asarray([nodes[0] - 0.5, nodes[0] + 0.5])
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    return np.asarray([2.0 * nodes[0] - middle[0], *middle, 2.0 * nodes[-1] - middle[-1]])
+
+
+def _gamma(gamma: float) -> str:
+    return "γ → ∞" if gamma > _HEAVY else f"γ = {gamma:g}"
+
+
+def _patches(lightest: float) -> list[Patch]:
+    words = ("after an impact", "without impact")
+    return [
+        Patch(facecolor=shade, label=f"{_gamma(lightest)}: overturns {word}")
+        for shade, word in zip(_SHADES[1:], words, strict=True)
+    ]
+
+
+def _caption(dataset: xr.Dataset) -> str:
+    ratio, amplitude = dataset["frequency_ratio"].values, dataset["amplitude"].values
+    gammas = ", ".join(
+        "∞" if gamma > _HEAVY else f"{gamma:g}" for gamma in dataset["mass_ratio"].values
+    )
+    alphas = " and ".join(f"{math.degrees(a):.3g}" for a in dataset["slenderness"].values)
+    pulses = " and ".join(str(w).replace("_", " ") for w in dataset["wavelet"].values)
+    pulses = pulses.replace("ricker", "Ricker")
+    return (
+        "Least amplitude a_p / (g tan α) of a pulse that overturns a frame of rectangular columns, "
+        f"over ω_p / p with p of the column alone, for mass ratios γ = {gammas}; slenderness α = "
+        f"{alphas} degrees, {pulses} pulses, restitution by eq (43). Where a curve ends nothing up "
+        f"to {amplitude[-1]:g} overturns. Shaded: all amplitudes that overturn the first of them; "
+        "the white above its curve are islands of safety. Each panel and mass ratio is a map of "
+        f"{ratio.size} x {amplitude.size} responses, its edges refined to a share of 1e-6; islands "
+        f"and slivers thinner than {np.diff(amplitude).max():.2g} may be missed. No record is used."
+    )
+
+
+def draw_rocking_spectrum(dataset: xr.Dataset) -> Captioned:
+    """Draw peaks over 2 pi / p for each slenderness; curves have gaps where the frame overturns.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As returned by `rocking_spectrum_dataset`, for one record and mass ratio.
+    """
+    one = dataset.squeeze(("record", "mass_ratio"))
+    period = one["column_period"].values
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 3.8), layout="constrained")
+        panels = figure.subplots(2, 1, sharex=True)
+        _draw_rocking(panels[0], one, "peak_rotation_ratio")
+        _draw_rocking(panels[1], one, "peak_velocity")
+        panels[0].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
+        panels[0].set_ylabel("largest |θ|/α")
+        panels[1].set_ylabel(r"largest $|\dot\theta|$ [rad s$^{-1}$]")
+        panels[1].set_xlabel(r"$2\pi/p$ of a column [s]")
+        panels[1].set_xlim(period[0], period[-1])
+        for panel in panels:
+            panel.set_ylim(bottom=0.0)
+        figure.align_ylabels(list(panels))
+        handles, _ = panels[0].get_legend_handles_labels()
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=7)
+    caption = (
+        f"Largest rotation over the slenderness, and largest rate, under record "
+        f"{one['record_id'].item()}, free rocking after its end included, over 2π/p of the columns "
+        f"from {period[0]:g} to {period[-1]:g} s ({period.size} values), for the slendernesses α "
+        f"named and mass ratio γ = {float(one['mass_ratio']):g}; rectangular columns, restitution "
+        "by eq (43). A curve has gaps where the frame overturns."
+    )
+    return Captioned(figure, "Rocking spectra", caption)
+
+
+def _draw_rocking(panel: Axes, one: xr.Dataset, name: str) -> None:
+    stands = one["verdict"] != Verdict.OVERTURNED
+    for i, alpha in enumerate(one["slenderness"].values):
+        peaks = np.where(stands.isel(slenderness=i), one[name].isel(slenderness=i), np.nan)
+        panel.plot(
+            one["column_period"],
+            peaks,
+            label=f"α = {math.degrees(alpha):.3g}°",
+            linestyle=LINES[i % len(LINES)],
+        )

@@ -1,0 +1,103 @@
+"""Histories of single scenarios of a screening, ragged along ``obs``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import xarray as xr
+
+from rockframe.errors import ParameterError
+from rockframe.results.reading import opened
+from rockframe.results.schema import SCREEN, SCREEN_NC
+from rockframe.results.writing import growing
+from rockframe.rocking.response import Response
+
+_SERIES: Final = ("time", "theta", "u", "v")
+_INDICES: Final = ("history_record", "history_structure", "history_scale")
+
+
+@dataclass(frozen=True, eq=False)
+class KeptHistory:
+    """The history of one scenario.
+
+    Parameters
+    ----------
+    where : (int, int, int)
+        Positions of its record, structure and scale.
+    response : Response
+        With its nodes.
+    """
+
+    where: tuple[int, int, int]
+    response: Response
+
+
+def append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
+    """Write histories into a file that is being made, one at a time; return what tells of them."""
+    columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
+    with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as append:
+        for one in kept:
+            append({name: getattr(one.response, name) for name in _SERIES})
+            columns["history_size"].append(one.response.time.size)
+            for name, position in zip(_INDICES, one.where, strict=True):
+                columns[name].append(position)
+    return columns
+
+
+def read_screen_history(
+    path: str | Path, *, record: str, structure: str, scale: float
+) -> xr.Dataset:
+    """Read the history of one scenario of a screening.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe screen`` with ``--histories``.
+    record, structure : str
+        Identifier of the motion, name of the structure.
+    scale : float
+        One of the scales [1].
+
+    Returns
+    -------
+    xarray.Dataset
+        ``theta`` [rad], ``u`` and ``v`` [m] on ``time`` [s].
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+    ParameterError
+        If there is no such scenario, or its history was not kept.
+    """
+    with opened(Path(path), SCREEN) as dataset:
+        where = [
+            _position([str(name) for name in dataset["record_id"].values], record, "record"),
+            _position([str(name) for name in dataset["structure"].values], structure, "structure"),
+            _position(dataset["scale"].values.tolist(), scale, "scale"),
+        ]
+        found = np.empty(0, dtype=np.intp)
+        if "history_size" in dataset:
+            all_of = np.stack([dataset[name].values for name in _INDICES])
+            found = np.flatnonzero((all_of == np.array(where)[:, None]).all(axis=0))
+        if not found.size:
+            raise ParameterError(
+                f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. Must "
+                "be computed with --histories selected or all."
+            )
+        end = int(np.cumsum(dataset["history_size"].values)[found[0]])
+        rows = slice(end - int(dataset["history_size"].values[found[0]]), end)
+        chosen = dataset[["theta", "u", "v"]].isel(obs=rows)
+        return chosen.load().swap_dims(obs="time")
+
+
+def _position(known: list[str] | list[float], asked: str | float, what: str) -> int:
+    if asked not in known:
+        raise ParameterError(
+            f"Invalid {what} {asked!r}. Must be one of: {', '.join(map(str, known))}."
+        )
+    return [one == asked for one in known].index(True)

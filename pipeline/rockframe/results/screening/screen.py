@@ -1,0 +1,183 @@
+"""screen.nc: verdicts and peaks of records, structures and scales, and what follows from them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any, Final
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.results.reading import opened
+from rockframe.results.schema import SCREEN, SCREEN_NC
+from rockframe.results.screening.histories import KeptHistory, append_histories
+from rockframe.results.writing import CHUNK, COMPRESSED, as_os_error, named, put
+
+Float = NDArray[np.float64]
+Scenario = Mapping[str, NDArray[Any]]
+
+_DIMS: Final = ("record", "structure", "scale")
+_PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v")
+
+
+def write_screening(
+    scenarios: Iterable[Scenario],
+    shape: tuple[int, int, int],
+    describe: Callable[[], tuple[Mapping[str, Any], Mapping[str, str]]],
+    path: Path,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    left_out: Mapping[str, str],
+    filtered: Collection[str] = (),
+    histories: Iterable[KeptHistory] | None = None,
+) -> None:
+    """Write the output of the screen stage, whole or not at all; holds one motion at a time.
+
+    The same inputs give the same bytes.
+
+    Parameters
+    ----------
+    scenarios : iterable of mapping of str to array, shape (structures, scales)
+        For each motion ``verdict``, ``peak_rotation_ratio``, ``peak_u`` and ``peak_v``.
+    shape : (int, int, int)
+        Numbers of motions, structures and scales.
+    describe : callable
+        Called after the last motion; gives the values of the other variables, and the units of
+        those that have two.
+    path : Path
+        Where it goes; an older file there is replaced.
+    input_sha256, parameters, left_out : mapping
+        As `write` takes them.
+    filtered : collection of str
+        Those left out as the user asked; the others could not be screened.
+    histories : iterable of KeptHistory, optional
+        Of single scenarios; taken after the last motion.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    source = iter(scenarios)
+    # Validate everything before creating a folder or a file.
+    first = tuple(islice(source, 1))
+    with named(path) as partial:
+        with _filling(partial, shape) as fill:
+            for row, scenario in enumerate(chain(first, source)):
+                fill(row, scenario)
+        kept = {} if histories is None else append_histories(partial, histories)
+        values, units = describe()
+        put(
+            SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
+                filtered=json.dumps(sorted(filtered))
+            ),
+            partial,
+            SCREEN,
+            input_sha256=input_sha256,
+            parameters=parameters,
+            left_out=left_out,
+            mode="a",
+        )
+
+
+@contextmanager
+def _filling(
+    partial: Path, shape: tuple[int, int, int]
+) -> Iterator[Callable[[int, Scenario], None]]:
+    """Give a function that writes the scenarios of one motion."""
+    records, structures, scales = shape
+    width = min(scales, CHUNK)
+    rows = max(1, min(records, CHUNK // (structures * width)))
+    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
+    try:
+        for dimension, size in zip(_DIMS, shape, strict=True):
+            file.createDimension(dimension, size)
+        for name in ("verdict", *_PEAKS):
+            like = SCREEN_NC[name].holding(np.empty((0, 0, 0)))
+            created = file.createVariable(
+                name,
+                like.dtype,
+                _DIMS,
+                chunksizes=(rows, structures, width),
+                fill_value=np.nan if like.dtype.kind == "f" else None,
+                chunk_cache=2 * 8 * rows * structures * width,
+                **COMPRESSED,
+            )
+            created.setncatts(like.attrs)
+
+        def fill(row: int, scenario: Scenario) -> None:
+            with as_os_error():
+                for name in ("verdict", *_PEAKS):
+                    file[name][row] = scenario[name]
+
+        yield fill
+    finally:
+        with as_os_error():
+            file.close()
+
+
+def peaks_of_frames(
+    frames: Sequence[RockingFrame], verdict: NDArray[np.int8], peak_rotation: Float
+) -> dict[str, NDArray[Any]]:
+    """Return the variables of scenarios, of their verdicts and peak rotations [rad].
+
+    Parameters
+    ----------
+    frames : sequence of RockingFrame
+        The structures.
+    verdict, peak_rotation : array, shape (structures, scales)
+        Of one motion.
+    """
+    alpha = np.array([[frame.slenderness] for frame in frames])
+    u, v = np.empty_like(peak_rotation), np.empty_like(peak_rotation)
+    for k, frame in enumerate(frames):
+        u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
+        # the beam is highest at |theta| = alpha
+        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.slenderness))
+    ratio = peak_rotation / alpha
+    return {"verdict": verdict, "peak_rotation_ratio": ratio, "peak_u": u, "peak_v": v}
+
+
+def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
+    """Read the output of the screen stage.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe screen``.
+    every_scale : bool
+        Or verdicts and peaks at the reference scale alone: so many scales need no memory.
+
+    Returns
+    -------
+    xarray.Dataset
+        All but histories, which `read_screen_history` reads one at a time. ``record_id`` is a
+        coordinate, so that ``.set_index(record="record_id")`` selects by it.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> read_screening("no-such-file.nc")
+    Traceback (most recent call last):
+    rockframe.errors.InputError: no-such-file.nc: no such file. Must be a screen file.
+    """
+    with opened(Path(path), SCREEN) as dataset:
+        known = dataset.drop_dims("obs", errors="ignore")
+        if not every_scale:
+            scale = float(known["reference_scale"])
+            at = int(np.flatnonzero(known["scale"].values == scale)[0])
+            one = {name: known[name].isel(scale=at, drop=True) for name in ("verdict", *_PEAKS)}
+            known = known.assign(one)
+        return known.load().set_coords("record_id")

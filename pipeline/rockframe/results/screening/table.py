@@ -1,0 +1,189 @@
+"""The summary of a screening: a row for each motion and structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.cells import write_table
+from rockframe.provenance import whole_file
+from rockframe.results.screening.screen import read_screening
+from rockframe.results.tables.entries import refuse_other_table
+from rockframe.risk import MEASURES, Measure, Outcome
+from rockframe.rocking.response import Verdict
+from rockframe.units import GRAVITY
+
+#: Columns of the motion: variable, and what is printed is its value over this.
+_OF_MOTION: Final = {
+    "event": ("event", None),
+    "station": ("station", None),
+    "azimuth_degree": ("azimuth", 1.0),
+    "magnitude": ("magnitude", 1.0),
+    "epicentral_distance_km": ("epicentral_distance", 1.0),
+    "vs30_m_s": ("vs30", 1.0),
+    "pga_g": ("pga", GRAVITY),
+    "pgv_m_s": ("pgv", 1.0),
+    "a_p_g": ("a_p", GRAVITY),
+    "T_p_s": ("T_p", 1.0),
+    "L_p_m": ("L_p", 1.0),
+    "mean_rank": ("mean_rank", 1.0),
+}
+_FIRST: Final = ("record_id", "structure", "scale", "verdict")
+
+
+def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Give a row for each motion and structure, at the scale nearest to 1; units in the names.
+
+    The motions are in the order of their mean rank: the most severe first.
+
+    Parameters
+    ----------
+    screening : Dataset
+        What `read_screening` returned.
+    """
+    reference = float(screening["reference_scale"])
+    at = screening
+    if "scale" in screening["verdict"].dims:
+        at = screening.isel(scale=int(np.flatnonzero(screening["scale"].values == reference)[0]))
+    columns = {name: at[name].values for name in at.variables}
+    for i in np.argsort(columns["mean_rank"], kind="stable"):
+        motion = {
+            column: _value(columns[name][i], over) for column, (name, over) in _OF_MOTION.items()
+        }
+        for k, structure in enumerate(columns["structure"]):
+            yield {
+                "record_id": str(columns["record_id"][i]),
+                "structure": str(structure),
+                "scale": reference,
+                "verdict": Verdict(int(columns["verdict"][i, k])).name.lower(),
+                "peak_rotation_ratio": float(columns["peak_rotation_ratio"][i, k]),
+                "u_max_m": float(columns["peak_u"][i, k]),
+                "v_max_m": float(columns["peak_v"][i, k]),
+                "demand_rank": float(columns["demand_rank"][i, k]),
+                **_margins(columns, i, k),
+                **motion,
+            }
+
+
+def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the results of each structure: fragility, better measure, rate, design.
+
+    Parameters
+    ----------
+    screening : Dataset
+        What `read_screening` returned.
+    """
+    summary = []
+    for structure in screening["structure"].values:
+        one = screening.sel(structure=structure)
+        said: dict[str, Any] = {
+            "structure": str(structure),
+            "fragility": [_fit(one, measure) for measure in MEASURES.values()],
+            "better_measure": str(one["better_measure"].item()),
+            "better_measure_reason": str(one["better_measure_reason"].item()),
+        }
+        if "overturning_rate" in one:
+            said |= _rate(one)
+        if "design_smallest" in one:
+            names = ("design_smallest", "design_sure_from")
+            said |= {name: float(one[name]) for name in names}
+        summary.append(said)
+    return summary
+
+
+def _fit(one: xr.Dataset, measure: Measure) -> dict[str, Any]:
+    fit = one.sel(measure=measure.name)
+    outcome = Outcome(int(fit["fragility_outcome"]))
+    said = "" if outcome is Outcome.FITTED else outcome.sentence
+    if outcome is Outcome.SEPARATED:
+        safe, fell = (
+            float(fit[f"fragility_{name}"]) / measure.printed
+            for name in ("safe_to", "overturned_from")
+        )
+        said += f" ({safe:.3g} to {fell:.3g} {measure.unit})"
+    return {
+        "measure": measure.name,
+        "symbol": measure.symbol,
+        "unit": measure.unit,
+        "outcome": outcome.name.lower(),
+        "said": said,
+        "median": float(fit["fragility_median"]) / measure.printed,
+        **{
+            name: float(fit[f"fragility_{name}"])
+            for name in (
+                *("logistic_scale", "lognormal_beta"),
+                *("pseudo_r2", "concordance", "brier"),
+            )
+        },
+        **{
+            name: int(fit[f"fragility_{name}"])
+            for name in ("motions", "observations", "overturned")
+        },
+    }
+
+
+def _rate(one: xr.Dataset) -> dict[str, Any]:
+    measure = MEASURES[str(one["hazard_measure"].item())]
+    intensity = one["hazard_intensity"].values / measure.printed
+    parts = one["disaggregation"].values
+    main = "" if np.isnan(parts).any() else _range(intensity, int(parts.argmax()), measure)
+    return {
+        "rate_per_year": float(one["overturning_rate"]),
+        "rate_low_per_year": float(one["overturning_rate_low"]),
+        "rate_high_per_year": float(one["overturning_rate_high"]),
+        "extrapolated_share": float(one["overturning_rate_extrapolated"]),
+        "main_intensity": main,
+        "disaggregation": [
+            {"intensity": _range(intensity, k, measure), "rate_per_year": float(part)}
+            for k, part in enumerate(parts)
+        ],
+    }
+
+
+def _range(intensity: NDArray[np.float64], k: int, measure: Measure) -> str:
+    if k + 1 == intensity.size:
+        return f"above {intensity[k]:.3g} {measure.unit}"
+    return f"{intensity[k]:.3g} to {intensity[k + 1]:.3g} {measure.unit}"
+
+
+def write_screen_table(screen_path: Path, path: Path) -> None:
+    """Write `screen_rows` as CSV; what is not known is empty.
+
+    Raises
+    ------
+    InputError
+        If the screening cannot be read, or the table not written.
+    """
+    rows = screen_rows(read_screening(screen_path, every_scale=False))
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+        write_table(stream, rows)
+
+
+def refuse_strange_table(path: Path) -> None:
+    """Refuse to replace a file that has the name of the table and is something else.
+
+    Raises
+    ------
+    InputError
+        If there is such a file.
+    """
+    refuse_other_table(path, _FIRST, "the table of the screening")
+
+
+def _margins(columns: dict[Any, Any], i: int, k: int) -> dict[str, Any]:
+    if "critical_scale" not in columns:
+        return {}
+    return {
+        "critical_scale": float(columns["critical_scale"][i, k]),
+        "safe_islands": int(columns["safe_islands"][i, k]),
+        "undecided": bool(columns["undecided"][i, k]),
+    }
+
+
+def _value(value: Any, over: float | None) -> Any:
+    return str(value) if over is None else float(value) / over

@@ -1,0 +1,230 @@
+"""Writes datasets, whole or row by row."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
+from rockframe.results.schema import KINDS
+from rockframe.units import GRAVITY
+
+#: Title of the file of a batch in which no record came through; it has no variables.
+WITHOUT_RECORDS: Final = "Batch without records"
+#: Samples in one compressed block.
+CHUNK: Final = 16384
+#: How each variable is stored: a bit that flips is found.
+COMPRESSED: Final[dict[str, Any]] = {
+    "zlib": True,
+    "complevel": 4,
+    "shuffle": True,
+    "fletcher32": True,
+}
+
+
+def write(
+    dataset: xr.Dataset,
+    path: Path,
+    kind: str,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    left_out: Mapping[str, str] | None = None,
+) -> None:
+    """Write a dataset whole or not at all; the same inputs give the same bytes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What one of the functions above returned.
+    path : Path
+        Where it goes; an older file there is replaced.
+    kind : str
+        One of the names above.
+    input_sha256 : mapping
+        Name and SHA-256 of each input.
+    parameters : mapping
+        The options of the stage; JSON values.
+    left_out : mapping of str to str, optional
+        Why records that went in did not come out, by identifier.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    with named(path) as partial:
+        put(
+            dataset,
+            partial,
+            kind,
+            input_sha256=input_sha256,
+            parameters=parameters,
+            left_out=left_out,
+        )
+
+
+@contextmanager
+def named(path: Path) -> Iterator[Path]:
+    """Give a temporary path, put in the place of `path` if the block succeeds.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.nc``, or the file cannot be written.
+    """
+    require_ending(path)
+    with whole_file(path) as partial:
+        yield partial
+
+
+def require_ending(path: Path) -> None:
+    """Refuse the path of a netCDF file that does not end as one.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.nc``.
+
+    Examples
+    --------
+    >>> require_ending(Path("records.nc"))
+    """
+    if path.suffix != ".nc":
+        raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
+
+
+def is_netcdf(path: Path) -> bool:
+    """Whether a file begins as netCDF 4 does; not if there is none.
+
+    Examples
+    --------
+    >>> is_netcdf(Path("motion.csv"))
+    False
+    """
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(4) == b"\x89HDF"
+
+
+def put(
+    dataset: xr.Dataset,
+    partial: Path,
+    kind: str,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    left_out: Mapping[str, str] | None = None,
+    mode: Literal["w", "a"] = "w",
+) -> None:
+    """Write a dataset and its origin into a file of `named`; mode ``a``: beside what it holds."""
+    stage = KINDS[kind].stage
+    version = versions()["rockframe"]
+    described = dataset.assign_attrs(
+        Conventions="CF-1.11",
+        history=f"rockframe {stage} (rockframe {version})",
+        rockframe_kind=kind,
+        rockframe_version=version,
+        source_code_hash=source_code_hash(),
+        input_sha256=json.dumps(dict(input_sha256), sort_keys=True),
+        parameters=json.dumps(dict(parameters), sort_keys=True),
+        left_out=json.dumps(dict(left_out or {}), sort_keys=True),
+        gravity=GRAVITY,
+    )
+    encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
+    with as_os_error():
+        described.to_netcdf(
+            partial, mode=mode, engine="netcdf4", format="NETCDF4", encoding=encoding
+        )
+
+
+@contextmanager
+def as_os_error() -> Iterator[None]:
+    """Let a full disk be an OSError, as it is elsewhere: netCDF raises a RuntimeError."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
+
+
+def _encoding(variable: xr.Variable) -> dict[str, Any]:
+    encoding: dict[str, Any] = {
+        **COMPRESSED,
+        "_FillValue": np.nan if variable.dtype.kind == "f" else None,
+    }
+    if variable.dtype.kind == "O":  # characters, not netCDF strings: those have no checksum
+        encoding["dtype"] = "S1"
+    elif "obs" in variable.dims:
+        sizes = [min(n, CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
+        encoding["chunksizes"] = tuple(sizes)
+    return encoding
+
+
+def input_hash(*paths: Path) -> dict[str, str]:
+    """Return names and SHA-256 of inputs, as `write` wants them."""
+    return {path.name: sha256_of(path) for path in paths}
+
+
+@contextmanager
+def growing(
+    partial: Path, series: Mapping[str, xr.Variable], mode: Literal["w", "a"] = "w"
+) -> Iterator[Callable[[Mapping[str, NDArray[np.float64]]], None]]:
+    """Give a function that appends to variables along ``obs``; memory does not grow with them.
+
+    Parameters
+    ----------
+    partial : Path
+        A file of `named`, that this begins (in mode ``a``, goes on with); `put` adds the rest.
+    series : mapping of str to Variable
+        What they are like: of double precision, ``obs`` their last dimension.
+    """
+    file = netCDF4.Dataset(partial, mode, format="NETCDF4")
+    try:
+        file.createDimension("obs", None)
+        for name, like in series.items():
+            _begin(file, name, like)
+        end = 0
+
+        def append(samples: Mapping[str, NDArray[np.float64]]) -> None:
+            nonlocal end
+            start, end = end, end + next(iter(samples.values())).shape[-1]
+            with as_os_error():
+                for name, values in samples.items():
+                    file[name][..., start:end] = values
+
+        yield append
+    finally:
+        with as_os_error():
+            file.close()
+
+
+def _begin(file: netCDF4.Dataset, name: str, like: xr.Variable) -> None:
+    for dimension, size in zip(_dims(like), like.shape, strict=True):
+        if dimension not in file.dimensions:
+            file.createDimension(dimension, size)
+    rows = math.prod(size for dimension, size in like.sizes.items() if dimension != "obs")
+    created = file.createVariable(
+        name,
+        np.float64,
+        _dims(like),
+        chunksizes=(1,) * (like.ndim - 1) + (CHUNK,),
+        fill_value=np.nan,
+        chunk_cache=4 * 8 * CHUNK * rows,  # of four chunks; the default may be of 64 MB
+        **COMPRESSED,
+    )
+    created.setncatts(like.attrs)
+
+
+def _dims(like: xr.Variable) -> tuple[str, ...]:
+    return tuple(str(dimension) for dimension in like.dims)

@@ -1,0 +1,457 @@
+"""What is done to all lanes of a block at once: loops that the compiler makes vectors of.
+
+A lane holds a scenario while it rocks. Its coordinates are those of the side it has lifted to:
+theta and omega are positive outwards, `A` is the horizontal acceleration [g] with the sign of that
+side, times p_hat^2 and the scale; the unit of time is the interval of its ground motion, in which
+that is a polynomial. All lanes of a block are rows of one array, a row of WIDTH numbers for each
+quantity, so that the compiler sees that nothing overlaps.
+
+There is no branch in these loops: each lane comes to the same whatever the others do. A lane in
+which something happens is left as it was, and marked.
+
+The file is long because what is one vector to the compiler must be written out in one loop.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.rocking.kernels.compiled import inlined
+from rockframe.rocking.kernels.kernel import FROM_UPLIFT, HALF_PI, MOVING, Marker, Polynomial, shift
+
+Float = NDArray[np.float64]
+
+#: Lanes of a block: two of the widest vectors that there are.
+WIDTH: Final = 16
+
+# Rows of a block.
+THETA: Final = 0 * WIDTH
+OMEGA: Final = 1 * WIDTH
+ALPHA: Final = 2 * WIDTH
+P2: Final = 3 * WIDTH  # p_hat^2
+PEAK: Final = 4 * WIDTH  # largest theta until now, of those where omega changed its sign
+FASTEST: Final = 5 * WIDTH  # largest |omega| until now
+ELAPSED: Final = 6 * WIDTH  # within the interval; not zero only while theta is
+START: Final = 7 * WIDTH  # how the next flight starts, as in the scalar kernel
+A: Final = 8 * WIDTH  # coefficients of the ground, six rows
+V: Final = 14 * WIDTH  # p_hat^2 and the vertical acceleration, likewise
+AT: Final = 20 * WIDTH  # row of the ground
+END: Final = 21 * WIDTH  # row after the last one
+SEEN: Final = 22 * WIDTH  # 1 if the last stride was taken or the lane was pending
+PENDING: Final = 23 * WIDTH  # 1 if the lane waits for a hop, or is empty
+HOT_ROWS: Final = 24
+
+# Rows of a pack that a block does not have.
+TAU: Final = 24 * WIDTH  # when it lands
+OPEN: Final = 25 * WIDTH  # 1 while that is sought
+KIND: Final = 26 * WIDTH  # how the hop ends
+THETA_AFTER: Final = 27 * WIDTH
+OMEGA_AFTER: Final = 28 * WIDTH
+_C: Final = 27 * WIDTH  # coefficients 2 to 9 of theta, in rows 29 to 36
+TURN: Final = 37 * WIDTH  # when it turns, where that is a new peak
+TURNING: Final = 38 * WIDTH  # 1 if it is
+STEP: Final = 39 * WIDTH  # the last of Newton's steps towards it
+PACK_SIZE: Final = 41 * WIDTH
+
+# How a hop ends.
+HOP_ALONE: Final = 0.0  # in a way that the scalar kernel is to follow
+HOP_ALOFT: Final = 1.0
+HOP_LANDED: Final = 2.0
+
+#: Largest (rate x step) of a step, see `_turn`.
+LONGEST_STRIDE: Final = 0.03
+_LANDING_STEPS: Final = 12
+#: Newton's steps from the top of a parabola: the error of theta is the square of the last one's.
+_TURNING_STEPS: Final = 4
+
+
+@inlined
+def _sine_cosine(x: float) -> tuple[float, float]:
+    """Polynomials that are sine and cosine to round-off between -pi/2 and pi/2."""
+    y = x * x
+    y2 = y * y
+    y4 = y2 * y2
+    s = (
+        (-0.16666666666666666 + y * 0.008333333333333316)
+        + y2 * (-0.00019841269841254974 + y * 2.7557319219163234e-06)
+    ) + y4 * (
+        (-2.5052107616996182e-08 + y * 1.6058977312464087e-10)
+        + y2 * (-7.643970296798572e-13 + y * 2.7314447669863995e-15)
+    )
+    k = (
+        (-0.5 + y * 0.04166666666666634)
+        + y2 * (-0.0013888888888860709 + y * 2.4801587292446213e-05)
+    ) + y4 * (
+        (-2.755731776732053e-07 + y * 2.0876630867422994e-09)
+        + y2 * (-1.1464689885720029e-11 + y * 4.6276759850181716e-14)
+    )
+    return x + (x * y) * s, 1.0 + y * k
+
+
+@inlined
+def _pushed(pool: Float, j: int, curved: Marker, lifts: Marker) -> tuple[Polynomial, Polynomial]:
+    """What the ground does in the interval of lane j: the rows A and V."""
+    a0 = pool[j + A]
+    a1 = pool[j + A + WIDTH]
+    if len(curved) > 0:
+        a = (
+            a0,
+            a1,
+            pool[j + A + 2 * WIDTH],
+            pool[j + A + 3 * WIDTH],
+            pool[j + A + 4 * WIDTH],
+            pool[j + A + 5 * WIDTH],
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )
+    else:
+        a = (a0, a1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if len(lifts) == 0:
+        v = (pool[j + P2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    elif len(curved) > 0:
+        v = (
+            pool[j + V],
+            pool[j + V + WIDTH],
+            pool[j + V + 2 * WIDTH],
+            pool[j + V + 3 * WIDTH],
+            pool[j + V + 4 * WIDTH],
+            pool[j + V + 5 * WIDTH],
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )
+    else:
+        v = (pool[j + V], pool[j + V + WIDTH], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return a, v
+
+
+@inlined
+def _push(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
+    """A coefficient of v s + a k."""
+    return a * k + v * s if len(lifts) > 0 else a * k
+
+
+@inlined
+def _turned(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
+    """A coefficient of v k - a s."""
+    return v * k - a * s if len(lifts) > 0 else -(a * s)
+
+
+@inlined
+def least_of(a: float, b: float) -> float:
+    """The lesser one; min() minds what is not a number, and takes longer."""
+    return a if a < b else b
+
+
+@inlined
+def most_of(a: float, b: float) -> float:
+    """The greater one."""
+    return a if a > b else b
+
+
+@inlined
+def _turn(
+    psi: float,
+    omega: float,
+    a: Polynomial,
+    v: Polynomial,
+    pushed: float,
+    curved: Marker,
+    lifts: Marker,
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Taylor coefficients f0, g1 to g7 of psi'' from eq (26), with psi' = -omega.
+
+    Psi turns by d = d1 t + d2 t^2 + ..., and with s and k its sine and cosine at t = 0
+    psi'' = (v s + a k) cos(d) + (v k - a s) sin(d).
+    The coefficients of cos(d) and sin(d) are those of d and their products, written out: half the
+    work of the recurrences of the scalar kernel. `pushed` is zero where the force vanishes exactly
+    at t = 0, and one elsewhere.
+
+    Psi then has degree 9. With x = rate times step, where a rate p_hat (1 + the strongest ground
+    [g]) bounds the growth of each derivative, degree 7 would leave out x^8 / 8! (2e-17 at
+    x = 0.03). But of a flight that begins at zero the relative error counts, for bounces magnify
+    it: what then matters of the last two terms is kept, products of two d at most.
+    """
+    s, k = _sine_cosine(psi)
+    f0 = pushed * (v[0] * s + a[0] * k)
+    f1 = _push(a[1], v[1], s, k, lifts)
+    r0 = v[0] * k - a[0] * s
+    r1 = _turned(a[1], v[1], s, k, lifts)
+    d1 = -omega
+    d2 = f0 * (1.0 / 2.0)
+    g1 = f1 + r0 * d1
+    d3 = g1 * (1.0 / 6.0)
+    q = d1 * d1
+    g2 = d2 * (r0 - q) + r1 * d1
+    if len(curved) > 0:
+        f2 = _push(a[2], v[2], s, k, lifts)
+        r2 = _turned(a[2], v[2], s, k, lifts)
+        g2 += f2
+    d4 = g2 * (1.0 / 12.0)
+    q2 = q * (1.0 / 2.0)
+    q6 = q * (1.0 / 6.0)
+    e = d1 * d2
+    s3 = d3 - q6 * d1
+    g3 = r0 * s3 + r1 * d2 - f1 * q2 - f0 * e
+    if len(curved) > 0:
+        f3 = _push(a[3], v[3], s, k, lifts)
+        r3 = _turned(a[3], v[3], s, k, lifts)
+        g3 += f3 + r2 * d1
+    d5 = g3 * (1.0 / 20.0)
+    half = d2 * (1.0 / 2.0)
+    c4 = q * (q * (1.0 / 24.0)) - half * d2 - d1 * d3
+    s4 = d4 - q2 * d2
+    g4 = r0 * s4 + r1 * s3 - f1 * e + f0 * c4
+    if len(curved) > 0:
+        f4 = _push(a[4], v[4], s, k, lifts)
+        r4 = _turned(a[4], v[4], s, k, lifts)
+        g4 += f4 + r3 * d1 + r2 * d2 - f2 * q2
+    c5 = q6 * e - d1 * d4 - d2 * d3
+    s5 = d5 - q2 * d3 - e * half
+    g5 = r0 * s5 + r1 * s4 + f1 * c4 + f0 * c5
+    if len(curved) > 0:
+        f5 = _push(a[5], v[5], s, k, lifts)
+        g5 += f5 + r4 * d1 + r3 * d2 + r2 * s3 - f3 * q2 - f2 * e
+    d6 = g4 * (1.0 / 30.0)
+    d7 = g5 * (1.0 / 42.0)
+    c6 = d1 * d5 + d2 * d4 + d3 * (d3 * (1.0 / 2.0))
+    g6 = r0 * d6 + r1 * s5 + f1 * c5 - f0 * c6
+    g7 = r0 * d7 + r1 * d6 - f1 * c6
+    if len(curved) > 0:
+        g6 += r4 * d2 + r3 * d3 + r2 * d4
+        g7 += r4 * d3 + r3 * d4 + r2 * d5
+    return f0, g1, g2, g3, g4, g5, g6, g7
+
+
+@inlined
+def stride(pool: Float, b: int, curved: Marker, lifts: Marker) -> None:
+    """Take each lane of the block at b to the end of its interval, if nothing happens in it.
+
+    Nothing: no landing, no fall, and no peak of theta or omega above the former ones within the
+    interval. Between its ends theta differs from the chord by at most an eighth of the largest
+    bend, `wave`; a maximum or minimum of theta needs the rate to change by that bend, `swing`.
+    """
+    for j in range(b, b + WIDTH):
+        theta = pool[j + THETA]
+        omega = pool[j + OMEGA]
+        a, v = _pushed(pool, j, curved, lifts)
+        psi = pool[j + ALPHA] - theta
+        f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts)
+        theta_h = theta - (
+            (f0 * (1.0 / 2.0) - omega)
+            + (
+                (g1 * (1.0 / 6.0) + g2 * (1.0 / 12.0))
+                + (
+                    (g3 * (1.0 / 20.0) + g4 * (1.0 / 30.0))
+                    + (g5 * (1.0 / 42.0) + (g6 * (1.0 / 56.0) + g7 * (1.0 / 72.0)))
+                )
+            )
+        )
+        omega_h = omega - (
+            (f0 + g1 * (1.0 / 2.0))
+            + (
+                (g2 * (1.0 / 3.0) + g3 * (1.0 / 4.0))
+                + ((g4 * (1.0 / 5.0) + g5 * (1.0 / 6.0)) + (g6 * (1.0 / 7.0) + g7 * (1.0 / 8.0)))
+            )
+        )
+        pull_h = (f0 + g1) + ((g2 + g3) + ((g4 + g5) + (g6 + g7)))
+        least = least_of(theta, theta_h)
+        most = most_of(theta, theta_h)
+        slow = least_of(omega, omega_h)
+        quick = most_of(omega, omega_h)
+        speed = most_of(quick, -slow)
+        bend = abs(f0) + abs(pull_h)
+        wave = 0.125 * bend
+        swing = 0.5 * bend
+        peak = pool[j + PEAK]
+        fast = pool[j + FASTEST]
+        falling = least_of(f0, pull_h)
+        onward = slow - swing
+        aloft = most_of(least - wave, most_of(falling, onward))
+        lower = most_of(peak - (most + wave), most_of(onward, -swing - quick))
+        slower = most_of(most_of(falling, -most_of(f0, pull_h)), fast - (speed + wave))
+        below = least_of(HALF_PI - (most + wave), pool[j + END] - pool[j + AT])
+        good = least_of(least_of(aloft, lower), least_of(least_of(slower, below), least)) > 0.0
+        pool[j + THETA] = theta_h if good else theta
+        pool[j + OMEGA] = omega_h if good else omega
+        pool[j + FASTEST] = most_of(speed, fast) if good else fast
+        on = 1.0 if good else 0.0
+        pool[j + AT] = pool[j + AT] + on
+        pool[j + SEEN] = pool[j + PENDING] + on
+
+
+@inlined
+def _value(pack: Float, j: int, t: float) -> tuple[float, float]:
+    """Theta and its rate at t within a hop."""
+    p = pack[j + _C + 9 * WIDTH]
+    d = p
+    for k in range(8, 1, -1):
+        p = p * t + pack[j + _C + k * WIDTH]
+        d = d * t + p
+    omega = pack[j + OMEGA]
+    p = p * t + omega
+    return p * t + pack[j + THETA], d * t + p
+
+
+@inlined
+def _locate_peaks(pack: Float) -> None:
+    """Where lanes of a pack turn higher than ever before: Newton's method on the rate."""
+    turning = 0.0
+    for j in range(WIDTH):
+        turning += pack[j + TURNING]
+    if turning > 0.0:
+        for _ in range(_TURNING_STEPS):
+            for j in range(WIDTH):
+                t = pack[j + TURN]
+                rate = 9.0 * pack[j + _C + 9 * WIDTH]
+                bend = rate
+                for k in range(8, 1, -1):
+                    rate = rate * t + k * pack[j + _C + k * WIDTH]
+                    bend = bend * t + rate
+                rate = rate * t + pack[j + OMEGA]
+                pack[j + STEP] = rate / bend if pack[j + TURNING] > 0.0 else 0.0
+                pack[j + TURN] = t - pack[j + STEP]
+        for j in range(WIDTH):
+            t = pack[j + TURN]
+            theta, _ = _value(pack, j, t)
+            found = (
+                (pack[j + TURNING] > 0.0)
+                & (abs(pack[j + STEP]) <= 1e-6 * t)
+                & (t <= 1.0 - pack[j + ELAPSED])
+            )
+            missed = (pack[j + TURNING] > 0.0) & (not found)
+            pack[j + PEAK] = most_of(theta, pack[j + PEAK]) if found else pack[j + PEAK]
+            pack[j + KIND] = HOP_ALONE if missed else pack[j + KIND]
+            pack[j + OPEN] = 0.0 if missed else pack[j + OPEN]
+
+
+@inlined
+def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
+    """Take each lane of a pack from within its interval to its landing or the interval's end.
+
+    What the scalar kernel must follow is marked: where the bend changes its sign, a peak exceeds
+    the former ones, or the frame falls. In all other hops the frame flies freely or falls back
+    like a stone, concave from the start to the landing.
+    """
+    for j in range(WIDTH):
+        theta = pack[j + THETA]
+        omega = pack[j + OMEGA]
+        start = pack[j + START]
+        elapsed = pack[j + ELAPSED]
+        h = 1.0 - elapsed
+        a, v = _pushed(pack, j, curved, lifts)
+        if len(curved) > 0:
+            a = shift(a, elapsed)
+            if len(lifts) > 0:
+                v = shift(v, elapsed)
+        else:
+            a = (a[0] + elapsed * a[1], a[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            if len(lifts) > 0:
+                v = (v[0] + elapsed * v[1], v[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        psi = pack[j + ALPHA] - theta
+        pushed = 0.0 if start == FROM_UPLIFT else 1.0
+        f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, pushed, curved, lifts)
+        c2 = f0 * (-1.0 / 2.0)
+        c3 = g1 * (-1.0 / 6.0)
+        c4 = g2 * (-1.0 / 12.0)
+        c5 = g3 * (-1.0 / 20.0)
+        c6 = g4 * (-1.0 / 30.0)
+        c7 = g5 * (-1.0 / 42.0)
+        c8 = g6 * (-1.0 / 56.0)
+        c9 = g7 * (-1.0 / 72.0)
+        pack[j + _C + 2 * WIDTH] = c2
+        pack[j + _C + 3 * WIDTH] = c3
+        pack[j + _C + 4 * WIDTH] = c4
+        pack[j + _C + 5 * WIDTH] = c5
+        pack[j + _C + 6 * WIDTH] = c6
+        pack[j + _C + 7 * WIDTH] = c7
+        pack[j + _C + 8 * WIDTH] = c8
+        pack[j + _C + 9 * WIDTH] = c9
+        theta_h = theta + h * (
+            omega
+            + h * (c2 + h * (c3 + h * (c4 + h * (c5 + h * (c6 + h * (c7 + h * (c8 + h * c9)))))))
+        )
+        tail = g4 * (1.0 / 5.0) + h * (
+            g5 * (1.0 / 6.0) + h * (g6 * (1.0 / 7.0) + h * (g7 * (1.0 / 8.0)))
+        )
+        omega_h = omega - h * (
+            f0 + h * (g1 * (1.0 / 2.0) + h * (g2 * (1.0 / 3.0) + h * (g3 * (1.0 / 4.0) + h * tail)))
+        )
+        pull_h = f0 + h * (g1 + h * (g2 + h * (g3 + h * (g4 + h * (g5 + h * (g6 + h * g7))))))
+        moving = start == MOVING
+        out_0 = omega if moving else 1.0
+        pull_0 = -1.0 if start == FROM_UPLIFT else f0
+        most = most_of(theta, theta_h)
+        weakest = least_of(pull_0, pull_h)
+        falling = weakest > 0.0
+        even = falling | (most_of(pull_0, pull_h) < 0.0)
+        rises = omega > 0.0
+        crest = theta + (omega * omega / (2.0 * weakest) if falling & rises else 0.0)
+        peak = pack[j + PEAK]
+        fast = pack[j + FASTEST]
+        turns = moving & falling & rises & (crest > peak) & ((theta_h < 0.0) | (omega_h < 0.0))
+        pack[j + TURN] = least_of(omega / (f0 if turns else 1.0), h)
+        pack[j + TURNING] = 1.0 if turns else 0.0
+        low = turns | (crest <= peak)
+        # or the bend changes its sign, too weak to turn the motion or to make it the fastest
+        bend = (abs(f0) + abs(pull_h)) * h
+        quick = most_of(omega, omega_h)
+        slow = least_of(omega, omega_h)
+        slower = moving & (most_of(quick, -slow) + 0.125 * bend <= fast)
+        up = (
+            (theta_h > 0.0)
+            & (most + 0.125 * bend * h < HALF_PI)
+            & (
+                (even & ((out_0 * omega_h > 0.0) | (falling & low)))
+                | (slower & (slow > 0.5 * bend))
+            )
+        )
+        landing = moving & (theta_h < 0.0) & ((falling & low) | (slower & (quick < -0.5 * bend)))
+        # where a parabola lands, then one of Newton's steps on the cubic
+        root = math.sqrt(most_of(omega * omega + 2.0 * theta * f0, 0.0))
+        guess = (omega + root if rises else 2.0 * theta) / (
+            f0 if rises else most_of(root - omega, 1e-300)
+        )
+        slope = omega + guess * (2.0 * c2 + guess * (3.0 * c3))
+        guess -= (theta + guess * (omega + guess * (c2 + guess * c3))) / slope
+        guess = least_of(guess, h)
+        guess = guess if guess > 0.0 else h
+        pack[j + TAU] = guess
+        on = 1.0 if landing else 0.0
+        pack[j + OPEN] = on
+        pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
+        pack[j + FASTEST] = most_of(most_of(abs(omega), abs(omega_h)), fast) if up else fast
+        pack[j + THETA_AFTER] = theta_h
+        pack[j + OMEGA_AFTER] = omega_h
+    _locate_peaks(pack)
+    for _ in range(_LANDING_STEPS):
+        active = 0.0
+        for j in range(WIDTH):
+            active += pack[j + OPEN]
+        if active == 0.0:
+            break
+        for j in range(WIDTH):
+            t = pack[j + TAU]
+            value, slope = _value(pack, j, t)
+            new = t - value / slope
+            on = pack[j + OPEN] > 0.0
+            pack[j + TAU] = new if on else t
+            pack[j + OPEN] = 1.0 if on & (abs(new - t) > 1e-8 * t) else 0.0
+    for j in range(WIDTH):
+        t = pack[j + TAU]
+        _, slope = _value(pack, j, t)
+        kind = pack[j + KIND]
+        fast = pack[j + FASTEST]
+        sure = (pack[j + OPEN] == 0.0) & (t > 0.0) & (t <= 1.0 - pack[j + ELAPSED]) & (slope < 0.0)
+        down_here = kind == HOP_LANDED
+        landed = down_here & sure
+        pack[j + KIND] = HOP_ALONE if down_here & (not sure) else kind
+        pack[j + FASTEST] = most_of(-slope, fast) if landed else fast
+        pack[j + OMEGA_AFTER] = slope if landed else pack[j + OMEGA_AFTER]

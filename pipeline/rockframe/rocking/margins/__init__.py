@@ -1,0 +1,1 @@
+"""Margins of a verdict: first overturning, sensitivity, robust margins."""

@@ -1,0 +1,95 @@
+"""First overturnings of many frames on many grounds: their searches side by side, in one batch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.rocking.batch import respond_scenarios
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.gathering import Prepared
+from rockframe.rocking.margins.sliver_search import (
+    KEPT,
+    Answer,
+    Asking,
+    FirstOverturning,
+    SliverSearch,
+)
+from rockframe.rocking.response import Verdict
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+
+def first_overturnings(
+    grounds: Sequence[GroundAcceleration],
+    frames: Sequence[RockingFrame],
+    ground: Int,
+    frame: Int,
+    least: Float,
+    largest: Float,
+) -> list[FirstOverturning]:
+    """Find the first overturning of frames on grounds.
+
+    Parameters
+    ----------
+    grounds, frames : sequence
+        What shakes, and what is shaken.
+    ground, frame : array of int, shape (lines,)
+        Which of them belong together.
+    least, largest : array, shape (lines,)
+        Scales between which is searched [1].
+
+    Returns
+    -------
+    list of FirstOverturning
+        The same bits whatever the other lines are.
+    """
+    prepared = [Prepared(one) for one in grounds]
+    found: dict[int, FirstOverturning] = {}
+    searches = [
+        SliverSearch(float(low), float(high), frames[k].effective_frequency_parameter).search()
+        for low, high, k in zip(least, largest, frame.tolist(), strict=True)
+    ]
+    wanted: dict[int, Float] = {}
+    for line, one in enumerate(searches):
+        _ask(one, None, line, wanted, found)
+    while wanted:
+        lines = np.repeat([*wanted], [scales.size for scales in wanted.values()])
+        answers = respond_scenarios(
+            prepared,
+            frames,
+            ground[lines],
+            frame[lines],
+            np.concatenate([*wanted.values()]),
+            excursions=KEPT,
+        )
+        start = 0
+        for line, scales in [*wanted.items()]:
+            part = slice(start, start + scales.size)
+            start += scales.size
+            answer = (
+                answers.verdict[part] == Verdict.OVERTURNED,
+                answers.peak_rotation_ratio[part],
+                answers.excursions[part],
+            )
+            _ask(searches[line], answer, line, wanted, found)
+    return [found[line] for line in range(len(searches))]
+
+
+def _ask(
+    search: Asking,
+    answer: Answer | None,
+    line: int,
+    wanted: dict[int, Float],
+    found: dict[int, FirstOverturning],
+) -> None:
+    """Go on with a search until it asks for scales or has found what it sought."""
+    try:
+        wanted[line] = next(search) if answer is None else search.send(answer)
+    except StopIteration as end:
+        wanted.pop(line, None)
+        found[line] = end.value

@@ -1,0 +1,298 @@
+"""The search for the first overturning of one frame on one ground, over the scale of the motion.
+
+Below the scale from which on a frame overturns for good there may be slivers, where it overturns
+within a ten-thousandth of the scale or less. They lie where the response is irregular: where an
+excursion that comes near the separatrix at one scale has no counterpart at the next. Only there
+the scales are sampled densely.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.rocking.kernels.excursions import compare
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+#: All scales that are sampled are powers of exp of this, times the least at which a frame uplifts.
+_LATTICE_STEP: Final = 1e-4
+#: Steps of the lattice in which rocking is looked for, the least |theta| / alpha that it is, and
+#: how many of these steps below it the search begins.
+_OUTSET: Final = 256
+_ROCKS: Final = 0.1
+_BELOW: Final = 6
+#: Steps of the lattice between the scales that are sampled whatever the response: below the first
+#: that overturns, and above it.
+_COARSE: Final = 64
+_COARSE_STEPS_ABOVE: Final = 256
+#: At each level the intervals that are so many steps wide are halved if an excursion without a
+#: counterpart begins near the separatrix: above the first distance [alpha] in one of so many
+#: neighbours on either side, or above the second in one of so few. Chosen on 860 pairs, 8 lattices
+#: each; `tests/benchmarks/margins.py` measures what is found.
+_LEVELS: Final = (
+    (64, (-0.05, 36), (-0.18, 1)),
+    (32, (-0.15, 44), (-0.20, 1)),
+    (16, (-0.12, 24), (-0.38, 0)),
+    (8, (-0.05, 52), (-0.25, 0)),
+    (4, (-0.22, 22), (-0.35, 0)),
+    (2, (0.00, 1), (-0.18, 0)),
+)
+#: Excursions of a response that are compared; more of them change nothing.
+KEPT: Final = 12
+#: Counterparts are on one side, begin within this time times p_hat [1] of each other, and differ by
+#: less than this in their distance [alpha].
+_SAME_TIME: Final = 0.2
+_SAME_DISTANCE: Final = 0.12
+#: The critical scale is bisected until it is known to this share of itself [1].
+EDGE_TOLERANCE: Final = 1e-6
+#: The interval's other end is known to this share of the interval's width.
+_WIDTH_TOLERANCE: Final = 0.01
+#: Scales that are sampled between the first overturning and where it prevails.
+_BETWEEN: Final = 32
+#: Coarse scales are asked for so many at a time, until one overturns.
+_AT_A_TIME: Final = 16
+_PARTS: Final = 4
+
+
+@dataclass(frozen=True)
+class FirstOverturning:
+    """The first overturning that was found, and what is above it.
+
+    Parameters
+    ----------
+    lower, upper : float
+        Ends of the interval of scales that overturn [1]: both overturn. NaN if none was found;
+        `upper` is the largest scale if the interval goes on to it.
+    prevails_from : float
+        Least scale from which on, up to any larger one, more than half of the scales overturn [1];
+        NaN if there is none.
+    share_before : float
+        Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if there is
+        nothing between them.
+    islands : tuple of (float, float)
+        Scales above `lower` between which the frame stands, as far as samples 0.64 to 2.56 % apart
+        show them.
+    standing_share : float
+        Share of the scales above `lower` at which it stands, up to the largest [1].
+    responses : int
+        Responses that were computed.
+    """
+
+    lower: float
+    upper: float
+    prevails_from: float
+    share_before: float
+    islands: tuple[tuple[float, float], ...]
+    standing_share: float
+    responses: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Responses of one line at places of its lattice, in ascending order."""
+
+    place: Int
+    fallen: NDArray[np.bool_]
+    excursions: Float
+
+    def take(self, chosen: NDArray[np.generic]) -> _Samples:
+        return _Samples(self.place[chosen], self.fallen[chosen], self.excursions[chosen])
+
+    def and_(self, other: _Samples) -> _Samples:
+        every = (self, other)
+        place = np.concatenate([one.place for one in every])
+        return _Samples(
+            place,
+            np.concatenate([one.fallen for one in every]),
+            np.concatenate([one.excursions for one in every]),
+        ).take(np.unique(place, return_index=True)[1])
+
+
+#: What a search asks for: scales; and what it is answered: verdicts, peaks, excursions.
+Answer: TypeAlias = tuple[NDArray[np.bool_], Float, Float]
+Asking: TypeAlias = Generator[Float, Answer, "FirstOverturning"]
+
+
+@dataclass(eq=False)
+class SliverSearch:
+    """A search that yields the scales it asks for, and is sent what becomes of the frame there.
+
+    Parameters
+    ----------
+    least, largest : float
+        Scales between which is searched [1].
+    frequency_parameter : float
+        p_hat of the frame [rad s-1].
+    """
+
+    least: float
+    largest: float
+    frequency_parameter: float
+    responses: int = field(default=0, init=False)
+
+    def _scales(self, place: Int) -> Float:
+        scales: Float = np.minimum(self.least * np.exp(_LATTICE_STEP * place), self.largest)
+        return scales
+
+    def _at(self, scales: Float) -> Generator[Float, Answer, Answer]:
+        self.responses += scales.size
+        return (yield scales)
+
+    def _sampled(self, place: Int) -> Generator[Float, Answer, _Samples]:
+        fallen, _, excursions = yield from self._at(self._scales(place))
+        return _Samples(place, fallen, excursions)
+
+    def search(self) -> Asking:
+        """Sample coarsely, then more and more finely where slivers may be; bisect; look above."""
+        span = math.log(self.largest / self.least) if self.least < self.largest else -1.0
+        last = math.ceil(span / _LATTICE_STEP)
+        samples = yield from self._coarse(last)
+        if samples is None:
+            return self._nothing()
+        for level in _LEVELS:
+            wanted = self._irregular(samples, *level)
+            if wanted.size:
+                samples = samples.and_((yield from self._sampled(wanted)))
+        if not samples.fallen.any():
+            return self._nothing()
+        even = samples.take((samples.place - samples.place[0]) % _COARSE == 0)
+        topmost = int(samples.place[-1])
+        above = np.arange(topmost + _COARSE_STEPS_ABOVE, last, _COARSE_STEPS_ABOVE)
+        above = np.append(above, [last] if last > topmost else above[:0])
+        even = even.and_((yield from self._sampled(above)))
+        lower, upper = yield from self._edges(samples.and_(even))
+        return (yield from self._above(even, lower, upper))
+
+    def _nothing(self) -> FirstOverturning:
+        nan = math.nan
+        return FirstOverturning(nan, nan, nan, nan, (), nan, self.responses)
+
+    def _coarse(self, last: int) -> Generator[Float, Answer, _Samples | None]:
+        """Sample coarsely from where the frame begins to rock to the first that overturns."""
+        start = None
+        for places in _portions(np.arange(0, last + 1, _OUTSET)):
+            _, peaks, _ = yield from self._at(self._scales(places))
+            if (peaks > _ROCKS).any():
+                start = max(0, int(places[np.argmax(peaks > _ROCKS)]) - _BELOW * _OUTSET)
+                break
+        if start is None:
+            return None
+        samples = None
+        for places in _portions(np.arange(start, last + 1, _COARSE)):
+            more = yield from self._sampled(places)
+            samples = more if samples is None else samples.and_(more)
+            if more.fallen.any():
+                break
+        return samples
+
+    def _irregular(self, samples: _Samples, width: int, *limits: tuple[float, int]) -> Int:
+        """Middles of the intervals of a width in which, or near which, slivers may be."""
+        if samples.fallen.any():
+            samples = samples.take(np.arange(int(np.argmax(samples.fallen)) + 1))
+        single, paired = np.full((2, samples.place.size - 1), -np.inf)
+        window = _SAME_TIME / self.frequency_parameter
+        compare(samples.excursions, window, _SAME_DISTANCE, single, paired)
+        single[samples.fallen[1:]] = np.inf
+        chosen = paired > 0.0
+        for distance, around in limits:
+            padded = np.pad(single, around, constant_values=-np.inf)
+            near = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1)
+            chosen |= near.max(axis=1) > distance
+        chosen &= np.diff(samples.place) == width
+        middles: Int = samples.place[:-1][chosen] + width // 2
+        return middles
+
+    def _edges(self, samples: _Samples) -> Generator[Float, Answer, tuple[float, float]]:
+        """Bisect both ends of the first interval."""
+        scales = self._scales(samples.place)
+        first = int(np.argmax(samples.fallen))
+        stands, falls = float(scales[first - 1]), float(scales[first])
+        lower = yield from self._edge(stands, falls, EDGE_TOLERANCE * falls)
+        standing = np.flatnonzero(~samples.fallen[first:]) + first
+        if standing.size == 0:
+            return lower, self.largest
+        stands, falls = float(scales[standing[0]]), float(scales[standing[0] - 1])
+        tolerance = max(EDGE_TOLERANCE * lower, _WIDTH_TOLERANCE * (falls - lower))
+        return lower, (yield from self._edge(stands, falls, tolerance))
+
+    def _edge(
+        self, stands: float, falls: float, tolerance: float
+    ) -> Generator[Float, Answer, float]:
+        """Return where an interval ends that overturns, known to a tolerance."""
+        while abs(falls - stands) > tolerance:
+            stands, falls = yield from self._divided(stands, falls)
+        return falls
+
+    def _divided(
+        self, stands: float, falls: float
+    ) -> Generator[Float, Answer, tuple[float, float]]:
+        """Divide the scales between one that stands and one that overturns: the lowest flip."""
+        shares = np.arange(_PARTS + 1) / _PARTS
+        within = (1.0 - shares) * stands + shares * falls
+        fallen, _, _ = yield from self._at(within[1:-1])
+        standing = np.flatnonzero(~fallen) + 1
+        rises = stands < falls
+        part = int(np.argmax([*fallen, True])) if rises else int(standing.max(initial=0))
+        return float(within[part]), float(within[part + 1])
+
+    def _above(
+        self, even: _Samples, lower: float, upper: float
+    ) -> Generator[Float, Answer, FirstOverturning]:
+        """Tell how the frame fares above the first overturning."""
+        scales = self._scales(even.place)
+        here = scales > upper
+        scales = np.concatenate([[lower, upper], scales[here], [self.largest]])
+        fallen = np.concatenate([[True, True], even.fallen[here]])
+        # each sample stands for the scales from it to the next one
+        lengths = np.diff(np.log(scales))
+        span = float(lengths.sum())
+        prevails = _prevails(fallen, lengths)
+        prevails_from = math.nan if prevails is None else float(scales[prevails])
+        share = math.nan
+        if prevails != 0:
+            end = self.largest if prevails is None else prevails_from
+            places = (np.arange(_BETWEEN) + 0.5) / _BETWEEN
+            falls, _, _ = yield from self._at(lower * np.exp(math.log(end / lower) * places))
+            share = float(falls.mean())
+        standing = float(lengths[~fallen].sum()) / span if span > 0.0 else 0.0
+        return FirstOverturning(
+            lower,
+            upper,
+            prevails_from,
+            share,
+            _islands(scales, fallen),
+            standing,
+            self.responses,
+        )
+
+
+def _portions(places: Int) -> list[Int]:
+    return [places[k : k + _AT_A_TIME] for k in range(0, places.size, _AT_A_TIME)]
+
+
+def _prevails(fallen: NDArray[np.bool_], lengths: Float) -> int | None:
+    """Return from which sample on more than half of any length overturns."""
+    balance = np.where(fallen, lengths, -lengths)
+    worst, found = 0.0, None
+    for k in range(balance.size - 1, -1, -1):
+        worst = float(balance[k]) + min(0.0, worst)
+        if fallen[k] and worst > 0.0:
+            found = k
+    return found
+
+
+def _islands(scales: Float, fallen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+    """Runs of samples that stand; their ends are half-way to the next that overturn."""
+    changes = np.flatnonzero(fallen[1:] != fallen[:-1]) + 1
+    ends = np.sqrt(scales[changes - 1] * scales[changes])
+    if changes.size and changes[0] == 2:
+        ends[0] = scales[1]  # where the first interval ends is known
+    ends = np.append(ends, scales[-1])[: 2 * ((changes.size + 1) // 2)]
+    return tuple((float(a), float(b)) for a, b in ends.reshape(-1, 2))

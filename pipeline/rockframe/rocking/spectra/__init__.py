@@ -1,0 +1,1 @@
+"""Overturning spectra and rocking spectra."""

@@ -1,0 +1,282 @@
+"""Minimum overturning acceleration spectra: Makris and Vassiliou (2013), section 6, Figure 9.
+
+What overturns a frame depends on the pulse's form, on omega_p / p with p of the column, on its
+slenderness, the mass ratio, and the amplitude a_p / (g tan slenderness), eq (47).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, product
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.engines import Engine, OneProcess, map_batches, on_threads, threads
+from rockframe.errors import ParameterError
+from rockframe.frame import RECTANGULAR, RockingFrame
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.spectra.scan import Scan, scan
+from rockframe.units import GRAVITY
+from rockframe.wavelets import Pulse
+
+Float = NDArray[np.float64]
+
+#: Edges are known to this share of themselves [1].
+EDGE_TOLERANCE: Final = 1e-9
+#: Step of amplitude between whose values slivers may be missed [1].
+AMPLITUDE_STEP: Final = 0.005
+#: Below it a pulse lasts for hundreds of the frame's periods: it is a static pull, and never ends.
+LEAST_FREQUENCY_RATIO: Final = 0.01
+#: Responses in a batch: half a second on one core.
+_BATCH: Final = 80_000
+
+
+@dataclass(frozen=True, eq=False)
+class OverturningSpectrum:
+    """Verdicts over pulse, slenderness, mass ratio, frequency ratio and amplitude.
+
+    A line is one pulse, slenderness, mass ratio and frequency ratio, in the order in which these
+    dimensions are named.
+
+    Parameters
+    ----------
+    pulses : tuple of Pulse
+        The pulses; amplitude, period and time of each do not matter.
+    slenderness, mass_ratio, frequency_ratio, amplitude : array
+        What the dimensions are [rad], [1], [1], [1].
+    found : Scan
+        Verdicts, impacts and intervals of the lines.
+    """
+
+    pulses: tuple[Pulse, ...]
+    slenderness: Float
+    mass_ratio: Float
+    frequency_ratio: Float
+    amplitude: Float
+    found: Scan
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Number of pulses, slendernesses, mass ratios and frequency ratios."""
+        sizes = (self.slenderness.size, self.mass_ratio.size, self.frequency_ratio.size)
+        return len(self.pulses), *sizes
+
+    @property
+    def minimum_overturning_amplitude(self) -> Float:
+        """Least amplitude that overturns, a_p / (g tan slenderness) [1]; NaN if none does."""
+        least = [bounds[0, 0] if len(bounds) else math.nan for bounds in self.found.intervals()]
+        return np.array(least).reshape(self.shape)
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Pulses and frequency ratios, under each of which all frames are tried."""
+
+    grounds: tuple[tuple[Pulse, float], ...]
+    frames: tuple[RockingFrame, ...]
+    amplitude: Float
+    tolerance: float
+
+
+def overturning_spectrum(
+    pulses: Sequence[Pulse],
+    slendernesses: ArrayLike,
+    mass_ratios: ArrayLike,
+    frequency_ratios: ArrayLike,
+    amplitudes: ArrayLike,
+    *,
+    tolerance: float = EDGE_TOLERANCE,
+    engine: Engine | None = None,
+) -> OverturningSpectrum:
+    """Find which pulses overturn which frames, and all edges in between.
+
+    Parameters
+    ----------
+    pulses : sequence of Pulse
+        Forms of the pulse; amplitude, period and time of each do not matter.
+    slendernesses : array_like, shape (slenderness,)
+        Slenderness of the columns, which are rectangular [rad].
+    mass_ratios : array_like, shape (mass_ratio,)
+        Mass of the beam over that of all columns [1].
+    frequency_ratios : array_like, shape (frequency_ratio,)
+        omega_p / p, p of the column alone [1].
+    amplitudes : array_like, shape (amplitude,)
+        a_p / (g tan slenderness) of the scan [1]; edges between them are bisected.
+    tolerance : float
+        Edges are known to so much, relative to themselves.
+    engine : Engine, optional
+        Where it is computed; by default in this process. The same bits wherever.
+
+    Returns
+    -------
+    OverturningSpectrum
+        Complete maps, and the intervals of overturning.
+
+    Raises
+    ------
+    ParameterError
+        If there is no pulse, or one twice, or one of the lists is empty, not increasing, not
+        positive, or a frequency ratio below 0.01.
+
+    Notes
+    -----
+    Stability is not monotone in the amplitude: islands of safety lie above the least amplitude
+    that overturns. Slivers thinner than the step of `amplitudes` are searched for where the frame
+    leans furthest, and may be missed.
+
+    Examples
+    --------
+    >>> pulse = Pulse(wavelet="antisymmetric_ricker", a_p=1.0, T_p=1.0)
+    >>> found = overturning_spectrum([pulse], [0.2], [0.0, 4.0], [3.0], np.linspace(1, 8, 71))
+    >>> found.minimum_overturning_amplitude.ravel().round(4)
+    array([1.6421, 4.3282])
+    """
+    if not pulses:
+        raise ParameterError("Invalid number of pulses, 0. Must be one or more.")
+    for number, pulse in enumerate(pulses):
+        if pulse in pulses[:number]:
+            raise ParameterError(f"Invalid pulses: {pulse.wavelet!r} twice. Must differ.")
+    slenderness = increasing("slenderness", slendernesses)
+    mass_ratio = increasing("mass_ratio", mass_ratios, zero=True)
+    frequency_ratio = increasing("frequency_ratio", frequency_ratios)
+    if frequency_ratio[0] < LEAST_FREQUENCY_RATIO:
+        raise ParameterError(
+            f"Invalid frequency_ratio {frequency_ratio[0]:g}. Must be {LEAST_FREQUENCY_RATIO:g} or "
+            "more: a longer pulse is a static pull."
+        )
+    amplitude = increasing("amplitude", amplitudes)
+    frames = tuple(
+        column_of(*of_frame) for of_frame in product(slenderness.tolist(), mass_ratio.tolist())
+    )
+    grounds = list(product(pulses, frequency_ratio.tolist()))
+    size = max(1, _BATCH // (len(frames) * amplitude.size))
+    batches = [
+        _Batch(tuple(grounds[start : start + size]), frames, amplitude, tolerance)
+        for start in range(0, len(grounds), size)
+    ]
+    parts = list(map_batches(_scans, batches, engine=OneProcess() if engine is None else engine))
+    # each ground with all frames is how it is computed; the dimensions go the other way
+    shape = (len(pulses), frequency_ratio.size, slenderness.size, mass_ratio.size)
+    order = np.arange(math.prod(shape)).reshape(shape).transpose(0, 2, 3, 1).ravel()
+    found = _together(parts).ordered(order)
+    return OverturningSpectrum(
+        tuple(pulses), slenderness, mass_ratio, frequency_ratio, amplitude, found
+    )
+
+
+def column_of(
+    slenderness: float, mass_ratio: float = 0.0, period: float = math.tau
+) -> RockingFrame:
+    """Return the frame of rectangular columns of a slenderness [rad] and 2 pi / p [s].
+
+    Raises
+    ------
+    ParameterError
+        If there is no such frame.
+
+    Examples
+    --------
+    >>> round(column_of(0.2).frequency_parameter, 12)
+    1.0
+    """
+    diagonal = 2.0 * GRAVITY / RECTANGULAR * (period / math.tau) ** 2
+    return RockingFrame(
+        height=diagonal * math.cos(slenderness),
+        width=diagonal * math.sin(slenderness),
+        mass_ratio=mass_ratio,
+        name=f"slenderness {math.degrees(slenderness):.6g} degrees",
+    )
+
+
+def increasing(label: str, values: ArrayLike, *, zero: bool = False) -> Float:
+    """Return the values along a dimension.
+
+    Parameters
+    ----------
+    label : str
+        Name of the dimension, for errors.
+    values : array_like
+        One row.
+    zero : bool
+        Whether the first may be zero.
+
+    Raises
+    ------
+    ParameterError
+        If there are none, or they are not positive, finite and strictly increasing.
+
+    Examples
+    --------
+    >>> increasing("scale", [1.0, 3.0, 2.0])
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid scale 2.0 after 3.0. Must be increasing.
+    """
+    row = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if row.ndim != 1 or row.size == 0:
+        raise ParameterError(f"Invalid {label} of shape {row.shape}. Must be a row of numbers.")
+    for value in row:
+        if not (math.isfinite(value) and (value > 0.0 or (zero and value == 0.0))):
+            kind = "zero or positive" if zero else "positive"
+            raise ParameterError(f"Invalid {label} {value:g}. Must be {kind} and finite.")
+    for before, value in pairwise(row):
+        if value <= before:
+            raise ParameterError(f"Invalid {label} {value} after {before}. Must be increasing.")
+    return row
+
+
+def _scans(batch: _Batch) -> Scan:
+    """All of a batch: each thread takes neighbours among the grounds."""
+    number, count = len(batch.grounds), min(threads(), len(batch.grounds))
+    ends = [number * k // count for k in range(count + 1)]
+    parts = [replace(batch, grounds=batch.grounds[one:end]) for one, end in pairwise(ends)]
+    return _together(on_threads(_scan, parts))
+
+
+def _scan(batch: _Batch) -> Scan:
+    """The frames under each ground: what shares one is computed side by side."""
+    unit = {pulse: _unit_ground(pulse) for pulse, _ in batch.grounds}
+    grounds = [_stretched(unit[pulse], math.tau / ratio) for pulse, ratio in batch.grounds]
+    ground, frame = np.indices((len(grounds), len(batch.frames))).reshape(2, -1)
+    return scan(
+        grounds,
+        batch.frames,
+        ground,
+        frame,
+        batch.amplitude,
+        tolerance=batch.tolerance,
+        unit=np.array([one.uplift_acceleration for one in batch.frames])[frame],
+    )
+
+
+def _unit_ground(pulse: Pulse) -> GroundAcceleration:
+    """The pulse of amplitude 1 m s-2 and period 1 s, as far as it is not zero to round-off."""
+    whole = GroundAcceleration.from_pulse(replace(pulse, a_p=1.0, T_p=1.0, time=0.0))
+    times = whole.start_time + whole.time_step * np.arange(len(whole.coefficients))
+    reach = pulse.mother.reach
+    kept = np.flatnonzero((times + whole.time_step > -reach) & (times < reach))
+    start = slice(kept[0], kept[-1] + 1)
+    return GroundAcceleration(whole.coefficients[start], whole.time_step, float(times[kept[0]]))
+
+
+def _stretched(unit: GroundAcceleration, period: float) -> GroundAcceleration:
+    """A pulse of another period [s] than 1; for columns of p = 1 rad/s."""
+    powers = period ** -np.arange(unit.coefficients.shape[1], dtype=np.float64)
+    return GroundAcceleration(
+        unit.coefficients * powers, period * unit.time_step, period * unit.start_time
+    )
+
+
+def _together(parts: Sequence[Scan]) -> Scan:
+    starts = np.cumsum([0, *(len(part.verdict) for part in parts[:-1])])
+    return Scan(
+        np.concatenate([part.verdict for part in parts]),
+        np.concatenate([part.impacts for part in parts]),
+        np.concatenate([part.line + start for part, start in zip(parts, starts, strict=True)]),
+        np.concatenate([part.lower for part in parts]),
+        np.concatenate([part.upper for part in parts]),
+        np.concatenate([part.impacts_at_lower for part in parts]),
+    )

@@ -1,0 +1,116 @@
+"""Rocking spectra: peak rotation and rate under a motion over 2 pi / p of the columns.
+
+In the manner of Makris and Konstantinidis (2003), with the restitution of eq (43) and the frame's
+own p-hat where there is a beam.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.engines import Engine, OneProcess, map_batches
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking.batch import Scenarios, respond_scenarios
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.spectra.overturning import column_of, increasing
+from rockframe.wavelets import Pulse
+
+Float = NDArray[np.float64]
+Motion = Record | Pulse | GroundAcceleration
+
+
+@dataclass(frozen=True, eq=False)
+class RockingSpectrum:
+    """Peaks over motion, slenderness, mass ratio and 2 pi / p.
+
+    Parameters
+    ----------
+    slenderness, mass_ratio, column_period : array
+        What the last three dimensions are [rad], [1], [s]; the first one is the motions.
+    verdict : array of int8
+        Values of `Verdict`.
+    peak_rotation_ratio, peak_velocity : array
+        Largest |theta| / slenderness [1] and |rate| [rad s-1], free rocking after the end of the
+        motion included; of what overturns until it does.
+    """
+
+    slenderness: Float
+    mass_ratio: Float
+    column_period: Float
+    verdict: NDArray[np.int8]
+    peak_rotation_ratio: Float
+    peak_velocity: Float
+
+
+def rocking_spectrum(
+    motions: Sequence[Motion],
+    slendernesses: ArrayLike,
+    mass_ratios: ArrayLike,
+    column_periods: ArrayLike,
+    *,
+    engine: Engine | None = None,
+) -> RockingSpectrum:
+    """Compute the rocking spectra of motions.
+
+    Parameters
+    ----------
+    motions : sequence of Record, Pulse or GroundAcceleration
+        Ground motions, as `respond` takes them.
+    slendernesses : array_like, shape (slenderness,)
+        Slenderness of the columns, which are rectangular [rad].
+    mass_ratios : array_like, shape (mass_ratio,)
+        Mass of the beam over that of all columns [1].
+    column_periods : array_like, shape (column_period,)
+        2 pi / p of the columns alone [s].
+    engine : Engine, optional
+        Where it is computed; by default in this process. The same bits wherever.
+
+    Raises
+    ------
+    ParameterError
+        If there is no motion, one of the lists is empty, not increasing or not positive, or a
+        column would be smaller than 1 mm or larger than 1 km.
+
+    Examples
+    --------
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4 * 9.81, T_p=1.0)
+    >>> found = rocking_spectrum([pulse], [0.17453292519943295], [0.0, 4.0], [3.0, 6.0])
+    >>> found.peak_rotation_ratio[0, 0].round(4).tolist()
+    [[0.5527, 0.1271], [0.355, 0.0848]]
+    """
+    if not motions:
+        raise ParameterError("Invalid number of motions, 0. Must be one or more.")
+    slenderness = increasing("slenderness", slendernesses)
+    mass_ratio = increasing("mass_ratio", mass_ratios, zero=True)
+    period = increasing("column_period", column_periods)
+    frames = tuple(
+        column_of(*of_frame)
+        for of_frame in product(slenderness.tolist(), mass_ratio.tolist(), period.tolist())
+    )
+    batches = [(motion, frames) for motion in motions]
+    found = list(map_batches(_respond, batches, engine=OneProcess() if engine is None else engine))
+    shape = (len(motions), slenderness.size, mass_ratio.size, period.size)
+    return RockingSpectrum(
+        slenderness,
+        mass_ratio,
+        period,
+        *(
+            np.stack([getattr(of_motion, name) for of_motion in found]).reshape(shape)
+            for name in ("verdict", "peak_rotation_ratio", "peak_velocity")
+        ),
+    )
+
+
+def _respond(batch: tuple[Motion, tuple[RockingFrame, ...]]) -> Scenarios:
+    motion, frames = batch
+    number = len(frames)
+    return respond_scenarios(
+        [motion], frames, np.zeros(number, dtype=int), np.arange(number), np.ones(number)
+    )

@@ -1,0 +1,243 @@
+"""Computation of a screening in batches, which are kept on disk until all are done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.engines import Engine, map_batches
+from rockframe.frame import RockingFrame
+from rockframe.options import ScreenOptions
+from rockframe.results import Batches, Facts, KeptHistory, peaks_of_frames
+from rockframe.risk import HazardCurve
+from rockframe.rocking import (
+    Design,
+    Histories,
+    Part,
+    Scenario,
+    Verdict,
+    as_ground,
+    margins_of,
+    peaks_of,
+    responses_of,
+)
+from rockframe.stages.common import Progress
+from rockframe.stages.screening.motions import Motion, Motions
+from rockframe.stages.screening.statistics import Screened
+
+Arrays = dict[str, NDArray[Any]]
+Task = tuple[str, Callable[[], Part]]
+
+#: Approximate scenarios per batch, at some 0.1 s each: an interruption loses no more.
+_SCENARIOS: Final = 2048
+#: Largest number of motions per batch, which are in memory together.
+_TOGETHER: Final = 64
+#: Approximate number of history nodes per batch.
+_NODES: Final = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class ScreeningRequest:
+    """The computation for each motion.
+
+    Parameters
+    ----------
+    options : ScreenOptions
+        Options of the screening.
+    frames : tuple of RockingFrame
+        The structures.
+    design : Design, optional
+        The design problem.
+    candidates : tuple of RockingFrame
+        Candidate frames of the design, structure by structure.
+    scales : array, shape (scales,)
+        Multiples of the motions [1].
+    """
+
+    options: ScreenOptions
+    frames: tuple[RockingFrame, ...]
+    design: Design | None
+    candidates: tuple[RockingFrame, ...]
+    scales: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, options: ScreenOptions, frames: tuple[RockingFrame, ...]) -> Self:
+        """Return the request of these options for these structures.
+
+        Raises
+        ------
+        ParameterError
+            If a candidate of the design cannot rock.
+        """
+        design = None
+        if options.design is not None:
+            lowest, highest = options.design.range
+            stated = {k: v for k, v in options.design if k != "range"}
+            design = Design(lowest=lowest, highest=highest, **stated)
+        candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
+        return cls(options, frames, design, candidates, np.array(options.scales))
+
+    @property
+    def histories(self) -> Histories:
+        """Scenarios whose histories are written."""
+        return Histories(self.options.histories)
+
+    @property
+    def reference(self) -> int:
+        """Position of the scale nearest to 1."""
+        return int(np.argmin(np.abs(np.log(self.scales))))
+
+    def scenarios(self) -> dict[str, Any]:
+        """Return everything that the scenarios depend on, as JSON values."""
+        return {
+            "frames": [asdict(frame) for frame in self.frames],
+            "candidates": [asdict(frame) for frame in self.candidates],
+            "scales": self.scales.tolist(),
+        }
+
+
+class Run:
+    """The batches of a screening, which share the chosen motions."""
+
+    def __init__(
+        self,
+        chosen: Motions,
+        request: ScreeningRequest,
+        batches: Batches,
+        engine: Engine | None,
+        progress: Progress,
+    ) -> None:
+        self._chosen = chosen
+        self._request = request
+        self._batches = batches
+        self._engine = engine
+        self._progress = progress
+        self._done = 0
+        shape = (len(chosen.motions), len(request.frames), request.scales.size)
+        self.verdicts = np.empty(shape, dtype=np.int8)
+        self.ratio = np.empty(shape[:2])
+        self._kept: list[NDArray[np.intp]] = []
+
+    def rows(self) -> Iterator[Arrays]:
+        """Give the scenarios motion by motion, and fill `verdicts` and `ratio`."""
+        frames, at = self._request.frames, self._request.reference
+        for i, (verdict, peak) in enumerate(self._peaks()):
+            row = peaks_of_frames(frames, verdict, peak)
+            self.verdicts[i] = verdict
+            fell = verdict[:, at] == Verdict.OVERTURNED
+            ratio = row["peak_rotation_ratio"]
+            self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
+            self._kept.append(np.argwhere(self._request.histories.mask(verdict, ratio)))
+            yield row
+
+    def histories(self) -> Iterator[KeptHistory]:
+        """Give the kept histories motion by motion; call it after `rows`."""
+        where = self._where()
+        for responses in map_batches(responses_of, self._scenarios(), engine=self._engine):
+            for response in responses:
+                yield KeptHistory(next(where), response)
+
+    def _where(self) -> Iterator[tuple[int, int, int]]:
+        for i, kept in enumerate(self._kept):
+            for k, s in kept.tolist():
+                yield i, k, s
+
+    def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
+        """Give groups of scenarios of limited size; their motion is read once."""
+        frames, scales = self._request.frames, self._request.scales
+        for motion, kept in zip(self._chosen.motions, self._kept, strict=True):
+            if not len(kept):
+                continue
+            ground = as_ground(self._chosen.read(motion))
+            together = max(1, _NODES // ground.coefficients.shape[0])
+            for start in range(0, len(kept), together):
+                yield tuple(
+                    Scenario(ground, frames[k], float(scales[s]))
+                    for k, s in kept[start : start + together].tolist()
+                )
+
+    def screened(self, facts: Facts, hazard: HazardCurve | None) -> Screened:
+        """Return the input of the statistics; call it after `rows`."""
+        kinds = (Verdict.NO_UPLIFT, Verdict.SAFE, Verdict.OVERTURNED)
+        return Screened(
+            motions=self._chosen.motions,
+            facts=facts,
+            frames=self._request.frames,
+            scales=self._request.scales,
+            overturned=self.verdicts == Verdict.OVERTURNED,
+            counts=np.stack([(self.verdicts == kind).sum(axis=0) for kind in kinds], axis=-1),
+            ratio=self.ratio,
+            margins=self._margins(),
+            hazard=hazard,
+            design=self._request.design,
+            candidate_ratio=self._candidate_ratio(),
+            seed=self._request.options.seed,
+        )
+
+    def _margins(self) -> Arrays:
+        """Return margins, shape (motions, structures); empty if they were not requested."""
+        if not self._request.options.margins:
+            return {}
+        found = list(self._map(margins_of, "margins"))
+        return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+
+    def _candidate_ratio(self) -> NDArray[np.float64] | None:
+        """Return |theta| / alpha, shape (motions, candidates), infinite if overturned."""
+        if not self._request.candidates:
+            return None
+        alpha = np.array([frame.slenderness for frame in self._request.candidates])
+        rows = []
+        for part in self._map(peaks_of, "design"):
+            fell = part["verdict"][:, :, 0] == Verdict.OVERTURNED
+            rows.append(np.where(fell, np.inf, part["peak_rotation"][:, :, 0] / alpha))
+        return np.concatenate(rows)
+
+    def _peaks(self) -> Iterator[tuple[NDArray[np.int8], NDArray[np.float64]]]:
+        """Give the verdict and peak rotation of each motion, shape (structures, scales)."""
+        held: list[Arrays] = []
+        width = 0
+        for part in self._map(peaks_of, "peaks"):
+            held.append(part)
+            width += part["verdict"].shape[2]
+            if width < self._request.scales.size:
+                continue
+            verdict, peak = (
+                np.concatenate([one[name] for one in held], axis=2)
+                for name in ("verdict", "peak_rotation")
+            )
+            yield from zip(verdict, peak, strict=True)
+            held, width = [], 0
+
+    def _map(self, function: Callable[[Part], Arrays], kind: str) -> Iterator[Arrays]:
+        return self._batches.map(function, self._tasks(kind), self._engine, self._step)
+
+    def _tasks(self, kind: str) -> Iterator[Task]:
+        """Give the batches of one kind: several motions, or some scales of one motion."""
+        frames = self._request.candidates if kind == "design" else self._request.frames
+        scales = self._request.scales
+        if kind != "peaks":
+            scales = scales[self._request.reference :][:1]
+        each = len(frames) * scales.size
+        together = 1 if kind == "margins" else min(max(1, _SCENARIOS // each), _TOGETHER)
+        width = scales.size if each <= _SCENARIOS else max(1, _SCENARIOS // len(frames))
+        motions = self._chosen.motions
+        for first in range(0, len(motions), together):
+            for start in range(0, scales.size, width):
+                some = motions[first : first + together]
+                part = tuple(scales[start : start + width].tolist())
+                yield f"{kind}-{first}-{start}", self._maker(some, frames, part)
+
+    def _maker(
+        self, motions: Sequence[Motion], frames: tuple[RockingFrame, ...], scales: tuple[float, ...]
+    ) -> Callable[[], Part]:
+        return lambda: Part(tuple(map(self._chosen.read, motions)), frames, scales)
+
+    def _step(self) -> None:
+        self._done += 1
+        kinds = ["peaks", *(["margins"] if self._request.options.margins else [])]
+        kinds += ["design"] if self._request.candidates else []
+        self._progress(self._done, sum(1 for kind in kinds for _ in self._tasks(kind)))

@@ -1,0 +1,168 @@
+"""Screen structures by all records at many scales, and write screen.nc and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rockframe.engines import Engine
+from rockframe.errors import ParameterError
+from rockframe.ingest import Rejection
+from rockframe.options import Filters, ScreenOptions
+from rockframe.provenance import refuse_overwriting
+from rockframe.results import (
+    Batches,
+    input_hash,
+    open_records,
+    read_facts,
+    refuse_strange_table,
+    write_screen_table,
+    write_screening,
+)
+from rockframe.risk import HazardCurve, read_hazard
+from rockframe.stages.common import Progress, silent
+from rockframe.stages.respond import choose_structures
+from rockframe.stages.screening.motions import Motions
+from rockframe.stages.screening.run import Run, ScreeningRequest
+from rockframe.stages.screening.statistics import statistics
+from rockframe.study import SHIPPED_STRUCTURES
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Summary of a screening.
+
+    Parameters
+    ----------
+    motions, scenarios : int
+        Number of motions, and of motions times structures times scales.
+    rejections : tuple of Rejection
+        Records without a partner or without a requested vertical.
+    left_out : mapping of str to str
+        Reasons of the motions that the selection rejects, by identifier.
+    table : Path
+        CSV file with a row for each motion and structure.
+    """
+
+    motions: int
+    scenarios: int
+    rejections: tuple[Rejection, ...]
+    left_out: Mapping[str, str]
+    table: Path
+
+
+def screen_stage(
+    records_path: Path,
+    output: Path,
+    options: ScreenOptions | None = None,
+    *,
+    structures_path: Path = SHIPPED_STRUCTURES,
+    pulses_path: Path | None = None,
+    filters: Filters | None = None,
+    engine: Engine | None = None,
+    progress: Progress = silent,
+) -> Screening:
+    """Screen structures by all records at all scales: ``screen.nc``, and a table beside it.
+
+    An interrupted run leaves its completed batches beside the output; the same call resumes it.
+
+    Parameters
+    ----------
+    records_path, output : Path
+        Output of `ingest_stage`, and the netCDF file to write; the table has the same name with
+        the suffix ``.csv``.
+    options : ScreenOptions, optional
+        Options of motions, scales and results.
+    structures_path : Path
+        TOML file of ``[[structure]]`` tables; by default the bundled ones.
+    pulses_path : Path, optional
+        Output of `pulse_stage` for the same records, which fragility over a_p and L_p and filters
+        by the pulse need.
+    filters : Filters, optional
+        Filters of records; by default all horizontal records.
+    engine : Engine, optional
+        Engine of the computation; the file is the same.
+    progress : callable
+        Called with the number of batches done and in total.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or written, or the pulses are of other records.
+    ParameterError
+        If no record is left, pulses are needed and not stated, or a candidate of the design cannot
+        rock.
+    EngineError
+        If the engine is not there.
+    """
+    options = options or ScreenOptions()
+    table = output.with_suffix(".csv")
+    read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
+    refuse_overwriting([output, table], read, beside=output)
+    refuse_strange_table(table)
+    frames = tuple(choose_structures(structures_path, options.structure))
+    request = ScreeningRequest.of(options, frames)
+    _require_pulses(options, pulses_path)
+    hazard = _hazard(options, pulses_path)
+    facts = read_facts(records_path, pulses_path)
+    with open_records(records_path) as file:
+        chosen = Motions(file, facts, options, filters or Filters())
+        chosen.choose()
+        origin = {"records": input_hash(records_path), **_identity(chosen)}
+        origin["vertical"] = options.vertical
+        batches = Batches(output, origin | request.scenarios())
+        run = Run(chosen, request, batches, engine, progress)
+        write_screening(
+            run.rows(),
+            run.verdicts.shape,
+            lambda: statistics(run.screened(facts, hazard)),
+            output,
+            input_sha256=input_hash(*read),
+            parameters=options.stated()
+            | {
+                "filters": chosen.filters.bounds(),
+                "structures": [frame.name for frame in frames],
+            },
+            left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
+            filtered=chosen.left_out,
+            histories=None if options.histories == "none" else run.histories(),
+        )
+    write_screen_table(output, table)
+    batches.sweep()
+    rejected = tuple(chosen.rejections)
+    return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, table)
+
+
+def _identity(chosen: Motions) -> dict[str, Any]:
+    """Return what identifies the motions: their names, and their azimuths, which names round."""
+    return {
+        "motions": [motion.name for motion in chosen.motions],
+        "azimuths": [motion.azimuth for motion in chosen.motions],
+    }
+
+
+def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
+    for name in options.pulse_filters():
+        if pulses_path is None:
+            raise ParameterError(f"{name} is stated without pulses. Must be stated with --pulses.")
+
+
+def _hazard(options: ScreenOptions, pulses_path: Path | None) -> HazardCurve | None:
+    path = options.hazard
+    if path is None:
+        return None
+    curve = read_hazard(path)
+    if curve.measure in ("a_p", "L_p"):
+        if pulses_path is None:
+            raise ParameterError(
+                f"{path}: is a hazard curve of {curve.measure}, which is not known without "
+                "pulses. Must be stated with --pulses."
+            )
+        if options.azimuths_degree:
+            raise ParameterError(
+                f"{path}: is a hazard curve of {curve.measure}, which is not known for rotated "
+                "motions. Must be stated without azimuths."
+            )
+    return curve

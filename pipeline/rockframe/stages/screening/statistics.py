@@ -1,0 +1,212 @@
+"""Statistics of a screening: ranks, distributions, fragility, rates, design."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.results import (
+    SCREEN_NC,
+    Facts,
+    azimuth_values,
+    demand_values,
+    design_units,
+    design_values,
+    fragility_values,
+    hazard_values,
+    motion_values,
+    observed_values,
+)
+from rockframe.risk import (
+    MEASURES,
+    Fragility,
+    HazardCurve,
+    better_measure,
+    compared_motions,
+    demand_ranks,
+    fit_fragility,
+    observed_shares,
+    over_azimuths,
+    overturning_rate,
+    peak_distribution,
+)
+from rockframe.rocking import Design, smallest
+from rockframe.stages.screening.motions import Motion
+
+Float = NDArray[np.float64]
+
+#: Levels of |theta| / slenderness of the peak distributions.
+LEVELS: Final = np.linspace(0.0, 1.5, 151)
+#: Number of intensities of the fragility curves.
+_POINTS: Final = 101
+#: Number of intensity classes of the observed shares.
+_CLASSES: Final = 8
+#: Factor by which the curves extend beyond the intensities tried.
+_BEYOND: Final = 1.25
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """Results of all scenarios.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        The motions.
+    facts : Facts
+        Metadata of the records.
+    frames : sequence of RockingFrame
+        The structures.
+    scales : array, shape (scales,)
+        Multiples of the motions [1].
+    overturned : array of bool, shape (motions, structures, scales)
+        True for scenarios that overturn.
+    counts : array of int, shape (structures, scales, 3)
+        Numbers of motions that do not uplift, are safe, and overturn.
+    ratio : array, shape (motions, structures)
+        Largest |theta| / alpha at the scale nearest to 1; infinite if overturned.
+    margins : mapping of str to array, shape (motions, structures)
+        Result of `margins_of`, if requested.
+    hazard : HazardCurve, optional
+        Hazard curve of the site.
+    design : Design, optional
+        The design problem.
+    candidate_ratio : array, shape (motions, structures times steps), optional
+        As `ratio`, for the candidates of the design.
+    seed : int
+        Random seed of the bootstrap.
+    """
+
+    motions: Sequence[Motion]
+    facts: Facts
+    frames: Sequence[RockingFrame]
+    scales: Float
+    overturned: NDArray[np.bool_]
+    counts: NDArray[np.int64]
+    ratio: Float
+    margins: Mapping[str, NDArray[Any]]
+    hazard: HazardCurve | None
+    design: Design | None
+    candidate_ratio: Float | None
+    seed: int
+
+
+def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the values of screen.nc except those of single scenarios, and units that vary."""
+    motions = screened.motions
+    numbers = {
+        name: np.array([motion.numbers[name] for motion in motions]) for name in motions[0].numbers
+    }
+    clusters = np.array([motion.cluster for motion in motions])
+    intensities = {name: numbers[name] for name in MEASURES}
+    fits = [
+        _fits(intensities, screened.scales, screened.overturned[:, k], clusters)
+        for k in range(len(screened.frames))
+    ]
+    reference = float(screened.scales[np.argmin(np.abs(np.log(screened.scales)))])
+    bands = [
+        peak_distribution(column, LEVELS, clusters=clusters, seed=screened.seed)
+        for column in screened.ratio.T
+    ]
+    ranks = demand_ranks(screened.ratio)
+    values = {
+        **motion_values([m.name for m in motions], _sources(screened), clusters, numbers),
+        **SCREEN_NC.filled("frame", list(screened.frames)),
+        **demand_values(reference, ranks, LEVELS, bands, screened.counts),
+        **fragility_values(
+            fits, _better(screened, intensities, clusters), _grid(intensities, screened.scales)
+        ),
+        **observed_values(_observed(screened, intensities)),
+        **_asked_besides(screened, fits, clusters),
+        "structure": [frame.name for frame in screened.frames],
+        "scale": screened.scales,
+    }
+    return values, design_units(screened.design) if screened.design else {}
+
+
+def _asked_besides(
+    screened: Screened, fits: Sequence[Mapping[str, Fragility]], clusters: NDArray[np.int64]
+) -> dict[str, Any]:
+    """Return the optional values: azimuths, margins, rates, design."""
+    values: dict[str, Any] = {}
+    motions = screened.motions
+    if len(motions[0].records) > 1:  # a rotated pair
+        first = [motions[int(i)].name for i in np.unique(clusters, return_index=True)[1]]
+        values |= azimuth_values(first, over_azimuths(screened.ratio, clusters))
+    if screened.margins:
+        values |= screened.margins
+    if screened.hazard is not None:
+        curve = screened.hazard
+        rates = [overturning_rate(curve, fit[curve.measure]) for fit in fits]
+        values |= hazard_values(curve, rates)
+    if screened.design is not None and screened.candidate_ratio is not None:
+        values |= _designed(screened.design, screened.candidate_ratio, len(screened.frames))
+    return values
+
+
+def _fits(
+    intensities: Mapping[str, Float],
+    scales: Float,
+    overturned: NDArray[np.bool_],
+    clusters: NDArray[np.int64],
+) -> dict[str, Fragility]:
+    return {
+        name: fit_fragility(values, scales, overturned, clusters)
+        for name, values in intensities.items()
+    }
+
+
+def _better(
+    screened: Screened, intensities: Mapping[str, Float], clusters: NDArray[np.int64]
+) -> list[tuple[str, str]]:
+    """Return the better measure for each structure, from motions that have all measures."""
+    both = compared_motions(intensities)
+    told = []
+    for k in range(len(screened.frames)):
+        some = {name: values[both] for name, values in intensities.items()}
+        fits = _fits(some, screened.scales, screened.overturned[both, k], clusters[both])
+        preference = better_measure(fits)
+        told.append((preference.measure, preference.reason))
+    return told
+
+
+def _observed(
+    screened: Screened, intensities: Mapping[str, Float]
+) -> list[dict[str, tuple[Float, Float]]]:
+    return [
+        {
+            name: observed_shares(values, screened.scales, screened.overturned[:, k], _CLASSES)
+            for name, values in intensities.items()
+        }
+        for k in range(len(screened.frames))
+    ]
+
+
+def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
+    """Return intensities from just below to just above those tried; NaN if none is known."""
+    grid = {}
+    for name, values in intensities.items():
+        known = values[np.isfinite(values) & (values > 0.0)]
+        if not known.size:
+            grid[name] = np.full(_POINTS, np.nan)
+            continue
+        least, most = known.min() * scales[0], known.max() * scales[-1]
+        grid[name] = np.geomspace(least / _BEYOND, most * _BEYOND, _POINTS)
+    return grid
+
+
+def _sources(screened: Screened) -> list[tuple[str, str]]:
+    texts = screened.facts.texts
+    return [(texts["event"][m.row], texts["station"][m.row]) for m in screened.motions]
+
+
+def _designed(design: Design, ratio: Float, structures: int) -> dict[str, Any]:
+    below = (ratio < design.limit).mean(axis=0)
+    shares = below.reshape(structures, design.steps)
+    found = [smallest(design.values, row, design.share) for row in shares]
+    return design_values(design, shares, found)
