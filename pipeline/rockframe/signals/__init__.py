@@ -19,3 +19,4 @@ from rockframe.signals.processing import BandPass as BandPass
 from rockframe.signals.processing import correct as correct
 from rockframe.signals.processing import integrate as integrate
 from rockframe.signals.processing import peak as peak
+from rockframe.signals.response_spectrum import spectral_acceleration as spectral_acceleration

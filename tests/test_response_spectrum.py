@@ -1,0 +1,58 @@
+"""Spectral acceleration: a closed form, an independent solver, and the limits of long and short."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from rockframe.errors import ParameterError
+from rockframe.signals import peak, spectral_acceleration
+
+STEP = 0.02
+NOISE = np.random.default_rng(1).normal(size=300) * np.hanning(300)
+
+
+@pytest.mark.parametrize("damping", [0.02, 0.05, 0.3])
+def test_sudden_acceleration_has_a_closed_form(damping: float) -> None:
+    """omega^2 max x = a (1 + exp(-pi zeta / sqrt(1 - zeta^2)))."""
+    found = spectral_acceleration(np.full(4000, 2.0), 0.001, [0.3, 1.0], damping=damping)
+    over = math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
+    assert_allclose(found, 2.0 * (1.0 + over), rtol=5e-5)
+
+
+@pytest.mark.parametrize("period", [0.1, 0.7, 3.0])
+def test_an_independent_solver_agrees(period: float) -> None:
+    omega = 2.0 * math.pi / period
+    at = STEP * np.arange(NOISE.size)
+
+    def rates(time: float, state: np.ndarray) -> list[float]:
+        push = np.interp(time, at, NOISE, right=0.0)
+        return [state[1], -push - 0.1 * omega * state[1] - omega**2 * state[0]]
+
+    end = at[-1] + period
+    times = np.linspace(0.0, end, 9999)
+    close = {"max_step": STEP / 2, "rtol": 1e-9, "atol": 1e-13}
+    solved = solve_ivp(rates, (0.0, end), [0.0, 0.0], t_eval=times, **close)
+    expected = omega**2 * np.abs(solved.y[0]).max()
+    assert_allclose(spectral_acceleration(NOISE, STEP, [period]), expected, rtol=5e-5)
+
+
+def test_stiff_oscillators_move_with_the_ground() -> None:
+    assert_allclose(spectral_acceleration(NOISE, STEP, [1e-4]), peak(NOISE), rtol=1e-3)
+
+
+def test_the_peak_after_the_end_counts() -> None:
+    """A jolt moves an oscillator of 4 s only after it: omega times the velocity gained."""
+    jolt = np.array([0.0, 1.0, 0.0])
+    found = spectral_acceleration(jolt, 0.01, [4.0], damping=1e-9)
+    assert_allclose(found, 2.0 * math.pi / 4.0 * 0.01, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("periods", "damping"), [([0.0], 0.05), ([math.inf], 0.05), ([1.0], 1.0)])
+def test_impossible_oscillators_are_refused(periods: list[float], damping: float) -> None:
+    with pytest.raises(ParameterError, match="Must be above 0"):
+        spectral_acceleration(NOISE, STEP, periods, damping=damping)
