@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.commands import STRUCTURE, ingested, run
+from tests.recorded.record import HERE as RECORDED
+from tests.recorded.record import names, numbers
 
 import rockframe
 from rockframe.cli.main import parser
@@ -125,6 +127,30 @@ def test_the_beam_makes_the_slender_frame_safer(table1: Path) -> None:
         for name in ("slender-column", "slender-frame")
     ]
     assert falls[1] < falls[0]
+
+
+def test_every_recorded_number_is_as_before(table1: Path) -> None:
+    """A change on purpose is recorded again, and listed in the changelog."""
+    recorded = json.loads((RECORDED / "numbers.json").read_text(encoding="utf-8"))
+    found = numbers(table1)
+    assert set(recorded.pop("files")) <= set(found.pop("files"))
+    for name, before in recorded.items():
+        now = found[name]
+        if isinstance(before[1], str):
+            assert now == before, name
+        else:
+            assert now[:2] == before[:2], name
+            assert now[2:] == pytest.approx(before[2:], rel=1e-7, abs=1e-7 * before[2]), name
+
+
+def test_no_recorded_name_is_lost() -> None:
+    """Of commands, options, keys of studies, and in Python; more may come."""
+    recorded = json.loads((RECORDED / "names.json").read_text(encoding="utf-8"))
+    found = names()
+    for verb, options in recorded.pop("commands").items():
+        assert set(options) <= set(found["commands"][verb]), verb
+    for kind, before in recorded.items():
+        assert set(before) <= set(found[kind]), kind
 
 
 def test_table1_is_repeated_to_the_byte(table1: Path, tmp_path: Path) -> None:
