@@ -85,7 +85,7 @@ def test_killed_thirty_times_at_random_moments(home: Path, tmp_path: Path) -> No
     require_whole(folder, home)
 
 
-@pytest.mark.parametrize("module", ["rockframe.engines.worker", "rockframe.ingest.worker"])
+@pytest.mark.parametrize("module", ["rockframe.engines.worker", "rockframe.ingest.reading.worker"])
 def test_killed_worker_costs_no_result(home: Path, tmp_path: Path, module: str) -> None:
     process = start(home / "small.toml", tmp_path / "run", pool=True)
     victims: list[int] = []

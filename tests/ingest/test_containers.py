@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, containers, read_file, sorted_out
-from rockframe.ingest.containers import contents, printable
+from rockframe.ingest import collect, read_file, sorted_out
+from rockframe.ingest.reading import containers
+from rockframe.ingest.reading.containers import contents, printable
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
 At2 = Callable[..., bytes]

@@ -14,7 +14,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, Rejection, collect, read_bytes, read_file, sorted_out
-from rockframe.ingest.read_outcome import read_outcomes
+from rockframe.ingest.reading.read_outcome import read_outcomes
 from rockframe.record import Record
 
 from .damage import Case, at2_cases, good_at2, good_table, table_cases, v1_cases

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError
 from rockframe.ingest import read_bytes
-from rockframe.ingest.geonet import sniff as geonet_sniff
+from rockframe.ingest.formats.geonet import sniff as geonet_sniff
 from rockframe.record import Orientation
 
 PATH = Path("20180212_211557_WPWS_20.V2A")

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import Limits, ReadOptions, collect, read_outcome, sorted_out
-from rockframe.ingest.isolation import serve, worker_count
+from rockframe.ingest import Limits, ReadOptions, collect, sorted_out
+from rockframe.ingest.reading import read_outcome
+from rockframe.ingest.reading.isolation import serve, worker_count
 from rockframe.options import IngestOptions
 from rockframe.stages import ingest_stage
 
@@ -20,7 +21,7 @@ TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
 #: A reader that does what the name of the file says; workers import it from the test's folder.
 READER = """
 import os, time
-from rockframe.ingest import read_outcome as real
+from rockframe.ingest.reading import read_outcome as real
 
 def read_outcomes(path, options):
     if "crash" in path.name:
@@ -52,14 +53,14 @@ def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     # The package has a function of the module's name.
     monkeypatch.setattr(
-        sys.modules["rockframe.ingest.collect"], "read_outcomes", bad_reader.read_outcomes
+        sys.modules["rockframe.ingest.reading.collect"], "read_outcomes", bad_reader.read_outcomes
     )
 
 
 @pytest.fixture
 def many(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let small inputs have several workers."""
-    monkeypatch.setattr("rockframe.ingest.isolation._BYTES_A_WORKER", 1)
+    monkeypatch.setattr("rockframe.ingest.reading.isolation._BYTES_A_WORKER", 1)
 
 
 @pytest.mark.usefixtures("bad_reader", "many")
@@ -173,7 +174,7 @@ def test_interrupt_leaves_no_orphan() -> None:
     program = (
         "import time\n"
         "from contextlib import closing\n"
-        "from rockframe.ingest.isolation import Limits, serve\n"
+        "from rockframe.ingest.reading.isolation import Limits, serve\n"
         "calls = [(abs, [-1]), (time.sleep, [60])]\n"
         "with closing(serve(map, calls, 1, Limits())) as served:\n"
         "    next(served)\n"
@@ -204,7 +205,7 @@ def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     files = sorted(folder.iterdir())
     assert worker_count(0, files) == 0
     assert worker_count(None, files) == 1
-    monkeypatch.setattr("rockframe.ingest.isolation._BYTES_A_WORKER", 1)
+    monkeypatch.setattr("rockframe.ingest.reading.isolation._BYTES_A_WORKER", 1)
     assert worker_count(4, files) == 4
     assert worker_count(9, files) == 6
     with pytest.raises(ParameterError, match=r"Invalid number of workers -1\. Must be 0 or more"):

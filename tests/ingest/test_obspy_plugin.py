@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, obspy_plugin
+from rockframe.ingest import FORMATS
+from rockframe.ingest.obspy.plugin import PLUGINS
 
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
-DETECTORS = [plugin.is_format for plugin in obspy_plugin.PLUGINS.values()]
+DETECTORS = [plugin.is_format for plugin in PLUGINS.values()]
 
 
 def obspy_read(*arguments: object, **options: object) -> Any:
@@ -137,7 +138,7 @@ def test_processing_is_told(shared_records: Path) -> None:
 def test_detection_restores_the_position(at2: Callable[..., bytes]) -> None:
     stream = BytesIO(b"skipped " + at2())
     stream.seek(8)
-    assert obspy_plugin.PLUGINS["PEERAT2"].is_format(stream)
+    assert PLUGINS["PEERAT2"].is_format(stream)
     assert stream.tell() == 8
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, read_bytes
-from rockframe.ingest.peer_at2 import Title, read_title
+from rockframe.ingest.formats.peer_at2 import Title, read_title
 from rockframe.record import Orientation, Record
 
 PATH = Path("RSN77.AT2")

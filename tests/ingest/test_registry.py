@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, containers, read_bytes, read_file, registry, sniff_format
-from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest import FORMATS, read_bytes, read_file, sniff_format
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.reading import containers, registry
 from rockframe.record import Orientation, is_record_id
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest.timing import time_step_of
+from rockframe.ingest.parsing.timing import time_step_of
 
 PATH = Path("shake.csv")
 

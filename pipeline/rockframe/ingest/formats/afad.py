@@ -1,0 +1,176 @@
+"""Reader of AFAD files (Turkish network, NSMN): a header and columns N-S, E-W, U-D in gal."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.lines import (
+    KeyedHeader,
+    head_lines,
+    is_number,
+    parse_numbers,
+    text_of,
+)
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_TOP: Final = re.compile(r"STRONG GROUND MOTION RECORDS OF T.{1,2}RK", re.I)
+_COMPONENTS: Final = ("N-S", "E-W", "U-D")
+_LONGEST_HEADER: Final = 30
+_PEAKS: Final = re.compile(r"\((?P<component>[NEU]-[SWD])\)\s*(?P<peak>[^\s()]+)")
+_COUNT: Final = "NUMBER OF DATA"
+_STEP: Final = "SAMPLING INTERVAL (sec)"
+_PEAK: Final = "RAW PGA VALUES (gal)"
+_MAGNITUDE: Final = re.compile(r"\s*(?P<size>\d+(?:\.\d+)?)\b")
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a three-column AFAD file.
+
+    Examples
+    --------
+    >>> sniff(b"STRONG GROUND MOTION RECORDS OF TURKIYE\r\nPLACE : AYDIN\r\n")
+    True
+    """
+    lines = head_lines(head)
+    return bool(lines) and bool(_TOP.match(lines[0].strip()))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Read the three components of an AFAD file.
+
+    Raises
+    ------
+    InputError
+        If a header line is missing, the number of samples or a peak differs from the header, or a
+        row does not hold three numbers.
+
+    Examples
+    --------
+    >>> read(Path("0921.txt"), b"STRONG GROUND MOTION RECORDS OF TURKIYE\n", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: 0921.txt: no line 'N-S E-W U-D' in the first 30 lines. Must ...
+    """
+    text = text_of(path, data)
+    header = _header(path, text)
+    units = settle_units(path, "gal", options, header.lines.get(_PEAK))
+    table = _table(header, text)
+    step = _required(header, _STEP)
+    if not is_number(step.encode("latin-1", "replace")):
+        raise header.invalid(_STEP, "a number")
+    time_step = settle_time_step(path, float(step), options, header.lines[_STEP])
+    ratios = _peak_ratios(header, table)
+    size = _MAGNITUDE.match(header.values.get("EARTHQUAKE MAGNITUDE", ""))
+    records = []
+    for column, record_id in enumerate(record_ids(path, _COMPONENTS)):
+        orientation, azimuth = direction(_COMPONENTS[column])
+        records.append(
+            Record(
+                record_id=record_id,
+                acceleration=table[:, column] * acceleration_factor(units),
+                time_step=time_step,
+                uncorrected=True,
+                component=_COMPONENTS[column],
+                orientation=orientation,
+                azimuth=azimuth,
+                event=header.values.get("EARTHQUAKE DATE", ""),
+                station=header.values.get("STATION ID", ""),
+                start_time=_start_time(header.values.get("RECORD TIME", "")),
+                magnitude=float(size["size"]) if size else np.nan,
+                peak_ratio=ratios[column],
+            )
+        )
+    return records
+
+
+def _header(path: Path, text: bytes) -> KeyedHeader:
+    values: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    for number, row in enumerate(text.split(b"\n", _LONGEST_HEADER)[:_LONGEST_HEADER], 1):
+        line = row.decode("latin-1")
+        if line.split() == list(_COMPONENTS):
+            return KeyedHeader(path, values, lines, number)
+        key, colon, value = line.partition(":")
+        if colon:
+            values[key.strip()] = value.strip()
+            lines[key.strip()] = number
+    raise InputError(
+        path,
+        f"no line 'N-S E-W U-D' in the first {_LONGEST_HEADER} lines. "
+        "Must stand above the columns of samples.",
+    )
+
+
+def _required(header: KeyedHeader, key: str) -> str:
+    if not header.get(key):
+        raise InputError(header.path, f"no {key!r} in the header. Must be stated.")
+    return header.values[key]
+
+
+def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
+    """Return the samples [gal], shape (samples, 3)."""
+    rest = text.split(b"\n", header.count)
+    body = rest[header.count].rstrip() if len(rest) > header.count else b""
+    values = parse_numbers(header.path, body, header.count + 1)
+    # One missing and one extra number would shift all numbers between them into other columns.
+    lines = body.split(b"\n") if body else []
+    for line, row in enumerate(lines, header.count + 1):
+        tokens = row.split()
+        if len(tokens) != len(_COMPONENTS):
+            raise InputError(header.path, f"{len(tokens)} columns. Must be 3.", line=line)
+        if (found := _places(tokens)) != (must := _places(lines[0].split())):
+            message = f"{found} decimals. Must be {must}, as in the first row."
+            raise InputError(header.path, message, line=line)
+    stated = _required(header, _COUNT)
+    if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
+        raise header.invalid(_COUNT, "a whole number of 2 or more")
+    rows = values.size // len(_COMPONENTS)
+    if int(stated) != rows:
+        message = f"{_COUNT} {stated} in the header, {rows} rows in the file. Must be equal."
+        raise InputError(header.path, message, line=header.lines[_COUNT])
+    return values.reshape(rows, len(_COMPONENTS))
+
+
+def _places(tokens: list[bytes]) -> list[int]:
+    """Return the number of decimals of each token."""
+    return [len(token.partition(b".")[2]) for token in tokens]
+
+
+def _peak_ratios(header: KeyedHeader, table: NDArray[np.float64]) -> list[float]:
+    """Return the ratios of actual to stated peaks; raise if they differ."""
+    stated = {
+        found["component"]: found["peak"] for found in _PEAKS.finditer(_required(header, _PEAK))
+    }
+    ratios = []
+    for column, component in enumerate(_COMPONENTS):
+        if component not in stated:
+            raise header.invalid(_PEAK, f"three values, one for ({component})")
+        line = header.lines[_PEAK]
+        ratios.append(
+            require_printed_peak(
+                header.path, stated[component], table[:, column], f"gal {component}", line
+            )
+        )
+    return ratios
+
+
+def _start_time(stated: str) -> str:
+    """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in GMT."""
+    time, _, zone = stated.partition(" (")
+    if zone != "GMT)":
+        return ""
+    try:
+        start = datetime.strptime(time, "%d/%m/%Y %H:%M:%S.%f").replace(tzinfo=UTC)
+    except ValueError:
+        return ""
+    return f"{start:%Y-%m-%dT%H:%M:%S.%f}Z"

@@ -1,0 +1,246 @@
+"""Reader of the COSMOS strong-motion format, version 1.20: V0 (counts), V1, V2 and V2c.
+
+Item numbers of the integer and real headers follow the format description (COSMOS, 2001) and are
+counted from 1. A file may hold several channels. Velocity and displacement are skipped if
+there is acceleration, and rejected otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.formats.cosmos.agreement import (
+    QUANTITIES,
+    QUANTITY,
+    direction_of,
+    require_agreement,
+    require_quantity,
+)
+from rockframe.ingest.formats.cosmos.counts import factor_of_counts
+from rockframe.ingest.formats.cosmos.names import (
+    component_of,
+    corners_of,
+    event_of,
+    filters_of,
+    seed_name,
+    start_time_of,
+    station_of,
+)
+from rockframe.ingest.formats.cosmos.sections import TOP, Channel, channels_of
+from rockframe.ingest.metadata.identify import record_ids, require_distinct
+from rockframe.ingest.metadata.site import site_of_cosmos
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.columns import read_columns, require_layout
+from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+#: Items of the integer header.
+_STAGE, _UNITS, _STATION_TYPE = 1, 3, 19
+#: Items of the real header: magnitude (moment), epicentral distance [km], raw time step [s],
+#: time step [ms], length [s], peak and its time [s].
+_MAGNITUDE, _DISTANCE, _RAW_STEP = 13, 17, 34
+_STEP, _LENGTH, _PEAK, _PEAK_TIME = 62, 63, 64, 65
+
+_ACCELERATION: Final = 1
+_RAW, _UNCORRECTED, _CORRECTED = 0, 1, 2
+_COUNTS: Final = 50
+_UNITS_OF: Final = {2: "g", 4: "cm/s2", 10: "gal"}
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a COSMOS file.
+
+    Examples
+    --------
+    >>> sniff(b"Raw acceleration counts   (Format v01.20 with 13 text lines)\n")
+    True
+    """
+    lines = head_lines(head)
+    return bool(lines and TOP.match(lines[0]))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Return the acceleration channels of a COSMOS file.
+
+    Raises
+    ------
+    InputError
+        If a section differs from its heading, no channel is an acceleration, counts have no
+        sensitivity, or number, time step or peak of the samples differ from the header.
+
+    Examples
+    --------
+    >>> read(Path("a.v2c"), b"Corrected acceleration", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration'. Must be as in 'Corrected ...
+    """
+    found = channels_of(path, text_of(path, data).split(b"\n"))
+    for one in found:
+        require_quantity(one)
+    channels = [one for one in found if one.integer(QUANTITY) == _ACCELERATION]
+    if not channels:
+        code = found[0].integer(QUANTITY)
+        raise InputError(
+            path,
+            f"quantity {code} ({QUANTITIES.get(code or 0, 'unknown')}) in item {QUANTITY} of the "
+            f"integer header. Must be {_ACCELERATION} (acceleration).",
+            line=found[0].first_line,
+        )
+    for one in found:
+        require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
+    ids = record_ids(path, [_component(one) for one in channels])
+    records = [_record(one, name, options) for one, name in zip(channels, ids, strict=True)]
+    require_distinct(path, records)
+    return records
+
+
+def _samples(channel: Channel) -> int:
+    count = int(channel.heading["count"])
+    if count < 2:
+        raise InputError(
+            channel.path, f"{count} samples stated. Must be 2 or more.", line=channel.sample_line
+        )
+    return count
+
+
+def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
+    stage = channel.integer(_STAGE)
+    if stage not in (_RAW, _UNCORRECTED, _CORRECTED):
+        raise InputError(
+            channel.path,
+            f"processing stage {stage} in item {_STAGE} of the integer header. "
+            "Must be 0 (raw), 1 (uncorrected) or 2 (corrected).",
+            line=channel.first_line,
+        )
+    factor, converted = _factor(channel, options)
+    columns, line = channel.layout.columns, channel.sample_line
+    samples = read_columns(channel.path, channel.rows, columns, _samples(channel), line)
+    step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
+    _require_length(channel, samples.size * step, step)
+    resolution = _resolution(channel, samples)
+    require_agreement(channel, samples, step, resolution)
+    peak_ratio = _peak_ratio(channel, samples, step, resolution, signed=stage != _RAW)
+    named = station_of(channel.text[4]) or seed_name(channel.comments)
+    component = _component(channel)
+    orientation, azimuth = direction_of(channel, component)
+    magnitude, distance = channel.real(_MAGNITUDE), channel.real(_DISTANCE)
+    low, high = corners_of(channel.text)
+    return Record(
+        record_id=record_id,
+        acceleration=factor * samples,
+        time_step=step,
+        uncorrected=stage != _CORRECTED,
+        component=component,
+        orientation=orientation,
+        azimuth=azimuth,
+        site_type=site_of_cosmos(
+            channel.text[8].partition("Location:")[2],
+            channel.text[4],
+            channel.integer(_STATION_TYPE),
+        ),
+        event=event_of(channel.text[1]),
+        station=named.station,
+        network=named.network,
+        start_time=start_time_of(channel.text[7]),
+        magnitude=magnitude.value if magnitude else math.nan,
+        epicentral_distance=distance.value if distance else math.nan,
+        peak_ratio=peak_ratio,
+        filter_low=low,
+        filter_high=high,
+        processing=filters_of(channel.text) + converted,
+    )
+
+
+def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, ...]]:
+    """Return the factor from samples to m s-2, and a note for `processing`."""
+    code = int(channel.heading["code"])
+    if channel.integer(_UNITS) != code:
+        raise InputError(
+            channel.path,
+            f"units ({code}) stated, but {channel.integer(_UNITS)} in item {_UNITS} of the integer "
+            "header. Must be equal.",
+            line=channel.sample_line,
+        )
+    if code == _COUNTS:
+        return factor_of_counts(channel)
+    if code not in _UNITS_OF:
+        known = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
+        raise InputError(
+            channel.path,
+            f"acceleration units {channel.heading['units']!r} ({code}). "
+            f"Must be {known} or {_COUNTS} (counts).",
+            line=channel.sample_line,
+        )
+    units = settle_units(channel.path, _UNITS_OF[code], options, channel.sample_line)
+    return acceleration_factor(units), ()
+
+
+def _time_step(channel: Channel, stage: int) -> float:
+    """Return the time step [s]: item 34 [s] for raw data, item 62 [ms] for processed data."""
+    raw, processed = channel.real(_RAW_STEP), channel.real(_STEP)
+    if stage == _RAW and raw is not None:
+        if processed and abs(1e-3 * processed.value - raw.value) > 1e-3 * processed.unit + raw.unit:
+            raise InputError(
+                channel.path,
+                f"time step {raw.value:g} s in item {_RAW_STEP} of the real header, but "
+                f"{processed.value:g} ms in item {_STEP}. Must be equal.",
+                line=channel.real_line,
+            )
+        return raw.value
+    if processed is None:
+        raise InputError(
+            channel.path,
+            f"time step unknown. Must be in item {_STEP} of the real header [ms].",
+            line=channel.real_line,
+        )
+    return processed.value / 1e3
+
+
+def _require_length(channel: Channel, length: float, step: float) -> None:
+    """Compare the length with the stated one, which may be one step shorter."""
+    stated = channel.real(_LENGTH)
+    if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
+        raise InputError(
+            channel.path,
+            f"length {stated.value:g} s in item {_LENGTH} of the real header, but {length:g} s of "
+            "samples in the file. Must agree.",
+            line=channel.real_line,
+        )
+
+
+def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
+    """Return one unit of the last printed digit of the largest sample, in file units."""
+    largest = float(np.abs(samples).max())
+    exponent = channel.layout.exponent and largest > 0.0
+    power = math.floor(math.log10(largest)) + 1 if exponent else 0
+    return float(10.0 ** (power - channel.layout.places))
+
+
+def _peak_ratio(
+    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, signed: bool
+) -> float:
+    """Return the ratio of actual to stated peak; raise if they differ."""
+    value = channel.real(_PEAK)
+    if value is None or not samples.any():
+        return math.nan
+    peak = StatedPeak(
+        value=value,
+        time=channel.real(_PEAK_TIME),
+        units=channel.heading["units"] or "counts",
+        line=channel.real_line,
+        # Raw files state the absolute value of the peak.
+        signed=signed,
+    )
+    return require_peak(channel.path, samples, step, peak, resolution)
+
+
+def _component(channel: Channel) -> str:
+    return component_of(channel.text[8], seed_name(channel.comments))

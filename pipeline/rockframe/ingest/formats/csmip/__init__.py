@@ -1,0 +1,1 @@
+"""CSMIP volumes 1 and 2."""

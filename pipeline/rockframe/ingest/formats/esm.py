@@ -1,0 +1,190 @@
+"""Reader of ESM and ITACA files (DYNA 1.2 ASCII): 64 lines `KEY: value`, then samples in cm/s2."""
+
+from __future__ import annotations
+
+import math
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
+from rockframe.ingest.metadata.site import site_of_depth
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.lines import KeyedHeader, head_lines, parse_numbers, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_KEY: Final = re.compile(r"(?P<key>[A-Z][A-Z0-9_^/]*):(?P<value>.*)")
+_MARKS: Final = ("NDATA:", "SAMPLING_INTERVAL_S:", "HEADER_FORMAT:")
+#: Largest number of header lines to read; a valid header has 64.
+_LONGEST_HEADER: Final = 100
+#: Boundary of two numbers without a blank between them: a sign directly after a digit.
+_TOUCHING: Final = re.compile(rb"(?<=\d)(?=[-+])")
+_NEEDED: Final = (
+    "HEADER_FORMAT",
+    "DATA_TYPE",
+    "UNITS",
+    "SAMPLING_INTERVAL_S",
+    "NDATA",
+    "PGA_CM/S^2",
+    "PROCESSING",
+)
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of an ESM or ITACA file of any quantity.
+
+    Examples
+    --------
+    >>> sniff(b"EVENT_NAME: GREECE\nSAMPLING_INTERVAL_S: 0.005000\nNDATA: 3\n")
+    True
+    """
+    lines = head_lines(head)
+    return (
+        bool(lines)
+        and lines[0].startswith("EVENT_NAME:")
+        and any(line.startswith(_MARKS) for line in lines)
+    )
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Return the record of an ESM or ITACA file.
+
+    Raises
+    ------
+    InputError
+        If the file is not DYNA 1.2 acceleration in cm/s2, a key is missing, or NDATA, duration or
+        PGA differ from the samples.
+
+    Examples
+    --------
+    >>> read(Path("a.VEL.ASC"), b"EVENT_NAME: GREECE\nDATA_TYPE: VELOCITY\n", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.VEL.ASC:2: DATA_TYPE 'VELOCITY'. Must be ACCELERATION.
+    """
+    text = text_of(path, data)
+    header = _header(path, text)
+    units = settle_units(path, "cm/s2", options, header.lines["UNITS"])
+    step = settle_time_step(
+        path, header.number("SAMPLING_INTERVAL_S"), options, header.lines["SAMPLING_INTERVAL_S"]
+    )
+    samples = _samples(header, text)
+    _require_count(header, samples.size, step)
+    line = header.lines["PGA_CM/S^2"]
+    peak_ratio = require_printed_peak(
+        path,
+        header.get("PGA_CM/S^2"),
+        samples,
+        "cm/s2",
+        line,
+        # Headers of published files contain negative peaks.
+        signed=True,
+        time=header.get("TIME_PGA_S"),
+        time_step=step,
+    )
+    component = header.get("STREAM")
+    orientation, azimuth = seed_direction(component)
+    magnitude = header.number("MAGNITUDE_W")
+    return [
+        Record(
+            record_id=record_ids(with_ending(path, [".asc"]), [component])[0],
+            acceleration=samples * acceleration_factor(units),
+            time_step=step,
+            uncorrected=_is_uncorrected(header),
+            component=component,
+            orientation=orientation,
+            azimuth=azimuth,
+            site_type=site_of_depth(header.number("SENSOR_DEPTH_M")),
+            event=header.get("EVENT_NAME") or header.get("EVENT_ID"),
+            station=header.get("STATION_CODE"),
+            network=header.get("NETWORK"),
+            start_time=_start_time(header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS")),
+            magnitude=header.number("MAGNITUDE_L") if math.isnan(magnitude) else magnitude,
+            epicentral_distance=header.number("EPICENTRAL_DISTANCE_KM"),
+            vs30=header.number("VS30_M/S"),
+            peak_ratio=peak_ratio,
+            filter_low=_corner(header, "LOW_CUT_FREQUENCY_HZ"),
+            filter_high=_corner(header, "HIGH_CUT_FREQUENCY_HZ"),
+        )
+    ]
+
+
+def _header(path: Path, text: bytes) -> KeyedHeader:
+    values: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    count = 0
+    for number, row in enumerate(text.split(b"\n", _LONGEST_HEADER)[:_LONGEST_HEADER], 1):
+        found = _KEY.match(row.decode("utf-8", "replace"))
+        if not found:
+            break
+        if found["key"] in values:
+            message = f"key {found['key']} again. Must be stated once."
+            raise InputError(path, message, line=number)
+        values[found["key"]] = found["value"].strip()
+        lines[found["key"]] = count = number
+    header = KeyedHeader(path, values, lines, count)
+    if values.get("DATA_TYPE", "ACCELERATION") != "ACCELERATION":
+        raise header.invalid("DATA_TYPE", "ACCELERATION")
+    for key in _NEEDED:
+        if key not in values:
+            raise InputError(path, f"no {key} in {count} lines of header. Must be stated.")
+    for key, value in (("HEADER_FORMAT", "DYNA 1.2"), ("UNITS", "cm/s^2")):
+        if values[key] != value:
+            raise header.invalid(key, value)
+    return header
+
+
+def _samples(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
+    """Return the samples [cm/s2]."""
+    rest = text.split(b"\n", header.count)
+    body = rest[header.count] if len(rest) > header.count else b""
+    if _TOUCHING.search(body):
+        body = _TOUCHING.sub(b" ", body)
+    return parse_numbers(header.path, body, header.count + 1)
+
+
+def _require_count(header: KeyedHeader, samples: int, step: float) -> None:
+    stated = header.get("NDATA")
+    if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
+        raise header.invalid("NDATA", "a whole number of 2 or more")
+    if int(stated) != samples:
+        message = f"NDATA {stated} in the header, {samples} samples in the file. Must be equal."
+        raise InputError(header.path, message, line=header.lines["NDATA"])
+    duration = header.number("DURATION_S")
+    # Durations may be one step shorter, and are rounded to 5 ms.
+    if abs(duration - samples * step) > 1.5 * step + 0.005:
+        message = (
+            f"DURATION_S {duration:g} in the header, {samples} samples at {step:g} s in the file, "
+            f"that is {samples * step:g} s. Must be equal."
+        )
+        raise InputError(header.path, message, line=header.lines["DURATION_S"])
+
+
+def _corner(header: KeyedHeader, key: str) -> float:
+    corner = header.number(key)
+    return corner if corner > 0.0 else math.nan
+
+
+def _is_uncorrected(header: KeyedHeader) -> bool:
+    """Return whether PROCESSING is none or, if it is empty, the baseline was not removed."""
+    processing = header.get("PROCESSING").lower()
+    if processing:
+        return processing.startswith("none")
+    return header.get("BASELINE_CORRECTION") != "BASELINE REMOVED"
+
+
+def _start_time(stated: str) -> str:
+    """Return the start time (ISO 8601, UTC) with the stated decimals; empty if unstated."""
+    day, _, time = stated.partition(".")
+    try:
+        start = datetime.strptime(day, "%Y%m%d_%H%M%S").replace(tzinfo=UTC)
+    except ValueError:
+        return ""
+    fraction = f".{time}" if re.fullmatch(r"\d{1,6}", time, re.ASCII) else ""
+    return f"{start:%Y-%m-%dT%H:%M:%S}{fraction}Z"

@@ -1,0 +1,255 @@
+"""Reader of PEER strong-motion database files (AT2): a few header lines, then acceleration in g.
+
+The last header line states NPTS and DT. Its style and the columns of samples differ between
+releases of the database, so numbers are read one by one, independent of the line layout.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.metadata.site import site_of_station
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+#: Largest number of header lines; all known releases have four.
+_LONGEST_HEADER: Final = 12
+#: `NPTS=   5093, DT=   .0100 SEC,` and `4096    0.0100    NPTS, DT`.
+_SIZES: Final = re.compile(
+    r"NPTS\s*=\s*(?P<count>[^,\s]*)\s*,?\s*DT\s*=\s*(?P<step>[^,\s]*)\s*(?P<unit>[A-Z]*)", re.I
+)
+_SIZES_BEFORE: Final = re.compile(
+    r"^\s*(?P<count>[^,\s]+)[,\s]+(?P<step>[^,\s]+)[,\s]+NPTS\s*,\s*DT\b(?P<unit>)", re.I
+)
+_UNITS: Final = re.compile(r"\bUNITS\s+(?:OF|ARE)\s+\(?(?P<units>[^\s,()]+)", re.I)
+_SERIES: Final = re.compile(r"\bTIME\s+(?:SERIES|HISTORY)\s+IN\s+UNITS\b", re.I)
+_OTHER_QUANTITY: Final = re.compile(r"\b(?P<quantity>VELOCITY|DISPLACEMENT)\s+TIME\b", re.I)
+_PEAK: Final = re.compile(r"\bPGA\s*=\s*(?P<peak>[^\s,]+)\s*(?P<units>[^\s,]*)", re.I)
+_NUMBER: Final = r"(?P<hertz>\d{1,6}\.?\d{0,9}|\.\d{1,9})\s*HZ"
+#: `FILTER POINTS: HP=0.1 Hz LP=40.0 Hz`, and `0 POLE @ 40. HZ, -5 POLE @ .05 HZ`: negative poles
+#: belong to the high-pass, and 0 poles mean no filter.
+_POINTS: Final = re.compile(rf"\b(?P<kind>HP|LP)\s*=\s*{_NUMBER}", re.I)
+_POLES: Final = re.compile(rf"(?P<poles>-?\d{{1,3}})\s+POLES?\s*@\s*{_NUMBER}", re.I)
+_DATE: Final = re.compile(r"\b\d{1,2}/\d{1,2}/(?:\d{4}|\d{2})\b")
+_REMARK: Final = re.compile(r"\s*\([^()]*\)$")
+_COMPONENT: Final = re.compile(r"[A-Za-z0-9-]{1,6}")
+
+
+@dataclass(frozen=True)
+class Title:
+    """Unambiguous contents of the title line; the rest is empty.
+
+    Parameters
+    ----------
+    event, station, component : str
+        Names as printed; the event includes its date.
+
+    Examples
+    --------
+    >>> read_title("Chi-Chi- Taiwan, 9/20/1999, TCU052, E")
+    Title(event='Chi-Chi- Taiwan, 9/20/1999', station='TCU052', component='E')
+    """
+
+    event: str = ""
+    station: str = ""
+    component: str = ""
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a PEER file of any quantity.
+
+    Examples
+    --------
+    >>> sniff(b"PEER\nTITLE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n")
+    True
+    """
+    return any(
+        _sizes(line) or _SERIES.search(line)
+        for line in head_lines(head)[:_LONGEST_HEADER]
+        if not line.lstrip().startswith(("#", "%"))
+    )
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Return the record of a PEER AT2 file.
+
+    Raises
+    ------
+    InputError
+        If the file is velocity or displacement, does not state g, its number of samples or peak
+        differs from the header, or a number is invalid.
+
+    Examples
+    --------
+    >>> header = b"PEER\nTITLE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n"
+    >>> [record] = read(Path("RSN1.AT2"), header + b" .1 .2 -.3", ReadOptions())
+    >>> record.record_id, record.time_step, record.acceleration
+    ('RSN1', 0.01, array([ 0.981,  1.962, -2.943]))
+    """
+    text = text_of(path, data)
+    header = _header(path, text)
+    last = len(header)
+    _refuse_other_quantities(path, header)
+    factor = _factor(path, header, options)
+    count, step = _count_and_step(path, header[-1], last)
+    step = settle_time_step(path, step, options, last)
+    body = text.split(b"\n", last)[last] if text.count(b"\n") >= last else b""
+    samples = parse_numbers(path, body, last + 1)
+    if samples.size != count:
+        raise InputError(
+            path,
+            f"NPTS {count} in the header, {samples.size} samples in the file. Must be equal.",
+            line=last,
+        )
+    peak_ratio = _peak_ratio(path, header, samples)
+    low, high = filter_corners(header)
+    title = read_title(header[1]) if last > 1 else Title()
+    orientation, azimuth = direction(title.component)
+    return [
+        Record(
+            record_id=record_ids(path, [title.component])[0],
+            acceleration=samples * factor,
+            time_step=step,
+            component=title.component,
+            orientation=orientation,
+            azimuth=azimuth,
+            site_type=site_of_station(title.station),
+            event=title.event,
+            station=title.station,
+            peak_ratio=peak_ratio,
+            filter_low=low,
+            filter_high=high,
+        )
+    ]
+
+
+def read_title(line: str) -> Title:
+    """Return event, station and component of a title line, if they are unambiguous.
+
+    The line is `event, date, station, component` or `event date time, station, component`,
+    optionally with a remark in parentheses at the end. Event and station may contain commas.
+
+    Examples
+    --------
+    >>> read_title("KOBE 01/16/95 2046, NISHI-AKASHI, 090 (CUE)")
+    Title(event='KOBE 01/16/95 2046', station='NISHI-AKASHI', component='090')
+    >>> read_title("1559 points at equal spacing of 0.02 sec")
+    Title(event='', station='', component='')
+    """
+    fields = [field.strip() for field in line.split(",")]
+    dated = [number for number, field in enumerate(fields) if _DATE.search(field)]
+    if len(dated) != 1:
+        return Title()
+    event = ", ".join(fields[: dated[0] + 1])
+    rest = fields[dated[0] + 1 :]
+    component = _REMARK.sub("", rest[-1]) if rest else ""
+    if len(rest) < 2 or not _COMPONENT.fullmatch(component):
+        return Title(event)
+    return Title(event, ", ".join(rest[:-1]), component)
+
+
+def filter_corners(header: Sequence[str]) -> tuple[float, float]:
+    """Return the filter corners [Hz] stated in the header lines; NaN if unstated.
+
+    Examples
+    --------
+    >>> filter_corners(["ACCELERATION IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=40.0 Hz"])
+    (0.1, 40.0)
+    >>> filter_corners(["DT= .0050 SEC,   0 POLE @    40.00000 HZ,  -5 POLE @      .05000 HZ"])
+    (0.05, nan)
+    """
+    low = high = math.nan
+    for line in header:
+        stated = [(found["kind"].upper(), found["hertz"]) for found in _POINTS.finditer(line)]
+        stated += [
+            ("HP" if found["poles"].startswith("-") else "LP", found["hertz"])
+            for found in _POLES.finditer(line)
+            if int(found["poles"])
+        ]
+        for kind, hertz in stated:
+            if float(hertz) > 0.0:
+                low, high = (float(hertz), high) if kind == "HP" else (low, float(hertz))
+    return low, high
+
+
+def _peak_ratio(path: Path, header: list[str], samples: NDArray[np.float64]) -> float:
+    """Return the ratio of actual to stated peak; raise if they differ; NaN if unstated."""
+    for number, line in enumerate(header, 1):
+        stated = _PEAK.search(line)
+        if stated:
+            if stated["units"].upper().rstrip(".;") != "G":
+                message = f"PGA in units of {stated['units']!r}. Must be g."
+                raise InputError(path, message, line=number)
+            return require_printed_peak(path, stated["peak"], samples, "g", number)
+    return math.nan
+
+
+def _sizes(line: str) -> re.Match[str] | None:
+    return _SIZES.search(line) or _SIZES_BEFORE.search(line)
+
+
+def _header(path: Path, text: bytes) -> list[str]:
+    """Return the lines up to the one that states NPTS and DT."""
+    lines = [line.decode("latin-1") for line in text.split(b"\n", _LONGEST_HEADER)]
+    for number, line in enumerate(lines[:_LONGEST_HEADER], 1):
+        if _sizes(line):
+            return lines[:number]
+    raise InputError(
+        path,
+        f"no NPTS and DT in the first {_LONGEST_HEADER} lines. "
+        "Must be stated as 'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'.",
+    )
+
+
+def _refuse_other_quantities(path: Path, header: list[str]) -> None:
+    for number, line in enumerate(header, 1):
+        other = _OTHER_QUANTITY.search(line)
+        if other:
+            quantity = other["quantity"].lower()
+            raise InputError(
+                path, f"is a {quantity} time series. Must be an acceleration.", line=number
+            )
+
+
+def _factor(path: Path, header: list[str], options: ReadOptions) -> float:
+    for number, line in enumerate(header, 1):
+        stated = _UNITS.search(line)
+        if stated:
+            units = stated["units"].rstrip(".;").lower()
+            if units != "g":
+                raise InputError(
+                    path, f"acceleration units {stated['units']!r}. Must be g.", line=number
+                )
+            return acceleration_factor(settle_units(path, units, options, number))
+    raise InputError(
+        path,
+        "acceleration units unstated. Must be stated in the header: "
+        "'ACCELERATION TIME SERIES IN UNITS OF G'.",
+    )
+
+
+def _count_and_step(path: Path, line: str, number: int) -> tuple[int, float]:
+    sizes = _sizes(line)
+    assert sizes  # noqa: S101 - the header ends with the line that matches
+    count, step, unit = sizes["count"], sizes["step"], sizes["unit"].upper()
+    if not (re.fullmatch(r"\d{1,12}", count, re.ASCII) and int(count) >= 2):
+        raise InputError(path, f"NPTS {count!r}. Must be a whole number of 2 or more.", line=number)
+    if unit not in {"", "S", "SEC", "SECS", "SECOND", "SECONDS"}:
+        raise InputError(path, f"DT in units of {unit!r}. Must be seconds.", line=number)
+    seconds = float(step) if is_number(step.encode("latin-1")) else math.nan
+    if not seconds > 0.0:
+        raise InputError(path, f"time step {step!r} s. Must be a positive number.", line=number)
+    return int(count), seconds

@@ -1,0 +1,275 @@
+"""Reader of SAC files, binary (either byte order) and alphanumeric: one evenly sampled series each.
+
+The header states the kind of quantity (IDEP) but not its units, so the user must. It does not state
+the processing either: a series with an offset counts as uncorrected.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
+from rockframe.ingest.options import ReadOptions, settle_time_step
+from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
+from rockframe.record import Orientation, Record
+from rockframe.units import acceleration_factor
+
+_FLOATS: Final = 70
+_INTEGERS: Final = 40
+_HEADER_BYTES: Final = 632
+_HEADER_LINES: Final = 30
+_UNDEFINED: Final = "-12345"
+#: Indices of header floats.
+_DELTA, _DEPMIN, _DEPMAX, _SCALE, _B, _E, _MAGNITUDE = 0, 1, 2, 3, 5, 6, 39
+_DEPMEN, _AZIMUTH, _INCIDENCE = 56, 57, 58
+#: Indices of header integers; the first six are the reference time.
+_VERSION, _COUNT, _FILE_TYPE, _QUANTITY, _EVEN = 6, 9, 15, 16, 35
+#: Character ranges of the names within the last 192 characters of the header.
+_STATION, _EVENT, _COMPONENT, _NETWORK = (0, 8), (8, 24), (160, 168), (168, 176)
+_TIME_SERIES: Final = 1
+#: Largest mean of a corrected record as a share of the peak; in practice it is below 0.001.
+_NO_OFFSET: Final = 0.01
+#: Largest deviation from north or east of a component with the letter N or E [degree].
+_ASKEW: Final = 5.0
+_OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
+
+
+@dataclass(frozen=True)
+class _Sac:
+    """Header floats, shape (70,), integers, shape (40,), and 192 characters; and the samples."""
+
+    floats: NDArray[np.float64]
+    integers: tuple[int, ...]
+    names: str
+    samples: NDArray[np.float64]
+
+    def stated(self, place: int) -> float:
+        """Return a header float; NaN if undefined."""
+        value = float(self.floats[place])
+        return value if math.isfinite(value) and value != float(_UNDEFINED) else math.nan
+
+    def name(self, place: tuple[int, int]) -> str:
+        # Some writers end a name with NUL, and leave old characters after it.
+        name = self.names[slice(*place)].split("\0")[0].strip()
+        return "" if name.startswith(_UNDEFINED) or not name.isprintable() else name
+
+
+def sniff(head: bytes) -> bool:
+    """Return whether the head of a file is that of a SAC file, binary or alphanumeric.
+
+    Examples
+    --------
+    >>> sniff(bytes(700))
+    False
+    """
+    return _byte_order(head) is not None or _is_alphanumeric(head)
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Return the record of a SAC file; it is uncorrected if its mean exceeds 1 % of its peak.
+
+    Raises
+    ------
+    InputError
+        If the user states no units, NPTS differs from the number of samples, IDEP is velocity or
+        displacement, SCALE is not 1, samples are uneven or not finite, their extremes or mean
+        differ from the header, or component and direction contradict each other.
+
+    Examples
+    --------
+    >>> read(Path("a.sac"), bytes(700), ReadOptions("g"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.sac: no header of SAC. Must be version 6, binary or alpha...
+    """
+    order = _byte_order(data)
+    if order is None and not _is_alphanumeric(data):
+        raise InputError(path, "no header of SAC. Must be version 6, binary or alphanumeric.")
+    file = _binary(path, data, order) if order else _alphanumeric(path, data)
+    _require_acceleration(path, file)
+    step = float(file.floats[_DELTA])
+    # The header is in single precision: compare the time step of the user in it, but use all
+    # digits.
+    if options.time_step is None or np.float32(options.time_step) != np.float32(step):
+        step = settle_time_step(path, step, options)
+    _require_end(path, file)
+    if options.units is None:
+        raise InputError(
+            path, "acceleration units unstated, as in every SAC file. Must be given with --units."
+        )
+    component = file.name(_COMPONENT)
+    orientation, azimuth = _direction(path, file, component)
+    return [
+        Record(
+            record_id=record_ids(with_ending(path, [".sac"]), [component])[0],
+            acceleration=file.samples * acceleration_factor(options.units),
+            time_step=step,
+            uncorrected=bool(
+                abs(file.samples.mean()) > _NO_OFFSET * float(np.abs(file.samples).max())
+            ),
+            component=component,
+            orientation=orientation,
+            azimuth=azimuth,
+            event=file.name(_EVENT),
+            station=file.name(_STATION),
+            network=file.name(_NETWORK),
+            start_time=_start_time(file),
+            magnitude=file.stated(_MAGNITUDE),
+        )
+    ]
+
+
+def _byte_order(head: bytes) -> str | None:
+    """Return the byte order in which version, file type and evenness are valid, or None."""
+    if len(head) < _HEADER_BYTES:
+        return None
+    for order in "<", ">":
+        integers = struct.unpack_from(f"{order}{_INTEGERS}i", head, 4 * _FLOATS)
+        if (
+            1 <= integers[_VERSION] <= 7
+            and integers[_EVEN] in (0, 1)
+            and (integers[_FILE_TYPE] == int(_UNDEFINED) or 1 <= integers[_FILE_TYPE] <= 100)
+        ):
+            return order
+    return None
+
+
+def _is_alphanumeric(head: bytes) -> bool:
+    """Return whether it begins with 14 lines of floats (5F15.7) and 8 of integers (5I10)."""
+    lines = head_lines(head)
+    if len(lines) < _HEADER_LINES:
+        return False
+    floats, integers = lines[:14], lines[14:22]
+    return all(_fields(line, 15) is not None for line in floats) and all(
+        _fields(line, 10) is not None for line in integers
+    )
+
+
+def _fields(line: str, width: int) -> list[float] | None:
+    fields = [line[start : start + width].encode("latin-1") for start in range(0, 5 * width, width)]
+    good = len(line.rstrip()) == 5 * width and all(map(is_number, fields))
+    return [float(field) for field in fields] if good else None
+
+
+def _binary(path: Path, data: bytes, order: str) -> _Sac:
+    floats = _doubles(data, order, _FLOATS, 0)
+    integers = struct.unpack_from(f"{order}{_INTEGERS}i", data, 4 * _FLOATS)
+    names = data[4 * (_FLOATS + _INTEGERS) : _HEADER_BYTES].decode("latin-1")
+    version, count = integers[_VERSION], integers[_COUNT]
+    if version != 6:
+        raise InputError(path, f"SAC header version {version}. Must be 6.")
+    present = (len(data) - _HEADER_BYTES) / 4
+    if count != present:
+        message = f"NPTS {count} in the header, {present:g} samples in the file. Must be equal."
+        raise InputError(path, message)
+    return _Sac(floats, integers, names, _doubles(data, order, count, _HEADER_BYTES))
+
+
+def _doubles(data: bytes, order: str, count: int, start: int) -> NDArray[np.float64]:
+    # A signalling NaN would cause a warning; NaN among the samples are rejected later.
+    with np.errstate(invalid="ignore"):
+        return np.frombuffer(data, f"{order}f4", count, start).astype(np.float64)
+
+
+def _alphanumeric(path: Path, data: bytes) -> _Sac:
+    lines = text_of(path, data).split(b"\n", _HEADER_LINES)
+    header = [line.decode("latin-1") for line in lines[:_HEADER_LINES]]
+    floats = [value for line in header[:14] for value in _fields(line, 15) or []]
+    integers = tuple(int(value) for line in header[14:22] for value in _fields(line, 10) or [])
+    # Each line has three names of eight characters; the second name of the header has sixteen.
+    names = "".join(line.ljust(24)[:24] for line in header[22:])
+    body = lines[_HEADER_LINES] if len(lines) > _HEADER_LINES else b""
+    samples = parse_numbers(path, body, _HEADER_LINES + 1)
+    if integers[_COUNT] != samples.size:
+        message = (
+            f"NPTS {integers[_COUNT]} in the header, {samples.size} samples in the file. "
+            "Must be equal."
+        )
+        raise InputError(path, message, line=16)
+    return _Sac(np.array(floats), integers, names, samples)
+
+
+def _require_acceleration(path: Path, file: _Sac) -> None:
+    """Reject files that are not evenly sampled acceleration, or differ from their header."""
+    integers = file.integers
+    if integers[_QUANTITY] in _OTHER_QUANTITIES:
+        quantity = _OTHER_QUANTITIES[integers[_QUANTITY]]
+        message = f"IDEP {integers[_QUANTITY]} is {quantity}. Must be an acceleration."
+        raise InputError(path, message)
+    if integers[_EVEN] != 1 or integers[_FILE_TYPE] not in (_TIME_SERIES, int(_UNDEFINED)):
+        raise InputError(
+            path,
+            f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}. "
+            "Must be 1 and 1: an evenly sampled time series.",
+        )
+    scale = file.stated(_SCALE)
+    if scale not in (0.0, 1.0) and not math.isnan(scale):
+        message = f"SCALE {scale:.7g}. Must be 1 or undefined: samples that are accelerations."
+        raise InputError(path, message)
+    if file.samples.size < 2:
+        raise InputError(path, f"NPTS {file.samples.size}. Must be 2 or more.")
+    if not are_finite(file.samples):
+        where = int(np.flatnonzero(~(np.abs(file.samples) < 1e30))[0])
+        message = f"sample {where + 1} is {file.samples[where]}. Must be finite and below 1e30."
+        raise InputError(path, message)
+    size = float(np.abs(file.samples).max())
+    for place, name, found, slack in (
+        (_DEPMIN, "DEPMIN", file.samples.min(), 1e-6),  # alphanumeric headers have seven digits
+        (_DEPMAX, "DEPMAX", file.samples.max(), 1e-6),
+        (_DEPMEN, "DEPMEN", file.samples.mean(), 1e-4),  # sums in single precision
+    ):
+        stated = file.stated(place)
+        if not math.isnan(stated) and abs(stated - found) > slack * max(size, abs(stated)):
+            message = f"{name} {stated:.7g} in the header, {found:.7g} in the samples."
+            raise InputError(path, f"{message} Must be equal.")
+
+
+def _require_end(path: Path, file: _Sac) -> None:
+    """Reject a time step that does not lead from B to E within 1.5 steps."""
+    step, end = float(file.floats[_DELTA]), file.stated(_E)
+    begin = file.stated(_B)
+    found = begin + (file.samples.size - 1) * step
+    if abs(end - found) > 1.5 * step:
+        raise InputError(
+            path,
+            f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from "
+            f"{begin:g} s end at {found:g} s. Must be equal.",
+        )
+
+
+def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
+    """Return the direction from CMPINC (measured from up) and CMPAZ, otherwise from the name."""
+    incidence, azimuth = file.stated(_INCIDENCE), file.stated(_AZIMUTH)
+    orientation, named = seed_direction(component)
+    upright = incidence in (0.0, 180.0)
+    if not (upright or (incidence == 90.0 and not math.isnan(azimuth))):
+        return orientation, named
+    # Positive motion may be in the opposite direction.
+    askew = 0.0 if upright else abs((azimuth - named + 90.0) % 180.0 - 90.0)
+    stated = orientation is not Orientation.UNSTATED
+    if stated and (orientation.upright != upright or askew > _ASKEW):
+        message = f"component {component!r}, but CMPINC {incidence:g} and CMPAZ {azimuth:g}."
+        raise InputError(path, f"{message} Must be the same direction.")
+    if upright:
+        return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
+    return Orientation.HORIZONTAL, azimuth % 360.0
+
+
+def _start_time(file: _Sac) -> str:
+    """Return reference time plus B (ISO 8601, UTC); empty if undefined."""
+    year, day, hour, minute, second, millisecond = file.integers[:6]
+    begin = file.stated(_B)
+    try:
+        start = datetime(year, 1, 1, hour, minute, second, 1000 * millisecond, tzinfo=UTC)
+        start += timedelta(days=day - 1, seconds=begin)
+    except (ValueError, OverflowError):
+        return ""
+    return f"{start:%Y-%m-%dT%H:%M:%S.%f}Z" if 1 <= day <= 366 else ""

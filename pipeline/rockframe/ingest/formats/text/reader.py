@@ -1,0 +1,263 @@
+"""Reader of number tables (CSV or white space): time and acceleration, or acceleration alone.
+
+Optional comment lines (``#``, ``%``) come first, then an optional line of column names, which
+states the units: ``time_s,acc_g``, ``t, acceleration [m/s2]``, ``acc_cm_s2``. No units are assumed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.formats.text.column_headers import (
+    column_names,
+    fields_of,
+    is_known,
+    is_row,
+    read_headers,
+    units_in,
+)
+from rockframe.ingest.metadata.identify import record_ids
+from rockframe.ingest.options import ReadOptions, settle_units
+from rockframe.ingest.parsing.lines import (
+    are_finite,
+    bad_number,
+    head_lines,
+    is_number,
+    require_whole_end,
+    text_of,
+)
+from rockframe.ingest.parsing.timing import time_step_of
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+Float = NDArray[np.float64]
+
+#: Number of rows parsed at a time; limits memory.
+_ROWS: Final = 1 << 16
+#: Number of rows before the last whose number of digits is compared with it.
+_ROWS_OF_END: Final = 20
+_STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
+_STATED_STEP: Final = re.compile(
+    r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
+    re.I,
+)
+#: Relative tolerance of two time steps, one of which is rounded.
+_SAME_STEP: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Comments and column names, and the rows of numbers with their separator."""
+
+    comments: list[str]
+    names: list[str]
+    names_line: int
+    rows: list[bytes]
+    first_line: int
+    separator: bytes | None
+
+    @property
+    def columns(self) -> int:
+        return len(self.rows[0].split(self.separator))
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a table of one or two columns of numbers.
+
+    Examples
+    --------
+    >>> sniff(b"0.00 0.1\n0.01 0.2\n"), sniff(b"# Records\n\nSix of them.\n")
+    (True, False)
+    """
+    lines = head_lines(head)
+    start = _first_content(lines)
+    # The last line of the head may be cut. One invalid line does not matter: `read` reports it.
+    rows = [line for line in lines[start:-1] or lines[start:] if line.strip()]
+    if not rows:
+        return False
+    names = column_names(rows[0])
+    if not names:
+        numeric = [is_row(row) for row in rows]
+        return numeric[0] and len(fields_of(rows[0])) <= 2 and 2 * sum(numeric) > len(rows)
+    return (len(names) <= 2 or any(map(is_known, names))) and any(
+        is_row(row) and len(fields_of(row)) == len(names) for row in rows[1:4]
+    )
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Return the record of a number table.
+
+    Raises
+    ------
+    InputError
+        If neither file nor options state units or time step, a comment contradicts units, time step
+        or number of samples, a column is not time or acceleration, rows differ in length, a number
+        is invalid, or times are uneven.
+
+    Examples
+    --------
+    >>> [record] = read(Path("shake.txt"), b"0.1\n-0.2\n", ReadOptions("g", 0.01))
+    >>> record.time_step, record.acceleration
+    (0.01, array([ 0.981, -1.962]))
+    """
+    layout = _split(path, data)
+    names_line = layout.names_line or layout.first_line
+    quantities, stated = read_headers(path, layout.names, layout.columns, names_line)
+    factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
+    taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
+    _require_units(path, layout, factor, taken)
+    table = _parse(path, layout, quantities)
+    if not data[-1:].isspace():
+        end = layout.rows[-_ROWS_OF_END:]
+        line = layout.first_line + len(layout.rows) - len(end)
+        require_whole_end(path, b"\n".join(end), line, layout.columns)
+    _require_count(path, layout, len(table))
+    step = _time_step(path, layout, quantities, table, options)
+    _require_step(path, layout, step)
+    return [
+        Record(
+            record_id=record_ids(path, [""])[0],
+            acceleration=table[:, quantities.index("acceleration")] * factor,
+            time_step=step,
+        )
+    ]
+
+
+def _split(path: Path, data: bytes) -> _Layout:
+    lines = text_of(path, data).rstrip().split(b"\n")
+    start = _first_content(map(_decoded, lines))
+    comments = [_decoded(line) for line in lines[:start]]
+    names = column_names(_decoded(lines[start])) if start < len(lines) else []
+    names_line = start + 1 if names else 0
+    start += bool(names)
+    start += _first_content(map(_decoded, lines[start:]))
+    if start >= len(lines):
+        raise InputError(path, "no rows of numbers. Must be 2 or more.")
+    separator = b"," if b"," in lines[start] else None
+    return _Layout(comments, names, names_line, lines[start:], start + 1, separator)
+
+
+def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
+    """Return all numbers, shape (rows, columns)."""
+    rows, columns = layout.rows, layout.columns
+    try:
+        parts = [
+            _parse_rows(rows[start : start + _ROWS], layout.separator, columns)
+            for start in range(0, len(rows), _ROWS)
+        ]
+    except ValueError:
+        raise _first_bad_row(path, layout, quantities) from None
+    table = np.concatenate(parts)
+    if not are_finite(table):
+        raise _first_bad_row(path, layout, quantities)
+    return table
+
+
+def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
+    text = (separator or b"\n").join(rows)
+    if separator:
+        ragged = {row.count(separator) for row in rows} != {columns - 1}
+    else:
+        ragged = bool((_tokens_a_line(text + b"\n") != columns).any())
+    if ragged or b"_" in text:
+        raise ValueError("ragged rows, or underscores in numbers")
+    return np.array(text.split(separator), dtype=np.float64).reshape(-1, columns)
+
+
+def _tokens_a_line(text: bytes) -> NDArray[np.int64]:
+    """Return the number of tokens in each line, shape (lines,)."""
+    codes = np.frombuffer(text, dtype=np.uint8)
+    blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
+    starts = ~blank
+    starts[1:] &= blank[:-1]
+    until: NDArray[np.int64] = np.cumsum(starts)[codes == ord("\n")]
+    return np.diff(until, prepend=0)
+
+
+def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:
+    for line, row in enumerate(layout.rows, layout.first_line):
+        tokens = row.split(layout.separator)
+        if len(tokens) != layout.columns:
+            shown = row.decode("latin-1").strip()[:40]
+            return InputError(
+                path, f"{len(tokens)} columns in {shown!r}. Must be {layout.columns}.", line=line
+            )
+        for token, quantity in zip(tokens, quantities, strict=True):
+            if not is_number(token):
+                return bad_number(path, token, line, quantity)
+    raise AssertionError("every row is sound, yet they could not be read together")
+
+
+def _require_count(path: Path, layout: _Layout, rows: int) -> None:
+    if rows < 2:
+        raise InputError(path, f"{rows} row of numbers. Must be 2 or more.", line=layout.first_line)
+    for line, comment in enumerate(layout.comments, 1):
+        stated = _STATED_COUNT.search(comment)
+        if stated and int(stated[1]) != rows:
+            raise InputError(
+                path,
+                f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal.",
+                line=line,
+            )
+
+
+def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> None:
+    for line, comment in enumerate(layout.comments, 1):
+        stated = units_in(comment)
+        if stated and acceleration_factor(stated) != factor:
+            message = f"acceleration units {stated!r} in the comment, {taken}. Must agree."
+            raise InputError(path, message, line=line)
+
+
+def _require_step(path: Path, layout: _Layout, step: float) -> None:
+    for line, comment in enumerate(layout.comments, 1):
+        stated = _STATED_STEP.search(comment.strip())
+        if stated and not math.isclose(float(stated["step"]), step, rel_tol=_SAME_STEP):
+            raise InputError(
+                path,
+                f"dt {stated['step']} s in the comment, time step {step:g} s of the samples. "
+                "Must be equal.",
+                line=line,
+            )
+
+
+def _time_step(
+    path: Path, layout: _Layout, quantities: list[str], table: Float, options: ReadOptions
+) -> float:
+    if "time" in quantities:
+        time = quantities.index("time")
+
+        def printed() -> list[bytes]:
+            return [row.split(layout.separator)[time] for row in layout.rows]
+
+        return time_step_of(path, table[:, time], printed, layout.first_line, options.time_step)
+    if options.time_step is None:
+        raise InputError(
+            path,
+            "time step unstated. Must be in a column of times before the acceleration "
+            "or given with --time-step.",
+        )
+    return options.time_step
+
+
+def _decoded(line: bytes) -> str:
+    return line.decode("latin-1")
+
+
+def _first_content(lines: Iterable[str]) -> int:
+    """Return the number of leading comment lines and blank lines."""
+    count = 0
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith(("#", "%")):
+            break
+        count += 1
+    return count

@@ -1,0 +1,1 @@
+"""Names, directions, sites, catalogues and StationXML."""

@@ -1,0 +1,287 @@
+"""Instrument response of a channel from StationXML."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.site import site_of_depth
+from rockframe.ingest.parsing.lines import unreadable
+from rockframe.record import Orientation, SiteType
+
+#: Text that identifies a StationXML file.
+_MARK: Final = b"<FDSNStationXML"
+_HEAD: Final = 4096
+#: Largest StationXML file that is read [bytes].
+_LARGEST: Final = 64_000_000
+#: Size of a unit [m s-2], by the prefix of the metre.
+_PREFIXES: Final = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
+_UNITS: Final = re.compile(
+    r"(?P<prefix>[cmun]?)m/(?P<per>s(?:ec)?(?P<square>\*\*2|\^2|2|/s(?:ec)?)?|\(s\*\*2\))", re.I
+)
+_COUNTS: Final = frozenset(["count", "counts"])
+#: Largest relative difference between the sensitivity and the product of the stage gains. Rounding
+#: causes at most 1e-3, and the gain of an accelerometer is the same at all stated frequencies; a
+#: wrong digit or a missing gain causes more.
+_SAME_GAIN: Final = 0.01
+#: Exceptions on corrupted XML, in addition to those of obspy; lxml raises syntax errors.
+_JUNK: Final = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+#: Largest dip of a horizontal, and smallest dip of a vertical component [degree].
+_FLAT: Final = 10.0
+_STEEP: Final = 80.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelResponse:
+    """Description of a channel in StationXML.
+
+    Parameters
+    ----------
+    source, sha256 : str
+        Name and SHA-256 of the StationXML file.
+    counts : float
+        Sensitivity [counts s2 m-1].
+    units : str
+        Acceleration units as stated.
+    sample_rate : float
+        Sampling rate [Hz]; NaN if unstated.
+    orientation : Orientation
+        Orientation according to the dip.
+    azimuth : float
+        Clockwise from north [degree]; NaN unless horizontal.
+    site_type : SiteType
+        Site type according to the depth of the sensor.
+    response : obspy.core.inventory.Response
+        Response with all stages.
+
+    Examples
+    --------
+    >>> ChannelResponse(source="CI.CLC.xml", counts=213945.0, units="M/S**2").counts
+    213945.0
+    """
+
+    source: str
+    sha256: str = ""
+    counts: float
+    units: str
+    sample_rate: float = math.nan
+    orientation: Orientation = Orientation.UNSTATED
+    azimuth: float = math.nan
+    site_type: SiteType = SiteType.UNKNOWN
+    response: Any = None
+
+
+def is_station_xml(path: Path) -> bool:
+    """Return whether the contents of a file are StationXML; False if it cannot be read.
+
+    Examples
+    --------
+    >>> is_station_xml(Path("CI.CLC..HNE.mseed"))
+    False
+    """
+    if path.suffix.lower() != ".xml":
+        return False
+    try:
+        with path.open("rb") as stream:
+            return _MARK in stream.read(_HEAD)
+    except OSError:
+        return False
+
+
+def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
+    """Return the response of the channel of an obspy trace at the time of the trace.
+
+    Parameters
+    ----------
+    path : Path
+        File of the waveform. If `given` is None, all StationXML files in its folder are searched.
+    trace : obspy.Trace
+        The waveform.
+    given : Path or None
+        StationXML file to use.
+
+    Raises
+    ------
+    InputError
+        If no file describes the channel at that time, several describe it differently, the
+        sensitivity is not counts per acceleration, or the stage gains contradict it.
+
+    Examples
+    --------
+    >>> from obspy import Trace
+    >>> find_response(Path("lost/CLC.mseed"), Trace(header={"station": "CLC"}), None)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: lost/CLC.mseed: no StationXML of .CLC.. at 1970-01-01T00:00:00...
+    """
+    try:
+        return _find(path, trace, given)
+    except InputError as error:
+        if error.path == path:
+            raise
+        # The rejected file is the waveform, not the StationXML.
+        raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
+
+
+def _find(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
+    files = _candidates(path, trace.stats.station) if given is None else [given]
+    found = [(file, channel) for file in files for channel in _channels(file, trace)]
+    if not found:
+        looked = ", ".join(file.name for file in files) or "none that names the station"
+        raise InputError(
+            path,
+            f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked}). "
+            "Must be a *.xml beside the file, or given with --station-xml.",
+        )
+    file, channel = found[0]
+    for other_file, other in found[1:]:
+        if _summary(other) != _summary(channel) or other.response != channel.response:
+            raise InputError(
+                path,
+                f"{trace.id} is described in {file.name} and otherwise in {other_file.name}. "
+                "Must be one description.",
+            )
+    return _response_of(file, channel, trace)
+
+
+def _candidates(path: Path, station: str) -> list[Path]:
+    """Return the StationXML files in the folder that name the station."""
+    try:
+        beside = sorted(path.parent.iterdir())
+    except OSError:  # no such folder, or no permission
+        return []
+    named = re.compile(rb"code\s*=\s*[\"']" + re.escape(station.encode()) + rb"[\"']")
+    files = [file for file in beside if file.is_file() and is_station_xml(file)]
+    return [file for file in files if named.search(_content(file))]
+
+
+def _content(file: Path) -> bytes:
+    try:
+        size = file.stat().st_size
+        if size > _LARGEST:
+            raise InputError(file, f"{size} bytes. Must be at most {_LARGEST}.")
+        return file.read_bytes()
+    except OSError as error:
+        raise unreadable(file, error) from error
+
+
+@lru_cache(maxsize=8)
+def _inventory(file: Path, content: bytes) -> Any:
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise InputError(file, "XML with a document type. Must be plain StationXML.")
+    with warnings.catch_warnings():
+        # obspy warns of unusual but harmless entries; Python warns of how obspy finds its readers.
+        warnings.simplefilter("ignore")
+        from obspy import read_inventory
+        from obspy.core.util.obspy_types import ObsPyException
+
+        try:
+            return read_inventory(BytesIO(content), format="STATIONXML")
+        except (*_JUNK, ObsPyException) as error:
+            shown = " ".join(str(error).split())[:120]
+            raise InputError(
+                file, f"cannot be read as StationXML ({shown}). Must be undamaged."
+            ) from error
+
+
+@lru_cache(maxsize=8)
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _channels(file: Path, trace: Any) -> list[Any]:
+    """Return the channels with the four codes of the trace whose epoch covers it."""
+    stats = trace.stats
+    return [
+        channel
+        for network in _inventory(file, _content(file))
+        if network.code == stats.network
+        for station in network
+        if station.code == stats.station
+        for channel in station
+        if (channel.code, channel.location_code) == (stats.channel, stats.location)
+        and (channel.start_date is None or channel.start_date <= stats.starttime)
+        and (channel.end_date is None or stats.endtime <= channel.end_date)
+    ]
+
+
+def _summary(channel: Any) -> tuple[object, ...]:
+    return channel.azimuth, channel.dip, channel.sample_rate
+
+
+def _response_of(file: Path, channel: Any, trace: Any) -> ChannelResponse:
+    response = channel.response
+    sensitivity = response.instrument_sensitivity if response else None
+    if sensitivity is None or sensitivity.value is None:
+        raise InputError(file, f"{trace.id} has no sensitivity. Must be stated.")
+    value, units = float(sensitivity.value), str(sensitivity.input_units or "")
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(file, f"sensitivity {value:g} of {trace.id}. Must be positive and finite.")
+    if str(sensitivity.output_units).strip().lower() not in _COUNTS:
+        raise InputError(
+            file, f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
+        )
+    counts = value / _metres_per_second_squared(file, trace.id, units)
+    _require_gain(file, trace.id, response, counts)
+    orientation, azimuth = _direction(channel)
+    return ChannelResponse(
+        source=file.name,
+        sha256=_sha256(_content(file)),
+        counts=counts,
+        units=units,
+        sample_rate=float(channel.sample_rate or math.nan),
+        orientation=orientation,
+        azimuth=azimuth,
+        site_type=site_of_depth(math.nan if channel.depth is None else float(channel.depth)),
+        response=response,
+    )
+
+
+def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
+    found = _UNITS.fullmatch(units.strip())
+    if not found:
+        raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2.")
+    if not (found["square"] or found["per"].startswith("(")):
+        raise InputError(
+            file, f"sensitivity of {name} per {units!r}: a velocity. Must be an acceleration."
+        )
+    return _PREFIXES[found["prefix"].lower()]
+
+
+def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
+    """Reject a sensitivity [counts s2 m-1] that differs from the product of the stage gains."""
+    stages = response.response_stages
+    gains = [stage.stage_gain for stage in stages]
+    if not stages or None in gains:  # the gains are incomplete
+        return
+    stated = str(response.instrument_sensitivity.input_units)
+    units = str(stages[0].input_units or stated)
+    try:
+        product = math.prod(gains) / _metres_per_second_squared(file, name, units)
+    except InputError:
+        message = f"first stage of {name} is per {units!r}, its sensitivity per {stated!r}."
+        raise InputError(file, f"{message} Must be an acceleration, too.") from None
+    if not abs(product - counts) <= _SAME_GAIN * counts:
+        raise InputError(
+            file,
+            f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
+            f"{len(stages)} stages multiply to {product:.7g}. Must agree within {_SAME_GAIN:.0%}.",
+        )
+
+
+def _direction(channel: Any) -> tuple[Orientation, float]:
+    if channel.dip is None:
+        return Orientation.UNSTATED, math.nan
+    if abs(channel.dip) >= _STEEP:  # dip is positive downwards
+        return Orientation.DOWNWARD if channel.dip > 0.0 else Orientation.VERTICAL, math.nan
+    if abs(channel.dip) <= _FLAT:
+        azimuth = math.nan if channel.azimuth is None else float(channel.azimuth)
+        return Orientation.HORIZONTAL, azimuth
+    return Orientation.UNSTATED, math.nan

@@ -1,0 +1,1 @@
+"""obspy plug-ins, and the readers of obspy."""

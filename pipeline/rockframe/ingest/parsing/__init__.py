@@ -1,0 +1,1 @@
+"""Read numbers, columns, times and stated peaks from text."""

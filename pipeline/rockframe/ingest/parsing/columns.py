@@ -1,0 +1,162 @@
+"""Samples in fixed-width columns, as Fortran writes them, without blanks between numbers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.parsing.lines import are_finite, is_number
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Layout of a line of samples.
+
+    Parameters
+    ----------
+    count : int
+        Numbers per line.
+    width : int
+        Characters per number.
+    integers : bool
+        True if the numbers are integers without a decimal point.
+
+    Examples
+    --------
+    >>> Columns(8, 9).line_width
+    72
+    """
+
+    count: int
+    width: int
+    integers: bool = False
+
+    @property
+    def line_width(self) -> int:
+        """Number of characters of a full line."""
+        return self.count * self.width
+
+
+def read_columns(
+    path: Path, rows: list[bytes], columns: Columns, count: int, line: int
+) -> NDArray[np.float64]:
+    """Return the samples in fixed-width columns.
+
+    Parameters
+    ----------
+    rows : list of bytes
+        Lines of samples without line ends.
+    count : int
+        Number of samples that the header states.
+    line : int
+        Line number of that statement in the file; the samples follow it.
+
+    Returns
+    -------
+    array, shape (count,)
+
+    Raises
+    ------
+    InputError
+        If a line has the wrong width, the number of samples differs from the stated one, or a
+        column does not hold a finite number with a decimal point (an integer if
+        `columns.integers`). Fortran would insert a missing decimal point.
+
+    Examples
+    --------
+    >>> read_columns(Path("CE89146.V1"), [b"  .000010-1.234567"], Columns(8, 9), 2, 28)
+    array([ 1.000000e-05, -1.234567e+00])
+    """
+    rows = require_layout(path, rows, columns, count, line)
+    text = b"".join(rows)
+    if b"_" not in text and text.count(b".") == (0 if columns.integers else count):
+        kind = np.int64 if columns.integers else np.float64
+        try:
+            numbers = np.array(_fields(text, columns.width), dtype=kind)
+            samples = numbers.astype(np.float64)
+        except (ValueError, OverflowError):
+            raise _first_bad_column(path, rows, columns, line) from None
+        if samples.size == count and are_finite(samples):
+            return samples
+    raise _first_bad_column(path, rows, columns, line)
+
+
+def _fields(text: bytes, width: int) -> list[bytes]:
+    """Return the token of each column; raise ValueError if a column is empty."""
+    columns = np.frombuffer(text, dtype=np.uint8).reshape(-1, width)
+    if not (columns > ord(" ")).any(axis=1).all():
+        raise ValueError("an empty column")
+    # A blank between the columns separates numbers that touch.
+    apart = np.full((len(columns), width + 1), ord(" "), dtype=np.uint8)
+    apart[:, 1:] = columns
+    return apart.tobytes().split()
+
+
+def require_layout(
+    path: Path, rows: list[bytes], columns: Columns, count: int, line: int
+) -> list[bytes]:
+    """Return the lines of samples without trailing blanks, after checking their number and width.
+
+    The numbers themselves are not checked. Parameters are those of `read_columns`.
+
+    Raises
+    ------
+    InputError
+        If a line has the wrong width, or the number of samples differs from the stated one.
+
+    Examples
+    --------
+    >>> require_layout(Path("CE89146.V2"), [b" -.0000192 -.0000193 ", b""], Columns(8, 10), 2, 1547)
+    [b' -.0000192 -.0000193']
+    """
+    rows = [row.rstrip() for row in rows]
+    while rows and not rows[-1]:
+        rows.pop()
+    last = rows[-1] if rows else b""
+    for number, row in enumerate(rows[:-1], line + 1):
+        if len(row) != columns.line_width:
+            raise _bad_width(path, row, columns, number)
+    present = columns.count * max(len(rows) - 1, 0) - (-len(last) // columns.width)
+    if present != count:
+        raise InputError(
+            path, f"{count} samples stated, {present} in the file. Must be equal.", line=line
+        )
+    if len(last) % columns.width or len(last) > columns.line_width:
+        raise _bad_width(path, last, columns, line + len(rows))
+    return rows
+
+
+def _bad_width(path: Path, row: bytes, columns: Columns, line: int) -> InputError:
+    return InputError(
+        path,
+        f"{len(row)} characters of samples. Must be {columns.line_width}: "
+        f"{columns.count} columns of {columns.width}.",
+        line=line,
+    )
+
+
+def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int) -> InputError:
+    for number, row in enumerate(rows, line + 1):
+        for start in range(0, len(row), columns.width):
+            field = row[start : start + columns.width]
+            if not _is_right(field, columns):
+                shown = field.decode("latin-1").strip()
+                must = "whole number" if columns.integers else "finite number with a decimal point"
+                return InputError(
+                    path,
+                    f"acceleration {shown!r} in characters {start + 1} to {start + len(field)}. "
+                    f"Must be a {must}.",
+                    line=number,
+                )
+    raise AssertionError("every column holds a number, yet they could not be read together")
+
+
+def _is_right(field: bytes, columns: Columns) -> bool:
+    if columns.integers:
+        return re.fullmatch(rb" *[-+]?\d{1,18} *", field) is not None
+    return field.count(b".") == 1 and is_number(field)

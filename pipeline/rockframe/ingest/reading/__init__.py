@@ -1,0 +1,1 @@
+"""Read files, archives and folders, each file in a worker process."""

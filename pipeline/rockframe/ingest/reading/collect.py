@@ -1,0 +1,246 @@
+"""Read files and folders; each file gives records, a rejection, or a note that it was skipped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.catalogue import with_facts
+from rockframe.ingest.metadata.identify import other_ids
+from rockframe.ingest.options import NO_OPTIONS, ReadOptions
+from rockframe.ingest.reading.containers import printable
+from rockframe.ingest.reading.isolation import Limits, Served, serve, worker_count
+from rockframe.ingest.reading.read_outcome import Outcome, Rejection, Unread, read_outcomes
+from rockframe.ingest.reading.sources import Catalogue, Source, sources_of
+from rockframe.record import Record
+
+#: File and SHA-256 of the record that has each identifier; identifiers in lower case.
+Owners = dict[str, tuple[str, str]]
+
+
+def collect(
+    paths: Iterable[str | Path],
+    options: ReadOptions = NO_OPTIONS,
+    catalogue: Catalogue | None = None,
+    progress: Callable[[str], None] | None = None,
+    *,
+    workers: int | None = 0,
+    limits: Limits | None = None,
+    strict: bool = False,
+) -> Generator[Record | Rejection | Unread, None, None]:
+    r"""Read files, archives and folders; memory does not grow with the number of files.
+
+    The records of one archive (at most 1,000 members) are held in memory together. Close the
+    iterator (`contextlib.closing`) to end the workers early.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Files, ZIP and gzip archives, and folders, which are searched recursively.
+    options : ReadOptions
+        Values that the files do not state, such as units and time step.
+    catalogue : mapping of str to CatalogueEntry, optional
+        Metadata by file name; the entry of an archive applies to its members (default: the
+        `catalogue.csv` of each folder, for the files in it).
+    progress : callable, optional
+        Called with the name of each file, in the order of the paths.
+    workers : int, optional
+        Number of worker processes. A crash, a timeout or lack of memory in a worker rejects the
+        file only. None means one per core, 0 reads in this process. The result does not depend on
+        it.
+    limits : Limits, optional
+        Time and memory limits of a worker.
+    strict : bool
+        True to raise an error at the first rejection.
+
+    Yields
+    ------
+    Record, Rejection or Unread
+        In the order of the paths. Files are rejected if their format is unknown, they are
+        corrupted, their record identifier is already in use, or the catalogue of a folder names
+        them but they are missing. Catalogues, StationXML, other files of `rockframe fetch`, hidden
+        files and outputs are skipped. If two files differ only in their extensions or folders, the
+        identifiers of the second contain its whole name.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist, a folder holds no files, its catalogue cannot be read, or `strict`
+        is set and a file is rejected.
+    ParameterError
+        If the number of workers is negative.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "shake.csv").write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
+    ...     _ = Path(folder, "notes.md").write_text("Two samples.\n")
+    ...     [rejection, record] = collect([folder])
+    >>> rejection.file, record.record_id
+    ('notes.md', 'shake')
+    """
+    yield from collect_sources(
+        sources_of(paths, catalogue),
+        options,
+        progress,
+        workers=workers,
+        limits=limits,
+        strict=strict,
+    )
+
+
+def collect_sources(
+    sources: Sequence[Source],
+    options: ReadOptions = NO_OPTIONS,
+    progress: Callable[[str], None] | None = None,
+    *,
+    workers: int | None = 0,
+    limits: Limits | None = None,
+    strict: bool = False,
+) -> Generator[Record | Rejection | Unread, None, None]:
+    """Read the files of `sources_of`; the other parameters are those of `collect`.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+        Files to read.
+    """
+    files = [source.path for source in sources if source.is_read]
+    owners: Owners = {}
+    with closing(_outcomes(files, options, worker_count(workers, files), limits)) as outcomes:
+        for source in sources:
+            if progress is not None and source.is_read:
+                progress(source.name)
+            for outcome in next(outcomes) if source.is_read else [_not_read(source)]:
+                yield from _assign_ids(outcome, source, owners, strict=strict)
+
+
+def sorted_out(
+    outcomes: Iterable[Record | Rejection | Unread],
+) -> tuple[list[Record], list[Rejection]]:
+    """Return the records and the rejections, each in their order.
+
+    Parameters
+    ----------
+    outcomes : iterable of Record, Rejection or Unread
+        Output of `collect`; all of it is held in memory.
+
+    Examples
+    --------
+    >>> sorted_out([Rejection("notes.md", "of no known format.")])
+    ([], [Rejection(file='notes.md', reason='of no known format.', line=None)])
+    """
+    records: list[Record] = []
+    rejections: list[Rejection] = []
+    for outcome in outcomes:
+        if isinstance(outcome, Rejection):
+            rejections.append(outcome)
+        elif isinstance(outcome, Record):
+            records.append(outcome)
+    return records, rejections
+
+
+def _outcomes(
+    files: Sequence[Path], options: ReadOptions, workers: int, limits: Limits | None
+) -> Generator[list[Outcome], None, None]:
+    """Yield the outcomes of each file, in order."""
+    if workers == 0:
+        for path in files:
+            yield list(read_outcomes(path, options))
+        return
+    calls = [(path, options) for path in files]
+    with closing(serve(read_outcomes, calls, workers, limits or Limits())) as served:
+        for path, of_file in zip(files, served, strict=True):
+            yield _from_worker(path, of_file)
+
+
+def _from_worker(path: Path, served: Served[Outcome]) -> list[Outcome]:
+    # Unpickled arrays are writable; `replace` makes them read-only again.
+    outcomes: list[Outcome] = [
+        outcome if isinstance(outcome, Rejection) else [replace(record) for record in outcome]
+        for outcome in served.values
+    ]
+    if served.failure:
+        before = f"after {len(outcomes)} members, the rest is unread: " if outcomes else ""
+        outcomes.append(Rejection(printable(path.name), before + served.failure))
+    return outcomes
+
+
+def _not_read(source: Source) -> Rejection | Unread:
+    name = printable(source.path.name)
+    return Rejection(name, source.refusal) if source.refusal else Unread(name, source.note)
+
+
+def _assign_ids(
+    outcome: Outcome | Unread, source: Source, owners: Owners, *, strict: bool
+) -> list[Record] | list[Rejection | Unread]:
+    """Return the outcome of a file under its display name, and register new identifiers."""
+    if not isinstance(outcome, Rejection | Unread):
+        known = [_with_display_names(record, source) for record in outcome]
+        outcome = _changed_since_fetch(known, source) or _with_unused_ids(known, owners)
+        if not isinstance(outcome, Rejection):
+            return [with_facts(r, source.facts) for r in outcome] if source.facts else outcome
+    else:
+        outcome = replace(outcome, file=_display_name(outcome.file, source))
+    if strict and isinstance(outcome, Rejection):
+        raise InputError(outcome.file, outcome.reason, outcome.line)
+    return [outcome]
+
+
+def _changed_since_fetch(records: list[Record], source: Source) -> Rejection | None:
+    """Return a rejection if the file differs from the one that was fetched."""
+    if not source.sha256 or all(record.source_sha256 == source.sha256 for record in records):
+        return None
+    found = records[0].source_sha256[:12]
+    return Rejection(
+        source.name,
+        f"SHA-256 {found}..., but {source.sha256[:12]}... when it was fetched (request.json). "
+        "Must be as received.",
+    )
+
+
+def _display_name(file: str, source: Source) -> str:
+    """Return the display name of a file or archive member, relative to the requested folder."""
+    return source.name + file.removeprefix(printable(source.path.name))
+
+
+def _with_display_names(record: Record, source: Source) -> Record:
+    folder, _, _ = source.name.rpartition("/")
+    instrument = record.instrument_file
+    if folder and instrument and (source.path.parent / instrument).is_file():
+        instrument = f"{folder}/{instrument}"
+    name = _display_name(record.source_file, source)
+    return replace(record, source_file=name, instrument_file=instrument)
+
+
+def _with_unused_ids(records: list[Record], owners: Owners) -> list[Record] | Rejection:
+    """Return the records under unused identifiers, or a rejection if there are none."""
+    names = [record.record_id for record in records]
+    taken = next((owners[n.casefold()] for n in names if n.casefold() in owners), None)
+    if taken is None:
+        return _register(records, names, owners)
+    file, digest = records[0].source_file, records[0].source_sha256
+    if taken[1] != digest:
+        same_name = _file_name(taken[0]) == _file_name(file)
+        for ids in [*other_ids(names, file)][same_name:]:
+            if not any(name.casefold() in owners for name in ids):
+                return _register(records, ids, owners)
+    same = next(name for name in names if name.casefold() in owners)
+    must = "Must differ, in more than case." if taken[1] != digest else "Must be no copy of it."
+    return Rejection(
+        file, f"record identifier {same!r} is already that of a record of {taken[0]!r}. {must}"
+    )
+
+
+def _register(records: list[Record], ids: list[str], owners: Owners) -> list[Record]:
+    named = [replace(r, record_id=name) for r, name in zip(records, ids, strict=True)]
+    owners.update((r.record_id.casefold(), (r.source_file, r.source_sha256)) for r in named)
+    return named
+
+
+def _file_name(file: str) -> str:
+    return file.rpartition("/")[2].casefold()

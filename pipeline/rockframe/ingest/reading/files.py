@@ -1,0 +1,119 @@
+"""Read files, plain or in archives, from disk."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from rockframe.errors import InputError
+from rockframe.ingest.options import NO_OPTIONS, ReadOptions
+from rockframe.ingest.parsing.lines import unreadable
+from rockframe.ingest.reading.containers import LARGEST, Content, contents
+from rockframe.ingest.reading.registry import Format, read_bytes
+from rockframe.record import Record
+
+
+def read_content(
+    content: Content,
+    options: ReadOptions = NO_OPTIONS,
+    file_format: Format | None = None,
+) -> list[Record]:
+    r"""Return the records of a file or an archive member.
+
+    Parameters
+    ----------
+    content : Content
+        From `rockframe.ingest.reading.containers.contents`.
+    options, file_format
+        As in `read_bytes`.
+
+    Raises
+    ------
+    InputError
+        If the member was rejected or cannot be read.
+
+    Examples
+    --------
+    >>> inside = Content(Path("a.zip:b.csv"), "a.zip:b.csv", Path("b.csv"), b"t,acc_g\n0,0\n1,2\n")
+    >>> [record] = read_content(inside)
+    >>> record.record_id, record.source_file
+    ('b', 'a.zip:b.csv')
+    """
+    if content.refusal:
+        raise InputError(content.where, content.refusal)
+    try:
+        records = read_bytes(content.path, content.data, options, file_format)
+    except InputError as error:
+        raise InputError(content.where, error.reason, error.line) from None
+    return [replace(record, source_file=content.name) for record in records]
+
+
+def read_file(
+    path: str | Path,
+    options: ReadOptions = NO_OPTIONS,
+    file_format: Format | None = None,
+) -> list[Record]:
+    r"""Return the records of a file, one per channel; of an archive, those of all members.
+
+    Parameters
+    ----------
+    path : str or Path
+        A regular file of at most 256 MB, or a ZIP or gzip archive of record files.
+    options : ReadOptions
+        Values that the file does not state, such as units and time step.
+    file_format : Format, optional
+        Format of the file (default: identified from its contents).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, too large, corrupted, or of unknown format.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "shake.csv")
+    ...     _ = path.write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
+    ...     [record] = read_file(path)
+    >>> record.time_step, record.acceleration
+    (0.01, array([0.   , 1.962]))
+    """
+    path = Path(path)
+    return [
+        record
+        for content in contents(path, load(path))
+        for record in read_content(content, options, file_format)
+    ]
+
+
+def load(path: Path) -> bytes:
+    """Return the bytes of a regular file of at most 256 MB.
+
+    Parameters
+    ----------
+    path : Path
+        File to load.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not a regular file, too large, or cannot be read.
+
+    Examples
+    --------
+    >>> load(Path("lost.AT2"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: lost.AT2: no such file. Must exist.
+    """
+    try:
+        if not path.exists():
+            raise InputError(path, "no such file. Must exist.")
+        if not path.is_file():
+            raise InputError(path, "not a regular file. Must be one.")
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise InputError(path, f"{size} bytes. Must be at most {LARGEST}.")
+        return path.read_bytes()
+    except OSError as error:
+        raise unreadable(path, error) from error

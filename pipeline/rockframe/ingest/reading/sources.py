@@ -1,0 +1,236 @@
+"""List the files of paths and, recursively, of folders."""
+
+from __future__ import annotations
+
+import stat
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.catalogue import CATALOGUE, CatalogueEntry, read_catalogue
+from rockframe.ingest.metadata.stationxml import is_station_xml
+from rockframe.ingest.parsing.lines import unreadable
+from rockframe.ingest.reading.containers import printable
+from rockframe.provenance import read_json
+
+Catalogue = Mapping[str, CatalogueEntry]
+
+_REQUEST: Final = "request.json"
+#: Notes on files that accompany records and are not read as records.
+_BESIDE: Final = {
+    CATALOGUE: "catalogue: facts about the files beside it.",
+    _REQUEST: "what a fetch asked for: not needed to read the records.",
+    "event.quakeml": "what a data centre stated of the event: its facts stand in the catalogue.",
+    "channels.stationxml": "what a data centre stated of channels: not needed to read the records.",
+}
+_STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
+_HIDDEN: Final = "hidden, for its name begins with a point: not looked at."
+_OUTPUT: Final = "output of this command: about to be replaced."
+_IRREGULAR: Final = "not a regular file. Must be one."
+_LINK: Final = "a link to a folder, which is not followed. Must be asked for by its own path."
+
+
+@dataclass(frozen=True)
+class Source:
+    """A requested file, or a file in a requested folder.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        Display name with escaped unprintable characters: the path within the requested folder,
+        preceded by the name of that folder if several paths were requested.
+    facts : CatalogueEntry, optional
+        Metadata of the file from a catalogue.
+    note : str
+        Why the file is skipped; empty if it is not.
+    refusal : str
+        Why the file is rejected without opening it; empty if it is not.
+    sha256 : str
+        Expected SHA-256, if the file was received by `rockframe fetch`; otherwise empty.
+    """
+
+    path: Path
+    name: str
+    facts: CatalogueEntry | None = None
+    note: str = ""
+    refusal: str = ""
+    sha256: str = ""
+
+    @property
+    def is_read(self) -> bool:
+        """True if the file is to be read."""
+        return not (self.note or self.refusal)
+
+
+def sources_of(
+    paths: Iterable[str | Path],
+    catalogue: Catalogue | None = None,
+    outputs: Collection[Path] = (),
+) -> list[Source]:
+    r"""Return the requested files, and all files in requested folders and their subfolders.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Files and folders.
+    catalogue : mapping of str to CatalogueEntry, optional
+        Metadata by file name (default: the `catalogue.csv` of each folder, for the files in it).
+    outputs : collection of Path
+        Files that are about to be written; they are skipped in folders.
+
+    Returns
+    -------
+    list of Source
+        In the order of the paths; within a folder in the order of names, files before subfolders.
+        Files that are skipped or rejected, and files that are missing although the catalogue of a
+        folder names them, have a note or refusal.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist or cannot be listed, a folder contains no files of records, or its
+        catalogue cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     Path(folder, "event").mkdir()
+    ...     for name in ("b.AT2", "event/a.AT2", ".hidden"):
+    ...         _ = Path(folder, name).write_text("...")
+    ...     [(source.name, source.is_read) for source in sources_of([folder])]
+    [('.hidden', False), ('b.AT2', True), ('event/a.AT2', True)]
+    """
+    asked = [Path(path) for path in paths]
+    replaced = {path.resolve() for path in outputs}
+    found: list[Source] = []
+    for path, called in zip(asked, folder_names(asked), strict=True):
+        if not _exists(path):
+            raise InputError(path, "no such file or folder. Must exist.")
+        if not path.is_dir():
+            facts = (catalogue or {}).get(path.name)
+            found.append(Source(path, printable(path.name), facts))
+            continue
+        within = list(_files_in(path, _entries(path), "", catalogue, replaced))
+        if not any(source.is_read or source.refusal for source in within):
+            raise InputError(path, "a folder without files of records. Must hold one.")
+        before = f"{called}/" if len(asked) > 1 else ""
+        found += [replace(source, name=before + source.name) for source in within]
+    return found
+
+
+def folder_names(paths: Iterable[Path]) -> list[str]:
+    r"""Return a unique display name for each folder: its name, with a number if it is repeated.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Folders and files. A link keeps its own name.
+
+    Examples
+    --------
+    >>> folder_names([Path("near/records"), Path("far/records"), Path("near")])
+    ['records', 'records-2', 'near']
+    """
+    names: list[str] = []
+    for path in paths:
+        plain = path.name not in {"", ".."}
+        name = called = printable(path.name if plain else path.resolve().name)
+        number = 1
+        while called in names:
+            number += 1
+            called = f"{name}-{number}"
+        names.append(called)
+    return names
+
+
+def _files_in(
+    folder: Path,
+    entries: list[Path],
+    before: str,
+    catalogue: Catalogue | None,
+    replaced: Collection[Path],
+) -> Iterator[Source]:
+    """Yield the files of a folder, then those of its subfolders."""
+    present = {path.name for path in entries}
+    own: Catalogue = {}
+    if catalogue is None and CATALOGUE in present and not _refusal(folder / CATALOGUE):
+        own = read_catalogue(folder / CATALOGUE)
+    received = _fetched_sha256(folder / _REQUEST)
+    folders = []
+    for path in entries:
+        name = before + printable(path.name)
+        note, refusal = _note_and_refusal(path, replaced)
+        if not (note or refusal) and path.is_dir():
+            folders.append(path)
+        else:
+            facts = (own if catalogue is None else catalogue).get(path.name)
+            yield Source(path, name, facts, note, refusal, received.get(path.name, ""))
+    # Metadata under a misspelt file name must not be lost silently.
+    for missing in {**own, **received}:
+        if missing not in present:
+            path = folder / missing
+            yield Source(path, before + printable(missing), refusal="no such file. Must exist.")
+    for path in folders:
+        name = before + printable(path.name)
+        try:
+            deeper = _entries(path)
+        except InputError as error:
+            yield Source(path, name, refusal=error.reason)
+        else:
+            yield from _files_in(path, deeper, f"{name}/", catalogue, replaced)
+
+
+def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
+    """Return note and refusal of an entry of a folder; both empty if it is to be read or listed."""
+    if path.name.startswith("."):
+        return _HIDDEN, ""
+    refusal = _refusal(path)
+    if refusal or path.is_dir():
+        return "", refusal
+    return (_OUTPUT if path.resolve() in replaced else _note(path)), ""
+
+
+def _refusal(path: Path) -> str:
+    """Return why an entry of a folder cannot be opened; empty if it can."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:  # broken link
+        return _IRREGULAR
+    except OSError as error:  # link to itself, or no permission
+        return unreadable(path, error).reason
+    if stat.S_ISDIR(mode):
+        return _LINK if path.is_symlink() else ""
+    return "" if stat.S_ISREG(mode) else _IRREGULAR
+
+
+def _fetched_sha256(request: Path) -> dict[str, str]:
+    """Return the SHA-256 of the files of a fetch by name, from its request.json."""
+    try:
+        document = read_json(request.read_bytes())
+        files = document["files"]
+        return {str(name): str(file["sha256"]) for name, file in files.items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return {}  # missing, or written by another program
+
+
+def _note(path: Path) -> str:
+    return _BESIDE.get(path.name) or (_STATION_XML if is_station_xml(path) else "")
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def _entries(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir(), key=lambda path: path.name)
+    except OSError as error:
+        raise unreadable(folder, error) from error
