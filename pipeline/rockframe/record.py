@@ -156,7 +156,9 @@ class Record:
                 f"Invalid record identifier {self.record_id!r}. Must be 1 to {LONGEST_ID} letters, "
                 "digits, points, hyphens or underscores, and begin with a letter or digit."
             )
-        samples = np.array(self.acceleration, dtype=np.float64)
+        # A read-only array that owns its data, as of another record, needs no copy.
+        given = np.asarray(self.acceleration, dtype=np.float64)
+        samples = given.copy() if given.flags.writeable or not given.flags.owndata else given
         if samples.ndim != 1 or samples.size < 2:
             raise ParameterError(
                 f"Invalid acceleration of shape {samples.shape} in record {self.record_id!r}. "

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, TextIO
+from typing import Any, Final, TextIO
 
 from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
@@ -164,17 +164,21 @@ def with_facts(record: Record, entry: CatalogueEntry) -> Record:
     >>> known.station, known.magnitude
     ('PUL', 6.6)
     """
-    magnitude, distance, vs30 = entry.magnitude, entry.epicentral_distance, entry.vs30
-    return replace(
-        record,
-        event=entry.event or record.event,
-        station=entry.station or record.station,
-        network=entry.network or record.network,
-        magnitude=record.magnitude if math.isnan(magnitude) else magnitude,
-        epicentral_distance=record.epicentral_distance if math.isnan(distance) else distance,
-        vs30=record.vs30 if math.isnan(vs30) else vs30,
-        facts_source=entry.source or record.facts_source,
-    )
+    return replace(record, **stated_facts(entry))
+
+
+def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
+    """Return the fields of a record that a catalogue states for its file.
+
+    Examples
+    --------
+    >>> stated_facts(CatalogueEntry(file="shake.csv", magnitude=6.6))
+    {'magnitude': 6.6}
+    """
+    facts = dict(vars(entry)) if entry else {}
+    facts |= {"facts_source": facts.pop("source", "")}
+    facts.pop("file", None)
+    return {name: value for name, value in facts.items() if value != "" and value == value}
 
 
 def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:

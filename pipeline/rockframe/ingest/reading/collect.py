@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.catalogue import with_facts
+from rockframe.ingest.metadata.catalogue import stated_facts
 from rockframe.ingest.metadata.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.reading.containers import printable
@@ -159,11 +159,7 @@ def _outcomes(
 
 
 def _from_worker(path: Path, served: Served[Outcome]) -> list[Outcome]:
-    # Unpickled arrays are writable; `replace` makes them read-only again.
-    outcomes: list[Outcome] = [
-        outcome if isinstance(outcome, Rejection) else [replace(record) for record in outcome]
-        for outcome in served.values
-    ]
+    outcomes = list(served.values)
     if served.failure:
         before = f"after {len(outcomes)} members, the rest is unread: " if outcomes else ""
         outcomes.append(Rejection(printable(path.name), before + served.failure))
@@ -180,10 +176,10 @@ def _assign_ids(
 ) -> list[Record] | list[Rejection | Unread]:
     """Return the outcome of a file under its display name, and register new identifiers."""
     if not isinstance(outcome, Rejection | Unread):
-        known = [_with_display_names(record, source) for record in outcome]
-        outcome = _changed_since_fetch(known, source) or _with_unused_ids(known, owners)
-        if not isinstance(outcome, Rejection):
-            return [with_facts(r, source.facts) for r in outcome] if source.facts else outcome
+        named = _changed_since_fetch(outcome, source) or _unused_ids(outcome, source, owners)
+        if not isinstance(named, Rejection):
+            return [_finished(r, n, source) for r, n in zip(outcome, named, strict=True)]
+        outcome = named
     else:
         outcome = replace(outcome, file=_display_name(outcome.file, source))
     if strict and isinstance(outcome, Rejection):
@@ -208,27 +204,33 @@ def _display_name(file: str, source: Source) -> str:
     return source.name + file.removeprefix(printable(source.path.name))
 
 
-def _with_display_names(record: Record, source: Source) -> Record:
+def _finished(record: Record, record_id: str, source: Source) -> Record:
+    """Return the record with its identifier, display names and metadata from a catalogue."""
     folder, _, _ = source.name.rpartition("/")
     instrument = record.instrument_file
     if folder and instrument and (source.path.parent / instrument).is_file():
         instrument = f"{folder}/{instrument}"
-    name = _display_name(record.source_file, source)
-    return replace(record, source_file=name, instrument_file=instrument)
+    return replace(
+        record,
+        record_id=record_id,
+        source_file=_display_name(record.source_file, source),
+        instrument_file=instrument,
+        **stated_facts(source.facts),
+    )
 
 
-def _with_unused_ids(records: list[Record], owners: Owners) -> list[Record] | Rejection:
-    """Return the records under unused identifiers, or a rejection if there are none."""
+def _unused_ids(records: list[Record], source: Source, owners: Owners) -> list[str] | Rejection:
+    """Return and register unused identifiers, or a rejection if there are none."""
     names = [record.record_id for record in records]
+    file, digest = _display_name(records[0].source_file, source), records[0].source_sha256
     taken = next((owners[n.casefold()] for n in names if n.casefold() in owners), None)
     if taken is None:
-        return _register(records, names, owners)
-    file, digest = records[0].source_file, records[0].source_sha256
+        return _register(names, file, digest, owners)
     if taken[1] != digest:
         same_name = _file_name(taken[0]) == _file_name(file)
         for ids in [*other_ids(names, file)][same_name:]:
             if not any(name.casefold() in owners for name in ids):
-                return _register(records, ids, owners)
+                return _register(ids, file, digest, owners)
     same = next(name for name in names if name.casefold() in owners)
     must = "Must differ, in more than case." if taken[1] != digest else "Must be no copy of it."
     return Rejection(
@@ -236,10 +238,9 @@ def _with_unused_ids(records: list[Record], owners: Owners) -> list[Record] | Re
     )
 
 
-def _register(records: list[Record], ids: list[str], owners: Owners) -> list[Record]:
-    named = [replace(r, record_id=name) for r, name in zip(records, ids, strict=True)]
-    owners.update((r.record_id.casefold(), (r.source_file, r.source_sha256)) for r in named)
-    return named
+def _register(ids: list[str], file: str, digest: str, owners: Owners) -> list[str]:
+    owners.update((name.casefold(), (file, digest)) for name in ids)
+    return ids
 
 
 def _file_name(file: str) -> str:

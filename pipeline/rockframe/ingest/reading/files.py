@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
@@ -42,10 +41,11 @@ def read_content(
     if content.refusal:
         raise InputError(content.where, content.refusal)
     try:
-        records = read_bytes(content.path, content.data, options, file_format)
+        return read_bytes(
+            content.path, content.data, options, file_format, source_file=content.name
+        )
     except InputError as error:
         raise InputError(content.where, error.reason, error.line) from None
-    return [replace(record, source_file=content.name) for record in records]
 
 
 def read_file(

@@ -204,6 +204,8 @@ def read_bytes(
     data: bytes,
     options: ReadOptions = NO_OPTIONS,
     file_format: Format | None = None,
+    *,
+    source_file: str = "",
 ) -> list[Record]:
     r"""Return the records in the bytes of a file.
 
@@ -217,6 +219,8 @@ def read_bytes(
         Values that the file does not state, such as units and time step.
     file_format : Format, optional
         Format of the file (default: identified from its contents).
+    source_file : str
+        Name for `Record.source_file` (default: the name of the file).
 
     Raises
     ------
@@ -234,9 +238,9 @@ def read_bytes(
     if is_utf16(data):
         raise InputError(path, "text in UTF-16. Must be ASCII or UTF-8.")
     chosen = sniff_format(data[:HEAD], path) if file_format is None else file_format
-    digest = hashlib.sha256(data).hexdigest()
+    digest, name = hashlib.sha256(data).hexdigest(), source_file or path.name
     return [
-        replace(record, source_file=path.name, source_format=chosen.name, source_sha256=digest)
+        replace(record, source_file=name, source_format=chosen.name, source_sha256=digest)
         for record in chosen.read(path, data, options)
     ]
 
