@@ -111,7 +111,7 @@ def dressed(kind: str, data: bytes) -> list[Case]:
         ),
         Case("a pickle", name, pickle.dumps({"NPTS": 3, "DT": 0.01}), "unknown format"),
         Case("in a gzip", name + ".gz", gzip.compress(data)),
-        Case("in a gzip cut short", name + ".gz", gzip.compress(data)[:-20], "damaged gzip"),
+        Case("in a gzip cut short", name + ".gz", gzip.compress(data)[:-20], "corrupted gzip"),
         Case("in a ZIP", f"good {kind}.zip", zipped(name, data)),
         Case("in a ZIP, climbing", "a.zip", zipped(f"../{name}", data), "a path out of the folder"),
         Case(

@@ -40,7 +40,7 @@ def test_empty_is_unknown(tmp_path: Path) -> None:
         (HEADER + ",notes\n", r":1: column 'notes' unknown or repeated"),
         (HEADER + ",file\n", r":1: column 'file' unknown or repeated"),
         (f"{HEADER}\nA.V1,,,,7.1\n", r":2: 5 columns\. Must be 7"),
-        (f"{HEADER}\nA.V1,,,,,,\nA.V1,,,,,,\n", r":3: file 'A\.V1' named twice"),
+        (f"{HEADER}\nA.V1,,,,,,\nA.V1,,,,,,\n", r":3: file 'A\.V1' is named twice"),
         (f"{HEADER}\n,,,,,,\n", r":2: file ''\. Must be the name of a file"),
         (f"{HEADER}\n../A.V1,,,,,,\n", r":2: file '\.\./A\.V1'\. Must be the name of a file"),
         (f"{HEADER}\nA.V1,,,,big,,\n", r":2: magnitude 'big'\. Must be a finite number or empty"),

@@ -123,7 +123,7 @@ def test_archives_in_archives(inner: bytes) -> None:
 
 
 def test_empty_archive() -> None:
-    with pytest.raises(InputError, match=r"ZIP archive without files\. Must hold records"):
+    with pytest.raises(InputError, match=r"ZIP archive without files\."):
         list(contents(Path("a.zip"), zipped()))
 
 
@@ -171,26 +171,26 @@ def test_bomb_is_not_expanded(bomb: bytes) -> None:
 
 @pytest.mark.parametrize("cut", [5, 15, -6, -1])
 def test_gzip_cut_short(cut: int) -> None:
-    with pytest.raises(InputError, match=r"damaged gzip \(.*\)\. Must expand without an error"):
+    with pytest.raises(InputError, match=r"corrupted gzip: .*\."):
         next(contents(Path("x.csv.gz"), gzip.compress(TABLE)[:cut]))
 
 
 def test_gzip_with_a_flipped_bit() -> None:
     data = bytearray(gzip.compress(TABLE))
     data[-6] ^= 1
-    with pytest.raises(InputError, match=r"damaged gzip \(CRC check failed"):
+    with pytest.raises(InputError, match=r"corrupted gzip: CRC check failed"):
         next(contents(Path("x.csv.gz"), bytes(data)))
 
 
 def test_zip_cut_short() -> None:
-    with pytest.raises(InputError, match=r"damaged ZIP \(File is not a zip file"):
+    with pytest.raises(InputError, match=r"corrupted ZIP: File is not a zip file"):
         next(contents(Path("a.zip"), zipped(("x.csv", TABLE))[:-30]))
 
 
 def test_damaged_member_leaves_the_others() -> None:
     data = zipped(("x.csv", TABLE), ("y.csv", TABLE), how=zipfile.ZIP_STORED)
     first, second = contents(Path("a.zip"), data.replace(b"0.1", b"0.3", 1))
-    assert first.refusal.startswith("damaged member (Bad CRC-32")
+    assert first.refusal.startswith("corrupted member: Bad CRC-32")
     assert second.data == TABLE
 
 

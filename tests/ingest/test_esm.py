@@ -109,7 +109,7 @@ def test_unknown_stays_unknown() -> None:
         ("_S: 0.005000", "_S: 0.050000", r":11: DURATION_S 0\.015 in the header, 3 samples at"),
         ("_S: 0.005000", "_S: -0.005", r":9: time step -0\.005 s\. Must be positive"),
         ("_S: 0.005000", "_S: 5 ms", r":9: SAMPLING_INTERVAL_S '5 ms'\. Must be a number"),
-        ("STREAM: HNE", "NETWORK: HI", r":12: key NETWORK again\. Must be stated once"),
+        ("STREAM: HNE", "NETWORK: HI", r":12: key NETWORK is stated twice"),
     ],
 )
 def test_damaged(old: str, new: str, message: str) -> None:

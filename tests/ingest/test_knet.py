@@ -92,7 +92,7 @@ def test_vertical() -> None:
         ("E-W", "7", r":13: Dir\. '7'\. Must be one of N-S, E-W, U-D, or 1 to 6"),
         ("Lat.              39.028\n", "", r":2: 'Long\. +140\.880'\. Must be 'Lat\.' and its"),
         ("AOM017", "", r":6: 'Station Code'\. Must be 'Station Code' and its value"),
-        ("2008/06/14 08:44:18", "2008-06-14", r"obspy's KNET reader fails \("),
+        ("2008/06/14 08:44:18", "2008-06-14", r"obspy's KNET reader failed: "),
         ("Memo.", "M\xe9mo.", r":17: 'M"),
     ],
 )

@@ -202,7 +202,7 @@ def test_a_sensor_far_below_the_surface_is_in_a_borehole(write: Write) -> None:
 
 
 def test_lost_station_xml(write: Write, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"mseed: StationXML c\.xml: cannot be opened \(No such"):
+    with pytest.raises(InputError, match=r"mseed: StationXML c\.xml: cannot be opened: No such"):
         read_file(write(), ReadOptions(station_xml=tmp_path / "c.xml"))
 
 
@@ -246,8 +246,8 @@ def test_records_in_line_are_one_piece(write: Write) -> None:
         (lambda data: data + b"x" * 60, r"no header at byte 1024\. Must be that of a miniSEED"),
         (lambda data: data[:512] + bytes(512), r"no header at byte 512"),
         (lambda data: data[:46] + bytes(2) + data[48:], r"no length in the record at byte 0"),
-        (lambda data: data[:30] + b"\0\1" + data[32:], r"obspy's MSEED reader fails|in the head"),
-        (lambda data: data[:200] + bytes(200) + data[400:], r"obspy's MSEED reader fails \("),
+        (lambda data: data[:30] + b"\0\1" + data[32:], r"obspy's MSEED reader failed|in the head"),
+        (lambda data: data[:200] + bytes(200) + data[400:], r"obspy's MSEED reader failed: "),
         (lambda data: data[:8] + b"\xff" + data[9:], r"no header at byte 0"),
     ],
 )
@@ -341,7 +341,7 @@ def test_flags_of_data_quality(write: Write, bit: int, said: str) -> None:
     if said:
         assert read_file(path)[0].processing[0] == f"archive: {said} flagged"
     else:
-        with pytest.raises(InputError, match="missing or padded data, say its headers"):
+        with pytest.raises(InputError, match="the headers flag missing or padded data"):
             read_file(path)
 
 
@@ -352,7 +352,7 @@ def test_a_fetched_file_is_held_to_its_hash(write: Write) -> None:
     (path.parent / "request.json").write_text(json.dumps({"files": files}))
     [record], [rejection] = sorted_out(collect([path.parent]))
     assert record.source_sha256 == digest
-    assert (rejection.file, rejection.reason) == ("lost.mseed", "no such file. Must exist.")
+    assert (rejection.file, rejection.reason) == ("lost.mseed", "no such file.")
     path.write_bytes(data[: len(data) // 1024 * 512])
     [], rejections = sorted_out(collect([path.parent]))
-    assert rejections[0].reason.endswith("when it was fetched (request.json). Must be as received.")
+    assert rejections[0].reason.startswith("changed since it was fetched: SHA-256")

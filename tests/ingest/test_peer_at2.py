@@ -146,5 +146,5 @@ def test_nul_bytes(at2: Callable[..., bytes]) -> None:
 
 def test_byte_order_marks(at2: Callable[..., bytes]) -> None:
     assert one(b"\xef\xbb\xbf" + at2()).acceleration.size == 3
-    with pytest.raises(InputError, match=r"text in UTF-16\. Must be ASCII or UTF-8"):
+    with pytest.raises(InputError, match=r"text in UTF-16\. Save it as ASCII or UTF-8"):
         one(at2().decode().encode("utf-16"))

@@ -24,18 +24,18 @@ def test_provenance(tmp_path: Path, at2: Callable[..., bytes]) -> None:
 
 
 def test_missing(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"lost\.AT2: no such file\. Must exist"):
+    with pytest.raises(InputError, match=r"lost\.AT2: no such file\."):
         read_file(tmp_path / "lost.AT2")
 
 
 def test_folder(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"not a regular file\. Must be one"):
+    with pytest.raises(InputError, match=r"not a regular file\."):
         read_file(tmp_path)
 
 
 def test_empty(tmp_path: Path) -> None:
     (tmp_path / "none.AT2").touch()
-    with pytest.raises(InputError, match=r"none\.AT2: empty file\. Must hold a record"):
+    with pytest.raises(InputError, match=r"none\.AT2: empty file\."):
         read_file(tmp_path / "none.AT2")
 
 

@@ -96,8 +96,8 @@ def settle_units(
         if options.units is None:
             raise InputError(
                 path,
-                "acceleration units unstated. Must be in the column name (as in 'acc_g') "
-                "or given with --units.",
+                "acceleration units unstated. State them in the column name (as in 'acc_g') "
+                "or with --units.",
                 line=line,
             )
         return options.units

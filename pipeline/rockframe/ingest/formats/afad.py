@@ -59,7 +59,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("0921.txt"), b"STRONG GROUND MOTION RECORDS OF TURKIYE\n", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: 0921.txt: no line 'N-S E-W U-D' in the first 30 lines. Must ...
+    rockframe.errors.InputError: 0921.txt: no line 'N-S E-W U-D' above the samples in the ...
     """
     text = text_of(path, data)
     header = _header(path, text)
@@ -106,8 +106,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
             lines[key.strip()] = number
     raise InputError(
         path,
-        f"no line 'N-S E-W U-D' in the first {_LONGEST_HEADER} lines. "
-        "Must stand above the columns of samples.",
+        f"no line 'N-S E-W U-D' above the samples in the first {_LONGEST_HEADER} lines.",
     )
 
 

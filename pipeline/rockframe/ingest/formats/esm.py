@@ -124,7 +124,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         if not found:
             break
         if found["key"] in values:
-            message = f"key {found['key']} again. Must be stated once."
+            message = f"key {found['key']} is stated twice."
             raise InputError(path, message, line=number)
         values[found["key"]] = found["value"].strip()
         lines[found["key"]] = count = number

@@ -121,7 +121,7 @@ def _header_notes(path: Path, data: bytes, places: Sequence[tuple[int, int]]) ->
     )
     flags = [data[place + _QUALITY] for place, _ in places]
     if any(flag & _PADDED for flag in flags):
-        raise InputError(path, "missing or padded data, say its headers. Must be as recorded.")
+        raise InputError(path, "the headers flag missing or padded data.")
     return (*said, *(["archive: clipping flagged"] if any(f & _CLIPPED for f in flags) else []))
 
 
@@ -146,9 +146,7 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
         if before is not None:
             ends, begins = before.stats.endtime, trace.stats.starttime
             what = "gap" if begins > ends else "overlap"
-            raise InputError(
-                path, f"{what} in {trace.id}: {ends} to {begins}. Must be one piece without any."
-            )
+            raise InputError(path, f"{what} in {trace.id}: {ends} to {begins}. Must be continuous.")
         last[trace.id] = trace
 
 
@@ -233,7 +231,7 @@ def _response_removed(
 ) -> NDArray[np.float64]:
     stages = instrument.response.response_stages
     if not stages:
-        message = f"no stages of {trace.id} in {instrument.source}. Must be there for the response."
+        message = f"no stages of {trace.id} in {instrument.source}. The full response needs them."
         raise InputError(path, message)
     begins = str(stages[0].input_units)
     # obspy would differentiate if the first stage is a velocity, whatever the sensitivity is.
@@ -263,4 +261,4 @@ def _response_removed(
 
 def _no_response(path: Path, trace: Any, words: str) -> InputError:
     shown = " ".join(words.split())[:120]
-    return InputError(path, f"response of {trace.id} not removed ({shown}). Must be sound.")
+    return InputError(path, f"response of {trace.id} cannot be removed: {shown}.")

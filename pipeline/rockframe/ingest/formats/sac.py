@@ -103,7 +103,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_end(path, file)
     if options.units is None:
         raise InputError(
-            path, "acceleration units unstated, as in every SAC file. Must be given with --units."
+            path, "acceleration units unstated, as in every SAC file. State them with --units."
         )
     component = file.name(_COMPONENT)
     orientation, azimuth = _direction(path, file, component)

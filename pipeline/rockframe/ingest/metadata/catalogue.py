@@ -101,9 +101,7 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
             for line, row in _rows(path, stream):
                 entry = _entry(path, row, line)
                 if entry.file in entries:
-                    raise InputError(
-                        path, f"file {entry.file!r} named twice. Must be named once.", line=line
-                    )
+                    raise InputError(path, f"file {entry.file!r} is named twice.", line=line)
                 entries[entry.file] = entry
     except OSError as error:
         raise unreadable(path, error) from error

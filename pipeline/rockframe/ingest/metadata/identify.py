@@ -111,13 +111,13 @@ def require_distinct(path: Path, records: Sequence[Record]) -> None:
     >>> one = Record(record_id="a-1", acceleration=[0.0, 1.0], time_step=0.1, component="UP")
     >>> require_distinct(Path("a.V2"), [one, replace(one, record_id="a-2")])
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.V2: channel 'UP' is there twice. Must be once.
+    rockframe.errors.InputError: a.V2: channel 'UP' occurs twice.
     """
     seen = set()
     for record in records:
         channel = record.component, record.acceleration.tobytes()
         if channel in seen:
-            raise InputError(path, f"channel {record.component!r} is there twice. Must be once.")
+            raise InputError(path, f"channel {record.component!r} occurs twice.")
         seen.add(channel)
 
 

@@ -138,7 +138,7 @@ def _find(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
         raise InputError(
             path,
             f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked}). "
-            "Must be a *.xml beside the file, or given with --station-xml.",
+            "Put its *.xml beside the file, or name it with --station-xml.",
         )
     file, channel = found[0]
     for other_file, other in found[1:]:
@@ -186,9 +186,7 @@ def _inventory(file: Path, content: bytes) -> Any:
             return read_inventory(BytesIO(content), format="STATIONXML")
         except (*_JUNK, ObsPyException) as error:
             shown = " ".join(str(error).split())[:120]
-            raise InputError(
-                file, f"cannot be read as StationXML ({shown}). Must be undamaged."
-            ) from error
+            raise InputError(file, f"cannot be read as StationXML: {shown}.") from error
 
 
 @lru_cache(maxsize=8)

@@ -49,7 +49,7 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
     --------
     >>> read_stream(Path("a.EW"), b"Memo.", "KNET")
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.EW: obspy's KNET reader fails (KNETException: ...
+    rockframe.errors.InputError: a.EW: obspy's KNET reader failed: KNETException: ...
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -74,6 +74,4 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
 
 def _failed(path: Path, obspy_name: str, words: str) -> InputError:
     shown = " ".join(words.split())[:160]
-    return InputError(
-        path, f"obspy's {obspy_name} reader fails ({shown}). Must be an undamaged file."
-    )
+    return InputError(path, f"obspy's {obspy_name} reader failed: {shown}.")

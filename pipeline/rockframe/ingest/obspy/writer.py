@@ -125,7 +125,7 @@ def _content(trace: Trace, factor: float) -> bytes:
 
 def _samples(trace: Trace) -> NDArray[np.float64]:
     if np.ma.is_masked(trace.data):
-        raise ParameterError(f"Trace {trace.id!r} has gaps. Must be without.")
+        raise ParameterError(f"Trace {trace.id!r} has gaps.")
     samples = np.asarray(trace.data, dtype=np.float64)
     if samples.size < 2:
         raise ParameterError(f"Trace {trace.id!r} has {samples.size} samples. Must have 2 or more.")

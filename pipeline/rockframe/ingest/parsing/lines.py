@@ -55,7 +55,7 @@ class KeyedHeader:
 def unreadable(path: Path, error: OSError) -> InputError:
     """Return the error for a file or folder that cannot be opened."""
     reason = error.strerror or type(error).__name__
-    return InputError(path, f"cannot be opened ({reason}). Must be readable.")
+    return InputError(path, f"cannot be opened: {reason}.")
 
 
 def is_utf16(head: bytes) -> bool:
@@ -99,12 +99,12 @@ def text_of(path: Path, data: bytes) -> bytes:
     b'time_s,acc_g\n0.00,0.1\n'
     """
     if is_utf16(data):
-        raise InputError(path, "text in UTF-16. Must be ASCII or UTF-8.")
+        raise InputError(path, "text in UTF-16. Save it as ASCII or UTF-8.")
     data = unify_line_ends(data.rstrip(_END_MARK))
     where = data.find(b"\0")
     if where >= 0:
         line = data.count(b"\n", 0, where) + 1
-        raise InputError(path, "NUL byte in a text file. Must be plain text.", line=line)
+        raise InputError(path, "NUL byte in a text file.", line=line)
     return data
 
 
@@ -233,7 +233,7 @@ def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1
     --------
     >>> require_whole_end(Path("motion.AT2"), b" 1.25E-02" * 20 + b" 1.25E-0", 5)
     Traceback (most recent call last):
-    rockframe.errors.InputError: motion.AT2:5: the file ends within '1.25E-0'. Must have as many ...
+    rockframe.errors.InputError: motion.AT2:5: the file ends within '1.25E-0', which has fewer ...
     """
     if not body or body[-1:].isspace():
         return
@@ -245,7 +245,7 @@ def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1
         shown = tokens[-1].decode("latin-1")
         raise InputError(
             path,
-            f"the file ends within {shown!r}. Must have as many digits as the numbers before it.",
+            f"the file ends within {shown!r}, which has fewer digits than the numbers before it.",
             line=first_line + body.count(b"\n"),
         )
 

@@ -194,8 +194,8 @@ def _changed_since_fetch(records: list[Record], source: Source) -> Rejection | N
     found = records[0].source_sha256[:12]
     return Rejection(
         source.name,
-        f"SHA-256 {found}..., but {source.sha256[:12]}... when it was fetched (request.json). "
-        "Must be as received.",
+        f"changed since it was fetched: SHA-256 {found}..., but {source.sha256[:12]}... in "
+        "request.json.",
     )
 
 
@@ -232,10 +232,8 @@ def _unused_ids(records: list[Record], source: Source, owners: Owners) -> list[s
             if not any(name.casefold() in owners for name in ids):
                 return _register(ids, file, digest, owners)
     same = next(name for name in names if name.casefold() in owners)
-    must = "Must differ, in more than case." if taken[1] != digest else "Must be no copy of it."
-    return Rejection(
-        file, f"record identifier {same!r} is already that of a record of {taken[0]!r}. {must}"
-    )
+    why = "Rename one of the files." if taken[1] != digest else "This file is a copy of it."
+    return Rejection(file, f"record identifier {same!r} is in use by {taken[0]!r}. {why}")
 
 
 def _register(ids: list[str], file: str, digest: str, owners: Owners) -> list[str]:

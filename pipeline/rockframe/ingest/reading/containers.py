@@ -162,7 +162,7 @@ def _zip_members(path: Path, data: bytes) -> Iterator[Content]:
     with archive:
         members = archive.infolist()
         if not members:
-            raise InputError(path, "ZIP archive without files. Must hold records.")
+            raise InputError(path, "ZIP archive without files.")
         if len(members) > MOST_MEMBERS:
             raise InputError(
                 path, f"ZIP archive of {len(members)} members. Must be at most {MOST_MEMBERS}."
@@ -242,4 +242,4 @@ def _must(cap: int) -> str:
 
 def _damaged(path: Path, what: str, error: Exception) -> InputError:
     reason = printable(str(error)).rstrip(".") or type(error).__name__
-    return InputError(path, f"damaged {what} ({reason}). Must expand without an error.")
+    return InputError(path, f"corrupted {what}: {reason}.")

@@ -104,13 +104,13 @@ def load(path: Path) -> bytes:
     --------
     >>> load(Path("lost.AT2"))
     Traceback (most recent call last):
-    rockframe.errors.InputError: lost.AT2: no such file. Must exist.
+    rockframe.errors.InputError: lost.AT2: no such file.
     """
     try:
         if not path.exists():
-            raise InputError(path, "no such file. Must exist.")
+            raise InputError(path, "no such file.")
         if not path.is_file():
-            raise InputError(path, "not a regular file. Must be one.")
+            raise InputError(path, "not a regular file.")
         size = path.stat().st_size
         if size > LARGEST:
             raise InputError(path, f"{size} bytes. Must be at most {LARGEST}.")

@@ -135,7 +135,7 @@ def serve(
     >>> from contextlib import closing
     >>> with closing(serve(os._exit, [(3,)], 1, Limits())) as served:
     ...     next(served).failure
-    'crashed its reader (exit status 3). Must be readable.'
+    'the reader crashed (exit status 3).'
     """
     idle: SimpleQueue[_Worker] = SimpleQueue()
     team = [_Worker(limits) for _ in range(workers)]
@@ -242,11 +242,11 @@ class _Worker:
 
     def _reason(self, status: int) -> str:
         if status == -getattr(signal, "SIGALRM", 0):
-            return f"took longer than {self._limits.seconds:g} s to read. Must be readable in less."
+            return f"timed out after {self._limits.seconds:g} s while reading."
         if status == OUT_OF_MEMORY:
             megabytes = self._limits.memory // _MEGABYTE
-            return f"took more than {megabytes} MB of memory to read. Must be readable in less."
-        return f"crashed its reader ({self._last_line(status)}). Must be readable."
+            return f"ran out of memory ({megabytes} MB) while reading."
+        return f"the reader crashed ({self._last_line(status)})."
 
     def _last_line(self, status: int) -> str:
         if status < 0:

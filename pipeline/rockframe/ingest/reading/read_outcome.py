@@ -73,7 +73,7 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
     --------
     >>> from rockframe.ingest.options import NO_OPTIONS
     >>> list(read_outcomes(Path("lost.AT2"), NO_OPTIONS))
-    [Rejection(file='lost.AT2', reason='no such file. Must exist.', line=None)]
+    [Rejection(file='lost.AT2', reason='no such file.', line=None)]
     """
     try:
         for content in contents(path, load(path)):

@@ -187,7 +187,7 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
         return claims[0]
     if claims:
         names = ", ".join(known.name for known in claims)
-        raise InputError(source, f"ambiguous format: {names} all claim it. Must be one of them.")
+        raise InputError(source, f"ambiguous format: {names} all recognise it.")
     volume = _caltech_volume(head)
     if volume:
         raise InputError(
@@ -234,9 +234,9 @@ def read_bytes(
     """
     path = Path(path)
     if not data:
-        raise InputError(path, "empty file. Must hold a record.")
+        raise InputError(path, "empty file.")
     if is_utf16(data):
-        raise InputError(path, "text in UTF-16. Must be ASCII or UTF-8.")
+        raise InputError(path, "text in UTF-16. Save it as ASCII or UTF-8.")
     chosen = sniff_format(data[:HEAD], path) if file_format is None else file_format
     digest, name = hashlib.sha256(data).hexdigest(), source_file or path.name
     return [

@@ -28,8 +28,8 @@ _BESIDE: Final = {
 _STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
 _HIDDEN: Final = "hidden, for its name begins with a point: not looked at."
 _OUTPUT: Final = "output of this command: about to be replaced."
-_IRREGULAR: Final = "not a regular file. Must be one."
-_LINK: Final = "a link to a folder, which is not followed. Must be asked for by its own path."
+_IRREGULAR: Final = "not a regular file."
+_LINK: Final = "a link to a folder, which is not followed. Name the folder itself to read it."
 
 
 @dataclass(frozen=True)
@@ -110,14 +110,14 @@ def sources_of(
     found: list[Source] = []
     for path, called in zip(asked, folder_names(asked), strict=True):
         if not _exists(path):
-            raise InputError(path, "no such file or folder. Must exist.")
+            raise InputError(path, "no such file or folder.")
         if not path.is_dir():
             facts = (catalogue or {}).get(path.name)
             found.append(Source(path, printable(path.name), facts))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
-            raise InputError(path, "a folder without files of records. Must hold one.")
+            raise InputError(path, "the folder contains no record files.")
         before = f"{called}/" if len(asked) > 1 else ""
         found += [replace(source, name=before + source.name) for source in within]
     return found
@@ -174,7 +174,7 @@ def _files_in(
     for missing in {**own, **received}:
         if missing not in present:
             path = folder / missing
-            yield Source(path, before + printable(missing), refusal="no such file. Must exist.")
+            yield Source(path, before + printable(missing), refusal="no such file.")
     for path in folders:
         name = before + printable(path.name)
         try:

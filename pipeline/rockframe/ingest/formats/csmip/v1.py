@@ -110,7 +110,7 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
-        raise InputError(path, "nothing but blank lines. Must hold a channel.")
+        raise InputError(path, "the file contains only blank lines.")
     channels = []
     top = 0
     while top < len(lines):

@@ -243,8 +243,8 @@ def _time_step(
     if options.time_step is None:
         raise InputError(
             path,
-            "time step unstated. Must be in a column of times before the acceleration "
-            "or given with --time-step.",
+            "time step unstated. State it with --time-step, or add a column of times before the "
+            "acceleration.",
         )
     return options.time_step
 
