@@ -137,7 +137,8 @@ def _reading(annotation: Any, name: str, default: Any) -> dict[str, Any]:
     if get_origin(annotation) is tuple:
         inner, last = _alone(get_args(annotation)[0]), get_args(annotation)[-1]
         if last is not Ellipsis:
-            return {"type": number, "nargs": 2, "metavar": ("FROM", "TO")}
+            ends = ("LON", "LAT") if unit == "site" else ("FROM", "TO")
+            return {"type": number, "nargs": 2, "metavar": ends}
         if inner is float:
             return {"type": numbers, "nargs": "+", "action": _Joined, "metavar": metavar}
         known = {"choices": get_args(inner)} if get_origin(inner) is Literal else {}

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
-from rockframe.risk import MEASURES, Measure, Outcome
+from rockframe.risk import LimitState, Measure, Outcome, measure_of
 
 
 def draw_fragility(screening: xr.Dataset) -> Captioned:
-    """Draw the probability of overturning of one structure over each known measure.
+    """Draw the fragility of one structure over each known measure: a curve for each limit state.
 
     Parameters
     ----------
@@ -21,10 +21,11 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
         As returned by `read_screening`, for one structure.
     """
     known = [
-        MEASURES[str(name)]
+        measure_of(str(name))
         for name in screening["measure"].values
-        if int(screening["fragility_outcome"].sel(measure=name)) != Outcome.UNKNOWN
+        if int(screening["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
     ]
+    limits = [LimitState.named(str(name)) for name in screening["limit_state"].values]
     rows = max(1, (len(known) + 1) // 2)
     with styled():
         figure = Figure(figsize=(PAGE_WIDTH, 0.4 + 2.3 * rows), layout="constrained")
@@ -32,34 +33,46 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
         for axes in panels[len(known) :]:
             axes.set_visible(False)
         for axes, measure in zip(panels, known, strict=False):
-            _draw_panel(axes, screening.sel(measure=measure.name), measure)
+            for k, limit in enumerate(limits):
+                _draw_curve(axes, screening.isel(limit_state=k).sel(measure=measure.name), limit, k)
+            _set_axes(axes, screening.sel(measure=measure.name), measure)
+        if len(limits) > 1 and known:
+            panels[0].legend(fontsize=7)
         for axes in panels[::2]:
-            axes.set_ylabel("probability of overturning")
+            several = "reaching the limit state" if len(limits) > 1 else "overturning"
+            axes.set_ylabel(f"probability of {several}")
     structure = str(screening["structure"].item())
-    return Captioned(
-        figure, f"Overturning fragility of {structure}", _caption(screening, structure, known)
+    told = [part for limit in limits for part in _told(screening, limit, known)]
+    title = (
+        f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
     )
+    return Captioned(figure, title, _caption(screening, structure, told))
 
 
-def _draw_panel(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
-    intensity = fit["fragility_intensity"].values / measure.printed
-    axes.fill_between(
-        intensity, fit["fragility_low"], fit["fragility_high"], color="C0", alpha=0.2, linewidth=0
-    )
+def _draw_curve(axes: Axes, fit: xr.Dataset, limit: LimitState, k: int) -> None:
+    printed, color = measure_of(str(fit["measure"].item())).printed, f"C{k}"
+    intensity = fit["fragility_intensity"].values / printed
+    low, high = fit["fragility_low"], fit["fragility_high"]
+    axes.fill_between(intensity, low, high, color=color, alpha=0.2, linewidth=0)
     outcome = Outcome(int(fit["fragility_outcome"]))
     if outcome is Outcome.FITTED:
-        axes.plot(intensity, fit["fragility"])
+        axes.plot(intensity, fit["fragility"], color=color, label=limit.words)
     else:
-        words = outcome.name.lower().replace("_", " ")
-        axes.text(0.03, 0.9, f"no curve: {words}", transform=axes.transAxes, fontsize=8)
+        state = f"{limit.words}: " if limit.quantity else ""
+        words = f"{state}no curve: {outcome.name.lower().replace('_', ' ')}"
+        axes.text(0.03, 0.9 - 0.08 * k, words, transform=axes.transAxes, fontsize=8)
     axes.plot(
-        fit["bin_intensity"] / measure.printed,
+        fit["bin_intensity"] / printed,
         fit["bin_share"],
         "o",
-        color="0.35",
+        color=color if k else "0.35",
         markersize=3.5,
         clip_on=False,
     )
+
+
+def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
+    intensity = fit["fragility_intensity"].values / measure.printed
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -70,28 +83,34 @@ def _draw_panel(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
     axes.set_xlabel(f"{symbol}  [{measure.unit}]")
 
 
-def _caption(screening: xr.Dataset, structure: str, known: list[Measure]) -> str:
-    recordings = np.unique(screening["cluster"].values).size
-    scales = screening["scale"].values
+def _told(screening: xr.Dataset, limit: LimitState, known: list[Measure]) -> list[str]:
     told = []
     for measure in known:
-        fit = screening.sel(measure=measure.name)
+        fit = screening.sel(measure=measure.name, limit_state=limit.name)
         outcome = Outcome(int(fit["fragility_outcome"]))
+        words = limit.words if limit.quantity else ""
         if outcome is Outcome.FITTED:
             told.append(
-                f"{measure.symbol}: half overturn at "
+                f"{measure.symbol}: half {f'reach {words}' if words else 'overturn'} at "
                 f"{float(fit['fragility_median']) / measure.printed:.3g} {measure.unit}, "
                 f"lognormal β {float(fit['fragility_lognormal_beta']):.3g} (logistic scale "
                 f"{float(fit['fragility_logistic_scale']):.3g}), pseudo R² "
                 f"{float(fit['fragility_pseudo_r2']):.2f}"
             )
         else:
-            told.append(f"{measure.symbol}: {outcome.sentence}")
+            told.append(f"{measure.symbol}: {outcome.sentence_of(words)}")
+    return told
+
+
+def _caption(screening: xr.Dataset, structure: str, told: list[str]) -> str:
+    recordings = np.unique(screening["cluster"].values).size
+    scales = screening["scale"].values
+    overturns = "overturns" if screening.sizes["limit_state"] == 1 else "reaches each limit state"
     better = str(screening["better_measure"].item())
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
-        f"Probability that {structure} overturns, by logistic regression over the logarithm of the "
-        f"intensity, from {screening.sizes['record']} motions of {recordings} recordings at "
+        f"Probability that {structure} {overturns}, by logistic regression over the logarithm of "
+        f"the intensity, from {screening.sizes['record']} motions of {recordings} recordings at "
         f"{scales.size} scales from {scales[0]:g} to {scales[-1]:g}; shaded, 90 % confidence with "
         "all scales and components of a recording as one observation, or what is left open where "
         f"there is no curve; dots, observed shares in classes of equal numbers. {'; '.join(told)}. "

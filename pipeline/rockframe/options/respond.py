@@ -42,8 +42,10 @@ class DesignOptions(Options):
     are tried, because demand is not monotone in size."""
     range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
     """Range that is searched, in m for height and width."""
+    quantity: Literal["rotation_ratio", "u", "v"] = "rotation_ratio"
+    """Limited quantity: theta/alpha, the drift u or the lift v."""
     limit: Positive = 0.5
-    """Limit of theta/alpha."""
+    """Limit of theta/alpha, or of u or v in m."""
     share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     """Share of the records that must stay below the limit."""
     steps: Annotated[int, Field(ge=2, le=10_000)] = 41
@@ -93,8 +95,21 @@ class ScreenOptions(Options):
     """Only records whose selected pulse has a length L_p = a_p T_p^2 from and to [m]."""
     pulse_like: Annotated[bool | None, Field(examples=[True])] = None
     """Only records whose pulse is more than chance, or only the others."""
+    spectral_periods_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5, 1.0)])] = None
+    """Periods of spectral accelerations, 5 % damped, as further measures of intensity [s]."""
+    limit_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = None
+    """Limits of theta/alpha: damage states that have fragilities and rates beside overturning."""
+    limit_u_m: Annotated[PositiveNumbers | None, Field(examples=[(0.2,)])] = None
+    """Limits of the drift u, such as the width of a seat or a joint [m]."""
+    limit_v_m: Annotated[PositiveNumbers | None, Field(examples=[(0.05,)])] = None
+    """Limits of the lift v [m]."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
-    """Hazard curve of the site: CSV of annual_rate and one of pga_g, pgv_m_s, a_p_g, L_p_m."""
+    """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
+    pgv_m_s, a_p_g, L_p_m, sa_1s_g; or a file of OpenQuake or of the USGS."""
+    hazard_site: Annotated[
+        tuple[Finite, Finite] | None, Field(strict=False, examples=[(23.73, 37.98)])
+    ] = None
+    """Longitude and latitude of the site in a file of several [degree]: the nearest within 1 km."""
     seed: Seed = 0
     """Random seed of the bootstrap."""
     design: DesignOptions | None = None
@@ -112,6 +127,28 @@ class ScreenOptions(Options):
                 message = f"{name} beside azimuths_degree. Must be one of them"
                 raise PydanticCustomError(RULE, message)
         return self
+
+    @model_validator(mode="after")
+    def _site_of_hazard(self) -> Self:
+        """Require a hazard curve for a site, and a place on the earth."""
+        if self.hazard_site is None:
+            return self
+        longitude, latitude = self.hazard_site
+        if self.hazard is None:
+            raise PydanticCustomError(RULE, "hazard_site without hazard. Must be stated with it")
+        if not (-180.0 <= longitude <= 360.0 and -90.0 <= latitude <= 90.0):
+            message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
+            raise PydanticCustomError(RULE, message)
+        return self
+
+    def limits(self) -> tuple[tuple[str, float], ...]:
+        """Return the limits: quantity, and value in SI units."""
+        stated = {
+            "rotation_ratio": self.limit_rotation_ratio,
+            "u": self.limit_u_m,
+            "v": self.limit_v_m,
+        }
+        return tuple((name, value) for name, values in stated.items() for value in values or ())
 
     def pulse_filters(self) -> dict[str, object]:
         """Return the stated filters by the pulse."""

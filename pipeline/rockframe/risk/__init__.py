@@ -17,6 +17,8 @@ from rockframe.risk.hazard import LognormalFragility as LognormalFragility
 from rockframe.risk.hazard import OverturningRate as OverturningRate
 from rockframe.risk.hazard import overturning_rate as overturning_rate
 from rockframe.risk.hazard_files import read_hazard as read_hazard
+from rockframe.risk.limits import OVERTURNING as OVERTURNING
+from rockframe.risk.limits import LimitState as LimitState
 from rockframe.risk.measures import MEASURES as MEASURES
 from rockframe.risk.measures import Measure as Measure
 from rockframe.risk.measures import measure_of as measure_of

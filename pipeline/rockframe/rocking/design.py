@@ -27,7 +27,7 @@ _SECTIONS: Final = ("rectangular", "circular")
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """What is looked for: the smallest value that keeps theta/alpha below a limit for a share.
+    """What is looked for: the smallest value that keeps a quantity below a limit for a share.
 
     Parameters
     ----------
@@ -36,11 +36,13 @@ class Design:
     lowest, highest : float
         Range of values that is scanned.
     limit : float
-        Largest |theta| / alpha allowed [1].
+        Limit of the quantity [1, m].
     share : float
         Share of the motions that must stay below it [1].
     steps : int
         Values that are tried, ends included; evenly spaced.
+    quantity : str
+        ``rotation_ratio`` (|theta| / alpha), ``u`` or ``v``.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Design:
     limit: float = 0.5
     share: float = 0.9
     steps: int = 41
+    quantity: str = "rotation_ratio"
 
     def __post_init__(self) -> None:
         if self.dimension not in DIMENSIONS:
@@ -73,8 +76,7 @@ class Design:
             )
         if not 0.0 < self.limit < math.inf:
             raise ParameterError(
-                f"Invalid limit {self.limit!r} of the rotation over the slenderness. Must be "
-                "positive and finite."
+                f"Invalid limit {self.limit!r} of {self.quantity}. Must be positive and finite."
             )
         if not 0.0 < self.share <= 1.0:
             raise ParameterError(

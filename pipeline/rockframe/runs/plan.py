@@ -159,7 +159,7 @@ def _require_sound(study: Study) -> None:
         from rockframe.risk import read_hazard  # scipy, which other studies need not wait for
 
         path, screen = files["screen", "hazard"], study.tables.screen
-        measure = read_hazard(path).measure
+        measure = read_hazard(path, screen.hazard_site if screen else None).measure
         if screen is not None and screen.azimuths_degree and measure in ("a_p", "L_p"):
             unknown = f"is of {measure}, which is not known for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")

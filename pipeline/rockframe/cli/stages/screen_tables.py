@@ -119,6 +119,7 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
         rows += [
             [
                 structure["structure"],
+                fit["words"],
                 fit["symbol"],
                 number(fit["median"], 3),
                 fit["unit"],
@@ -133,9 +134,9 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
         ]
         rows.append([])
     show_table(
-        "Overturning fragility",
+        "Fragility",
         [
-            *("structure", "over", "median>", "", "lognormal β>", "logistic scale>"),
+            *("structure", "limit state", "over", "median>", "", "lognormal β>", "logistic scale>"),
             *("pseudo R²>", "concordance>", ""),
         ],
         rows[:-1],
@@ -157,22 +158,28 @@ def _told(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
 
 
 def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
-    if "rate_per_year" not in summary[0]:
+    if "rates" not in summary[0]:
         return
     rows = [
         [
-            one["structure"],
+            structure["structure"],
+            one["words"],
+            number(one["return_period_years"], 0),
             _scientific(one["rate_per_year"]),
             _scientific(one["rate_low_per_year"]),
             _scientific(one["rate_high_per_year"]),
             one["main_intensity"],
             number(100.0 * one["extrapolated_share"], 0),
         ]
-        for one in summary
+        for structure in summary
+        for one in structure["rates"]
     ]
     show_table(
-        "Mean annual rate of overturning",
-        ["structure", "rate [1/year]>", "from>", "to>", "mostly from", "extrapolated [%]>"],
+        "Mean annual rates",
+        [
+            *("structure", "limit state", "return period [years]>", "rate [1/year]>", "from>"),
+            *("to>", "mostly from", "extrapolated [%]>"),
+        ],
         rows,
     )
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
@@ -185,6 +192,10 @@ def _scientific(value: float) -> str:
 def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
     if "design_smallest" not in screening:
         return
+    from rockframe.risk import LimitState
+
+    quantity, value = str(screening["design_quantity"].item()), float(screening["design_limit"])
+    limit = LimitState(quantity, value).words.replace("≥", "<")
     what = str(screening["design_dimension"].item()).replace("_", " ")
     share = 100.0 * float(screening["design_required_share"])
     scale = float(screening["reference_scale"])
@@ -192,8 +203,7 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
     parts = ("smallest", "sure_from")
     show_table(
-        f"Smallest {what} with θ/α < {float(screening['design_limit']):g} for {share:g} %, "
-        f"at scale {scale:g}",
+        f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}",
         ["structure", f"smallest that does{unit}>", f"from which on all do{unit}>"],
         [
             [one["structure"], *(number(one[f"design_{part}"], 3) for part in parts)]

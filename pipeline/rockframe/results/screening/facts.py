@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rockframe.results.schema import SCREEN_NC
 from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
-from rockframe.risk import MEASURES, Band, Fragility
+from rockframe.risk import Band, Fragility, period_of
 
 Float = NDArray[np.float64]
 
@@ -32,14 +32,20 @@ def motion_values(
     clusters : array of int, shape (motions,)
         Motions of one number are not independent.
     numbers : mapping of str to array, shape (motions,)
-        As in `Facts.numbers`.
+        As in `Facts.numbers`, and spectral accelerations by the names of their measures.
     """
+    spectra = {period_of(name): values for name, values in numbers.items() if period_of(name)}
+    spectrum = {
+        "spectral_acceleration": np.array([*spectra.values()]).T,
+        "spectral_period": [*spectra],
+    }
     return {
         "record_id": names,
         "event": [event for event, _ in sources],
         "station": [station for _, station in sources],
         "cluster": clusters,
-        **numbers,
+        **{name: values for name, values in numbers.items() if not period_of(name)},
+        **(spectrum if spectra else {}),
     }
 
 
@@ -92,7 +98,7 @@ def azimuth_values(names: Sequence[str], percentiles: Float) -> dict[str, Any]:
 
 
 def fragility_values(
-    fits: Sequence[Mapping[str, Fragility]],
+    fits: Sequence[Sequence[Mapping[str, Fragility]]],
     better: Sequence[tuple[str, str]],
     points: Mapping[str, Float],
 ) -> dict[str, Any]:
@@ -100,45 +106,43 @@ def fragility_values(
 
     Parameters
     ----------
-    fits : sequence of mapping of str to Fragility
-        Of each structure, by measure.
+    fits : sequence of sequence of mapping of str to Fragility
+        Of each structure and limit state, by measure.
     better : sequence of (str, str)
         The better measure for each structure, if one can be named, and why (not).
     points : mapping of str to array, shape (points,)
         Intensities of each measure at which the curves are given; NaN if it is unknown.
     """
-    rows = [[fit[name] for name in MEASURES] for fit in fits]
+    rows = [[[fit[name] for name in points] for fit in each] for each in fits]
     return {
-        "measure": list(MEASURES),
-        "measure_units": [UNITS_OF_MEASURES[name] for name in MEASURES],
+        "measure": list(points),
+        "measure_units": [UNITS_OF_MEASURES.get(name, "m s-2") for name in points],
         **SCREEN_NC.filled("fit", rows),
-        "log_likelihood": [[_total(fit) for fit in row] for row in rows],
-        **_curves(rows, [points[name] for name in MEASURES]),
+        "log_likelihood": [[[_total(fit) for fit in row] for row in each] for each in rows],
+        **_curves(rows, [*points.values()]),
         "better_measure": [name for name, _ in better],
         "better_measure_reason": [why for _, why in better],
     }
 
 
-def _curves(rows: list[list[Fragility]], grid: list[Float]) -> dict[str, Any]:
-    bands = [[fit.band(x) for fit, x in zip(row, grid, strict=True)] for row in rows]
-    return {
-        "fragility_intensity": grid,
-        "fragility": [
-            [fit.probability(x) for fit, x in zip(row, grid, strict=True)] for row in rows
-        ],
-        "fragility_low": [[low for low, _ in row] for row in bands],
-        "fragility_high": [[high for _, high in row] for row in bands],
-    }
+def _curves(rows: list[list[list[Fragility]]], grid: list[Float]) -> dict[str, Any]:
+    curves = np.array(
+        [
+            [[(f.probability(x), *f.band(x)) for f, x in zip(row, grid, strict=True)] for row in s]
+            for s in rows
+        ]
+    )
+    names = ("fragility", "fragility_low", "fragility_high")
+    values = {name: curves[..., k, :] for k, name in enumerate(names)}
+    return {"fragility_intensity": grid, **values}
 
 
 def observed_values(
-    observed: Sequence[Mapping[str, tuple[Float, Float]]],
+    observed: Sequence[Sequence[Mapping[str, tuple[Float, Float]]]],
 ) -> dict[str, Any]:
-    """Return the shares that overturn in classes of intensity, of each structure, by measure."""
-    centre, share = (
-        [[row[name][part] for name in MEASURES] for row in observed] for part in (0, 1)
-    )
-    return {"bin_intensity": centre, "bin_share": share}
+    """Return the shares that reach each limit state in classes of intensity, by measure."""
+    both = np.array([[[*row.values()] for row in each] for each in observed])
+    return {"bin_intensity": both[:, 0, :, 0], "bin_share": both[:, :, :, 1]}
 
 
 def _total(fit: Fragility) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -14,7 +15,7 @@ from rockframe.cells import write_table
 from rockframe.provenance import whole_file
 from rockframe.results.screening.screen import read_screening
 from rockframe.results.tables.entries import refuse_other_table
-from rockframe.risk import MEASURES, Measure, Outcome
+from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
 
@@ -51,9 +52,15 @@ def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
     if "scale" in screening["verdict"].dims:
         at = screening.isel(scale=int(np.flatnonzero(screening["scale"].values == reference)[0]))
     columns = {name: at[name].values for name in at.variables}
+    of_motion = _OF_MOTION | {
+        spectral(period).column: (f"spectral {k}", GRAVITY)
+        for k, period in enumerate(columns.get("spectral_period", ()))
+    }
+    for k, _ in enumerate(columns.get("spectral_period", ())):
+        columns[f"spectral {k}"] = columns["spectral_acceleration"][:, k]
     for i in np.argsort(columns["mean_rank"], kind="stable"):
         motion = {
-            column: _value(columns[name][i], over) for column, (name, over) in _OF_MOTION.items()
+            column: _value(columns[name][i], over) for column, (name, over) in of_motion.items()
         }
         for k, structure in enumerate(columns["structure"]):
             yield {
@@ -83,12 +90,16 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
         one = screening.sel(structure=structure)
         said: dict[str, Any] = {
             "structure": str(structure),
-            "fragility": [_fit(one, measure) for measure in MEASURES.values()],
+            "fragility": [
+                _fit(one, str(limit), measure_of(str(measure)))
+                for limit in one["limit_state"].values
+                for measure in one["measure"].values
+            ],
             "better_measure": str(one["better_measure"].item()),
             "better_measure_reason": str(one["better_measure_reason"].item()),
         }
-        if "overturning_rate" in one:
-            said |= _rate(one)
+        if "annual_rate" in one:
+            said["rates"] = [_rate(one, str(limit)) for limit in one["limit_state"].values]
         if "design_smallest" in one:
             names = ("design_smallest", "design_sure_from")
             said |= {name: float(one[name]) for name in names}
@@ -96,10 +107,12 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     return summary
 
 
-def _fit(one: xr.Dataset, measure: Measure) -> dict[str, Any]:
-    fit = one.sel(measure=measure.name)
+def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
+    fit = one.sel(measure=measure.name, limit_state=limit)
     outcome = Outcome(int(fit["fragility_outcome"]))
-    said = "" if outcome is Outcome.FITTED else outcome.sentence
+    state = LimitState.named(limit)
+    words = state.words if state.quantity else ""
+    said = "" if outcome is Outcome.FITTED else outcome.sentence_of(words)
     if outcome is Outcome.SEPARATED:
         safe, fell = (
             float(fit[f"fragility_{name}"]) / measure.printed
@@ -107,6 +120,8 @@ def _fit(one: xr.Dataset, measure: Measure) -> dict[str, Any]:
         )
         said += f" ({safe:.3g} to {fell:.3g} {measure.unit})"
     return {
+        "limit_state": limit,
+        "words": state.words,
         "measure": measure.name,
         "symbol": measure.symbol,
         "unit": measure.unit,
@@ -127,16 +142,21 @@ def _fit(one: xr.Dataset, measure: Measure) -> dict[str, Any]:
     }
 
 
-def _rate(one: xr.Dataset) -> dict[str, Any]:
-    measure = MEASURES[str(one["hazard_measure"].item())]
+def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
+    one = structure.sel(limit_state=limit)
+    measure = measure_of(str(one["hazard_measure"].item()))
+    rate = float(one["annual_rate"])
     intensity = one["hazard_intensity"].values / measure.printed
     parts = one["disaggregation"].values
     main = "" if np.isnan(parts).any() else _range(intensity, int(parts.argmax()), measure)
     return {
-        "rate_per_year": float(one["overturning_rate"]),
-        "rate_low_per_year": float(one["overturning_rate_low"]),
-        "rate_high_per_year": float(one["overturning_rate_high"]),
-        "extrapolated_share": float(one["overturning_rate_extrapolated"]),
+        "limit_state": limit,
+        "words": LimitState.named(limit).words,
+        "rate_per_year": rate,
+        "rate_low_per_year": float(one["annual_rate_low"]),
+        "rate_high_per_year": float(one["annual_rate_high"]),
+        "return_period_years": 1.0 / rate if rate > 0.0 else math.nan,
+        "extrapolated_share": float(one["annual_rate_extrapolated"]),
         "main_intensity": main,
         "disaggregation": [
             {"intensity": _range(intensity, k, measure), "rate_per_year": float(part)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ from rockframe.ingest import Rejection
 from rockframe.options import Filters, ScreenOptions
 from rockframe.record import Record
 from rockframe.results import Facts, RecordsFile
+from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight
-from rockframe.signals import integrate, peak
+from rockframe.signals import integrate, peak, spectral_acceleration
 from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
 from rockframe.units import GRAVITY
@@ -42,7 +43,7 @@ class Motion:
     azimuth : float
         Direction of the motion [degree].
     numbers : mapping of str to float
-        Its metadata, as in `Facts.numbers`.
+        Its metadata, as in `Facts.numbers`, and its spectral accelerations [m s-2].
     """
 
     name: str
@@ -57,13 +58,19 @@ class Motions:
     """The selected motions of a file, read on demand."""
 
     def __init__(
-        self, file: RecordsFile, facts: Facts, options: ScreenOptions, filters: Filters
+        self,
+        file: RecordsFile,
+        facts: Facts,
+        options: ScreenOptions,
+        filters: Filters,
+        periods: Sequence[float] = (),
     ) -> None:
         self._file = file
         self._facts = facts
         self._options = options
         self.filters = filters
         self._vertical = options.vertical
+        self._periods = periods
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
         self.rejections: list[Rejection] = []
@@ -98,9 +105,17 @@ class Motions:
             except ParameterError as error:
                 self.rejections.append(Rejection(motion.name, str(error)))
                 continue
-            self.motions.append(motion)
+            self.motions.append(self._with_spectrum(motion))
         if not self.motions:
             raise ParameterError(self._why_empty())
+
+    def _with_spectrum(self, motion: Motion) -> Motion:
+        if not self._periods:
+            return motion
+        record = self._component(motion)
+        found = spectral_acceleration(record.acceleration, record.time_step, self._periods)
+        named = {spectral(t).name: float(a) for t, a in zip(self._periods, found, strict=True)}
+        return replace(motion, numbers={**motion.numbers, **named})
 
     def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
         """Return the reason why a motion is filtered out, or ""."""

@@ -13,7 +13,7 @@ from rockframe.engines import Engine, map_batches
 from rockframe.frame import RockingFrame
 from rockframe.options import ScreenOptions
 from rockframe.results import Batches, Facts, KeptHistory, peaks_of_frames
-from rockframe.risk import HazardCurve
+from rockframe.risk import OVERTURNING, HazardCurve, LimitState
 from rockframe.rocking import (
     Design,
     Histories,
@@ -120,6 +120,8 @@ class Run:
         shape = (len(chosen.motions), len(request.frames), request.scales.size)
         self.verdicts = np.empty(shape, dtype=np.int8)
         self.ratio = np.empty(shape[:2])
+        self._limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
+        self._reached = np.empty((len(self._limits), *shape), dtype=bool)
         self._kept: list[NDArray[np.intp]] = []
 
     def rows(self) -> Iterator[Arrays]:
@@ -129,6 +131,8 @@ class Run:
             row = peaks_of_frames(frames, verdict, peak)
             self.verdicts[i] = verdict
             fell = verdict[:, at] == Verdict.OVERTURNED
+            for limit, reached in zip(self._limits, self._reached, strict=True):
+                reached[i] = limit.reached(row, verdict == Verdict.OVERTURNED)
             ratio = row["peak_rotation_ratio"]
             self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
             self._kept.append(np.argwhere(self._request.histories.mask(verdict, ratio)))
@@ -168,13 +172,14 @@ class Run:
             facts=facts,
             frames=self._request.frames,
             scales=self._request.scales,
-            overturned=self.verdicts == Verdict.OVERTURNED,
+            limits=self._limits,
+            reached=self._reached,
             counts=np.stack([(self.verdicts == kind).sum(axis=0) for kind in kinds], axis=-1),
             ratio=self.ratio,
             margins=self._margins(),
             hazard=hazard,
             design=self._request.design,
-            candidate_ratio=self._candidate_ratio(),
+            candidates_reach=self._candidates_reach(),
             seed=self._request.options.seed,
         )
 
@@ -185,16 +190,18 @@ class Run:
         found = list(self._map(margins_of, "margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
-    def _candidate_ratio(self) -> NDArray[np.float64] | None:
-        """Return |theta| / alpha, shape (motions, candidates), infinite if overturned."""
-        if not self._request.candidates:
+    def _candidates_reach(self) -> NDArray[np.bool_] | None:
+        """Return True for motions that bring a candidate to the limit, (motions, candidates)."""
+        design = self._request.options.design
+        if design is None:
             return None
-        alpha = np.array([frame.slenderness for frame in self._request.candidates])
+        limit = LimitState(design.quantity, design.limit)
         rows = []
         for part in self._map(peaks_of, "design"):
-            fell = part["verdict"][:, :, 0] == Verdict.OVERTURNED
-            rows.append(np.where(fell, np.inf, part["peak_rotation"][:, :, 0] / alpha))
-        return np.concatenate(rows)
+            for verdict, peak in zip(part["verdict"], part["peak_rotation"], strict=True):
+                row = peaks_of_frames(self._request.candidates, verdict, peak)
+                rows.append(limit.reached(row, verdict == Verdict.OVERTURNED)[:, 0])
+        return np.array(rows)
 
     def _peaks(self) -> Iterator[tuple[NDArray[np.int8], NDArray[np.float64]]]:
         """Give the verdict and peak rotation of each motion, shape (structures, scales)."""

@@ -21,7 +21,7 @@ from rockframe.results import (
     write_screen_table,
     write_screening,
 )
-from rockframe.risk import HazardCurve, read_hazard
+from rockframe.risk import HazardCurve, period_of, read_hazard
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screening.motions import Motions
@@ -108,7 +108,7 @@ def screen_stage(
     hazard = _hazard(options, pulses_path)
     facts = read_facts(records_path, pulses_path)
     with open_records(records_path) as file:
-        chosen = Motions(file, facts, options, filters or Filters())
+        chosen = Motions(file, facts, options, filters or Filters(), _periods(options, hazard))
         chosen.choose()
         origin = {"records": input_hash(records_path), **_identity(chosen)}
         origin["vertical"] = options.vertical
@@ -149,11 +149,17 @@ def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
             raise ParameterError(f"{name} is stated without pulses. Must be stated with --pulses.")
 
 
+def _periods(options: ScreenOptions, hazard: HazardCurve | None) -> list[float]:
+    """Return the periods of spectral accelerations, that of the hazard curve among them."""
+    period = period_of(hazard.measure) if hazard else 0.0
+    return sorted({*(options.spectral_periods_s or ()), *([period] if period else [])})
+
+
 def _hazard(options: ScreenOptions, pulses_path: Path | None) -> HazardCurve | None:
     path = options.hazard
     if path is None:
         return None
-    curve = read_hazard(path)
+    curve = read_hazard(path, options.hazard_site)
     if curve.measure in ("a_p", "L_p"):
         if pulses_path is None:
             raise ParameterError(

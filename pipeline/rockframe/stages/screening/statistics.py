@@ -26,6 +26,7 @@ from rockframe.risk import (
     MEASURES,
     Fragility,
     HazardCurve,
+    LimitState,
     better_measure,
     compared_motions,
     demand_ranks,
@@ -34,6 +35,7 @@ from rockframe.risk import (
     over_azimuths,
     overturning_rate,
     peak_distribution,
+    period_of,
 )
 from rockframe.rocking import Design, smallest
 from rockframe.stages.screening.motions import Motion
@@ -64,8 +66,10 @@ class Screened:
         The structures.
     scales : array, shape (scales,)
         Multiples of the motions [1].
-    overturned : array of bool, shape (motions, structures, scales)
-        True for scenarios that overturn.
+    limits : sequence of LimitState
+        The limit states; the first is overturning.
+    reached : array of bool, shape (limits, motions, structures, scales)
+        True for scenarios that reach them.
     counts : array of int, shape (structures, scales, 3)
         Numbers of motions that do not uplift, are safe, and overturn.
     ratio : array, shape (motions, structures)
@@ -76,8 +80,8 @@ class Screened:
         Hazard curve of the site.
     design : Design, optional
         The design problem.
-    candidate_ratio : array, shape (motions, structures times steps), optional
-        As `ratio`, for the candidates of the design.
+    candidates_reach : array of bool, shape (motions, structures times steps), optional
+        True for candidates of the design that reach its limit.
     seed : int
         Random seed of the bootstrap.
     """
@@ -86,13 +90,14 @@ class Screened:
     facts: Facts
     frames: Sequence[RockingFrame]
     scales: Float
-    overturned: NDArray[np.bool_]
+    limits: Sequence[LimitState]
+    reached: NDArray[np.bool_]
     counts: NDArray[np.int64]
     ratio: Float
     margins: Mapping[str, NDArray[Any]]
     hazard: HazardCurve | None
     design: Design | None
-    candidate_ratio: Float | None
+    candidates_reach: NDArray[np.bool_] | None
     seed: int
 
 
@@ -103,10 +108,11 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
         name: np.array([motion.numbers[name] for motion in motions]) for name in motions[0].numbers
     }
     clusters = np.array([motion.cluster for motion in motions])
-    intensities = {name: numbers[name] for name in MEASURES}
+    spectra = [name for name in numbers if period_of(name)]
+    intensities = {name: numbers[name] for name in (*MEASURES, *spectra)}
     fits = [
-        _fits(intensities, screened.scales, screened.overturned[:, k], clusters)
-        for k in range(len(screened.frames))
+        [_fits(intensities, screened.scales, fell, clusters) for fell in each]
+        for each in _by_structure(screened)
     ]
     reference = float(screened.scales[np.argmin(np.abs(np.log(screened.scales)))])
     bands = [
@@ -116,6 +122,7 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
     ranks = demand_ranks(screened.ratio)
     values = {
         **motion_values([m.name for m in motions], _sources(screened), clusters, numbers),
+        "limit_state": [limit.name for limit in screened.limits],
         **SCREEN_NC.filled("frame", list(screened.frames)),
         **demand_values(reference, ranks, LEVELS, bands, screened.counts),
         **fragility_values(
@@ -129,8 +136,15 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
     return values, design_units(screened.design) if screened.design else {}
 
 
+def _by_structure(screened: Screened) -> NDArray[np.bool_]:
+    """Return what is reached, shape (structures, limits, motions, scales)."""
+    return screened.reached.transpose(2, 0, 1, 3)
+
+
 def _asked_besides(
-    screened: Screened, fits: Sequence[Mapping[str, Fragility]], clusters: NDArray[np.int64]
+    screened: Screened,
+    fits: Sequence[Sequence[Mapping[str, Fragility]]],
+    clusters: NDArray[np.int64],
 ) -> dict[str, Any]:
     """Return the optional values: azimuths, margins, rates, design."""
     values: dict[str, Any] = {}
@@ -142,10 +156,10 @@ def _asked_besides(
         values |= screened.margins
     if screened.hazard is not None:
         curve = screened.hazard
-        rates = [overturning_rate(curve, fit[curve.measure]) for fit in fits]
+        rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
         values |= hazard_values(curve, rates)
-    if screened.design is not None and screened.candidate_ratio is not None:
-        values |= _designed(screened.design, screened.candidate_ratio, len(screened.frames))
+    if screened.design is not None and screened.candidates_reach is not None:
+        values |= _designed(screened.design, screened.candidates_reach, len(screened.frames))
     return values
 
 
@@ -166,24 +180,26 @@ def _better(
 ) -> list[tuple[str, str]]:
     """Return the better measure for each structure, from motions that have all measures."""
     both = compared_motions(intensities)
+    some = {name: values[both] for name, values in intensities.items()}
     told = []
-    for k in range(len(screened.frames)):
-        some = {name: values[both] for name, values in intensities.items()}
-        fits = _fits(some, screened.scales, screened.overturned[both, k], clusters[both])
-        preference = better_measure(fits)
+    for fell in screened.reached[0].swapaxes(0, 1):
+        preference = better_measure(_fits(some, screened.scales, fell[both], clusters[both]))
         told.append((preference.measure, preference.reason))
     return told
 
 
 def _observed(
     screened: Screened, intensities: Mapping[str, Float]
-) -> list[dict[str, tuple[Float, Float]]]:
+) -> list[list[dict[str, tuple[Float, Float]]]]:
     return [
-        {
-            name: observed_shares(values, screened.scales, screened.overturned[:, k], _CLASSES)
-            for name, values in intensities.items()
-        }
-        for k in range(len(screened.frames))
+        [
+            {
+                name: observed_shares(values, screened.scales, fell, _CLASSES)
+                for name, values in intensities.items()
+            }
+            for fell in each
+        ]
+        for each in _by_structure(screened)
     ]
 
 
@@ -205,8 +221,7 @@ def _sources(screened: Screened) -> list[tuple[str, str]]:
     return [(texts["event"][m.row], texts["station"][m.row]) for m in screened.motions]
 
 
-def _designed(design: Design, ratio: Float, structures: int) -> dict[str, Any]:
-    below = (ratio < design.limit).mean(axis=0)
-    shares = below.reshape(structures, design.steps)
+def _designed(design: Design, reached: NDArray[np.bool_], structures: int) -> dict[str, Any]:
+    shares = (~reached).mean(axis=0).reshape(structures, design.steps)
     found = [smallest(design.values, row, design.share) for row in shares]
     return design_values(design, shares, found)

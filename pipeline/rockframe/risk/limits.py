@@ -1,0 +1,87 @@
+"""Limit states: overturning, and stated limits of rotation, drift and lift."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Variable, symbol and unit of the quantities that can be limited.
+QUANTITIES: Final = MappingProxyType(
+    {
+        "rotation_ratio": ("peak_rotation_ratio", "θ/α", ""),
+        "u": ("peak_u", "u", "m"),
+        "v": ("peak_v", "v", "m"),
+    }
+)
+
+
+@dataclass(frozen=True)
+class LimitState:
+    """A state that a structure reaches when it overturns, or when a peak reaches a limit.
+
+    Parameters
+    ----------
+    quantity : str
+        One of `QUANTITIES`, or empty for overturning.
+    value : float
+        The limit, in SI units.
+
+    Examples
+    --------
+    >>> LimitState("u", 0.2).name, LimitState("u", 0.2).words, OVERTURNING.name
+    ('u_0.2m', 'u ≥ 0.2 m', 'overturning')
+    """
+
+    quantity: str
+    value: float
+
+    @property
+    def name(self) -> str:
+        """Its name in datasets and tables."""
+        unit = QUANTITIES[self.quantity][2] if self.quantity else ""
+        return f"{self.quantity}_{self.value:g}{unit}" if self.quantity else "overturning"
+
+    @property
+    def words(self) -> str:
+        """Its name in figures."""
+        if not self.quantity:
+            return self.name
+        _, symbol, unit = QUANTITIES[self.quantity]
+        return f"{symbol} ≥ {self.value:g} {unit}".rstrip()
+
+    @classmethod
+    def named(cls, name: str) -> LimitState:
+        """Return the limit state of a name.
+
+        Examples
+        --------
+        >>> LimitState.named("rotation_ratio_0.5")
+        LimitState(quantity='rotation_ratio', value=0.5)
+        """
+        quantity, _, value = name.rpartition("_")
+        return cls(quantity, float(value.rstrip("m"))) if quantity else OVERTURNING
+
+    def reached(
+        self, peaks: Mapping[str, NDArray[Any]], overturned: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        """Return True for each scenario that reaches it.
+
+        Parameters
+        ----------
+        peaks : mapping of str to array
+            ``peak_rotation_ratio``, ``peak_u`` and ``peak_v`` of scenarios.
+        overturned : array of bool
+            True for scenarios that overturn.
+        """
+        if not self.quantity:
+            return overturned
+        return np.asarray(overturned | (peaks[QUANTITIES[self.quantity][0]] >= self.value))
+
+
+#: Overturning, which always is a limit state.
+OVERTURNING: Final = LimitState("", 0.0)

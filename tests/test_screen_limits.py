@@ -1,0 +1,120 @@
+"""Limit states besides overturning, and spectral acceleration as a measure, in a screening."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_allclose
+from tests.conftest import SHARED
+from tests.screening import site
+
+from rockframe.errors import ParameterError
+from rockframe.options import DesignOptions, ScreenOptions
+from rockframe.risk import LimitState, Outcome, fit_fragility
+from rockframe.signals import spectral_acceleration
+
+Screen = Callable[..., xr.Dataset]
+SCALES = np.geomspace(0.25, 3.0, 8)
+LIMITS = {"limit_rotation_ratio": (0.25, 0.5), "limit_u_m": (0.1,), "limit_v_m": (0.005,)}
+
+
+@pytest.fixture(scope="module")
+def names() -> list[str]:
+    return ["overturning", "rotation_ratio_0.25", "rotation_ratio_0.5", "u_0.1m", "v_0.005m"]
+
+
+def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[str]) -> None:
+    """A motion that overturns reaches all limits; the others reach those that their peaks do."""
+    found = screen(site(6), scales=SCALES, **LIMITS)
+    assert found["limit_state"].values.tolist() == names
+    one = found.sel(structure="slender")
+    peaks = {
+        "overturning": one["peak_rotation_ratio"] > np.inf,
+        "rotation_ratio_0.25": one["peak_rotation_ratio"] >= 0.25,
+        "rotation_ratio_0.5": one["peak_rotation_ratio"] >= 0.5,
+        "u_0.1m": one["peak_u"] >= 0.1,
+        "v_0.005m": one["peak_v"] >= 0.005,
+    }
+    for name, exceeded in peaks.items():
+        reached = (exceeded | (one["verdict"] == 2)).values
+        fit = one.sel(limit_state=name, measure="pga")
+        expected = fit_fragility(found["pga"].values, SCALES, reached)
+        assert int(fit["fragility_overturned"]) == reached.sum() == expected.overturned
+        assert_allclose(float(fit["fragility_median"]), expected.median)
+
+
+def test_each_limit_has_a_rate_and_its_parts(screen: Screen, tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    found = screen(site(6), scales=SCALES, hazard=hazard, **LIMITS)
+    rate = found["annual_rate"]
+    assert rate.dims == ("structure", "limit_state")
+    assert_allclose(found["disaggregation"].sum("hazard_point", skipna=False), rate)
+    fitted = found["fragility_outcome"].sel(measure="pga") == Outcome.FITTED
+    assert (rate.notnull() == fitted).all()
+    assert fitted.any()
+
+
+def test_design_for_a_drift(screen: Screen) -> None:
+    """A candidate of the structure's own width has its share below the limit."""
+    design = DesignOptions(
+        dimension="width", range=(0.45, 0.9), quantity="u", limit=0.1, steps=2, share=0.5
+    )
+    found = screen(site(6), design=design)
+    one = found.sel(structure="slender", scale=1.0)
+    share = float(((one["peak_u"] < 0.1) & (one["verdict"] != 2)).mean())
+    assert float(one["design_share"][0]) == share
+    assert found["design_limit"].attrs["units"] == "m"
+
+
+def test_spectral_accelerations_are_measures(screen: Screen) -> None:
+    records = site(4)
+    found = screen(records, scales=SCALES, spectral_periods_s=(0.5, 1.0))
+    assert found["measure"].values.tolist()[-2:] == ["sa_0.5s", "sa_1s"]
+    expected = [spectral_acceleration(r.acceleration, r.time_step, [0.5, 1.0]) for r in records]
+    assert_allclose(found["spectral_acceleration"].values, expected)
+    fit = found.sel(structure="slender", limit_state="overturning", measure="sa_1s")
+    reached = (found["verdict"].sel(structure="slender") == 2).values
+    of_pga = fit_fragility([float(sa[1]) for sa in expected], SCALES, reached)
+    assert_allclose(float(fit["fragility_median"]), of_pga.median)
+
+
+def test_a_hazard_curve_of_spectral_acceleration_needs_no_stated_period(
+    screen: Screen, tmp_path: Path
+) -> None:
+    hazard = tmp_path / "SA0P5.csv"
+    hazard.write_text("lon,lat,0.05,0.5,5.0\n12.0,42.0,0.1,0.001,0.00001\n", encoding="utf-8")
+    found = screen(site(6), scales=SCALES, hazard=hazard, hazard_site=(12.001, 42.0))
+    assert str(found["hazard_measure"].item()) == "sa_0.5s"
+    assert (found["annual_rate_high"] > 0.0).all()
+
+
+@pytest.mark.skipif(not SHARED.exists(), reason="the samples are not here")
+def test_a_file_of_openquake_as_delivered(screen: Screen) -> None:
+    hazard = SHARED / "catalogues" / "openquake_hazard_curve-mean-PGA.csv"
+    found = screen(site(6), scales=SCALES, hazard=hazard, hazard_site=(-65.135, 0.001))
+    assert_allclose(found["hazard_rate"][0], -np.log1p(-1.591452e-2))
+    assert (found["annual_rate_high"] < 0.017).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"hazard_site": (1.0, 2.0)}, "hazard_site without hazard"),
+        ({"hazard": "h.csv", "hazard_site": (42.0, 100.0)}, "Must be longitude, then latitude"),
+        ({"limit_u_m": (0.0,)}, "limit_u_m with 0. Must be above 0"),
+    ],
+)
+def test_options_that_cannot_be(options: dict[str, object], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        ScreenOptions(**options)
+
+
+def test_words_of_an_outcome_name_the_limit() -> None:
+    limit = LimitState.named("u_0.1m")
+    assert Outcome.NONE_OVERTURN.sentence_of(limit.words).startswith("no motion reaches u ≥ 0.1 m")
+    assert Outcome.NONE_OVERTURN.sentence.startswith("no motion overturns it")
