@@ -44,6 +44,10 @@ class InputError(RockframeError):
         return type(self), (self._stated, self.reason, self.line)
 
 
+class OtherQuantityError(InputError):
+    """A sound file holds a velocity, displacement or spectrum instead of an acceleration."""
+
+
 class ServiceError(RockframeError):
     """A data centre gave no reply, or an unusable one.
 

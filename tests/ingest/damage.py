@@ -115,7 +115,10 @@ def dressed(kind: str, data: bytes) -> list[Case]:
         Case("in a ZIP", f"good {kind}.zip", zipped(name, data)),
         Case("in a ZIP, climbing", "a.zip", zipped(f"../{name}", data), "a path out of the folder"),
         Case(
-            "in a ZIP in a ZIP", "a.zip", zipped("b", zipped(name, data)), "archive in an archive"
+            "in ZIPs three deep",
+            "a.zip",
+            zipped("c", zipped("b", zipped(name, data))),
+            "archive in an archive",
         ),
         Case("blanks and brackets", f"good [1] (a).{kind}", data),
     ]

@@ -19,7 +19,7 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     (tmp_path / "b.AT2").write_bytes(at2())
     (tmp_path / "a.csv").write_text(TABLE)
     (tmp_path / "c.csv").write_text("time_s,acc_g\n0.00,0.1\n0.01,nan\n")
-    (tmp_path / "README").write_text("Words.\n")
+    (tmp_path / "MEMO").write_text("Words.\n")
     (tmp_path / ".hidden").write_text("Words.\n")
     (tmp_path / "request.json").write_text("{}")
     (tmp_path / "deeper" / "still").mkdir(parents=True)
@@ -32,13 +32,13 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     assert [record.record_id for record in records] == ["a", "b", "d"]
     assert [record.source_file for record in records] == ["a.csv", "b.AT2", "deeper/still/d.AT2"]
     reasons = {rejection.file: rejection.reason for rejection in rejections}
-    assert list(reasons) == ["README", "c.csv", "lost", "way"]
+    assert list(reasons) == ["MEMO", "c.csv", "lost", "way"]
     assert "acceleration 'nan'" in reasons["c.csv"]
     assert reasons["lost"] == "not a regular file."
     assert reasons["way"].startswith("a link to a folder")
     unread = [outcome.file for outcome in outcomes if isinstance(outcome, Unread)]
     assert unread == [".hidden", "request.json"]
-    assert seen == ["README", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
+    assert seen == ["MEMO", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
 
 
 def test_a_link_to_itself_costs_one_row(tmp_path: Path) -> None:

@@ -1,20 +1,25 @@
 from __future__ import annotations
 
+import bz2
+import csv
 import gzip
 import io
 import re
 import stat
+import tarfile
 import tracemalloc
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.commands import run
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, read_file, sorted_out
-from rockframe.ingest.reading import containers
-from rockframe.ingest.reading.containers import contents, printable
+from rockframe.ingest import Rejection, Unread, collect, read_file, sorted_out
+from rockframe.ingest.reading import members
+from rockframe.ingest.reading.containers import contents
+from rockframe.ingest.reading.members import printable
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
 At2 = Callable[..., bytes]
@@ -79,7 +84,6 @@ def test_shared_archive(shared_records: Path) -> None:
         ("C:\\x.AT2", "an absolute path"),
         ("a\\x.AT2", "a path with backslashes"),
         ("folder/", "a folder in the archive"),
-        ("folder/x.AT2", "a path with folders"),
     ],
 )
 def test_names_that_are_paths(name: str, reason: str) -> None:
@@ -106,20 +110,112 @@ def test_other_compression() -> None:
     assert member.refusal == "compressed by method 14. Must be stored or deflated."
 
 
+def tarred(*members: tuple[str | tarfile.TarInfo, bytes], how: str = "w:gz") -> bytes:
+    stream = io.BytesIO()
+    with tarfile.open(fileobj=stream, mode=how) as archive:  # type: ignore[call-overload]
+        for member, data in members:
+            info = member if isinstance(member, tarfile.TarInfo) else tarfile.TarInfo(member)
+            info.size = len(data) if info.isreg() else 0
+            archive.addfile(info, io.BytesIO(data))
+    return stream.getvalue()
+
+
 @pytest.mark.parametrize(
-    "inner",
+    ("name", "data"),
     [
-        zipped(("x.csv", TABLE)),
-        gzip.compress(TABLE, mtime=0),
-        b"BZh9",
-        b"\0" * 257 + b"ustar",
+        ("a.zip", zipped(("event/", b""), ("event/x.csv", TABLE))),
+        ("a.zip", zipped(("event/b.zip", zipped(("x.csv", TABLE))))),
+        ("a.zip", zipped(("b.tar.gz", tarred(("x.csv", TABLE))))),
+        ("a.tar", tarred(("event/x.csv", TABLE), how="w:")),
+        ("a.tgz", tarred(("event/x.csv", TABLE))),
+        ("a.tar.bz2", tarred(("x.csv", TABLE), how="w:bz2")),
+        ("a.tar", tarred(("b.tar.gz", tarred(("x.csv.gz", gzip.compress(TABLE)))), how="w:")),
+        ("x.csv.bz2", bz2.compress(TABLE)),
     ],
-    ids=["zip", "gzip", "bzip2", "tar"],
 )
-def test_archives_in_archives(inner: bytes) -> None:
-    for outer in (zipped(("inner", inner)), gzip.compress(inner)):
-        [member] = contents(Path("outer.gz"), outer)
-        assert member.refusal == "an archive in an archive. Must be a record file."
+def test_archives_as_delivered(name: str, data: bytes) -> None:
+    [member] = contents(Path(name), data)
+    assert (member.data, member.refusal, member.path.stem) == (TABLE, "", "x")
+
+
+def test_members_with_one_name_in_different_folders_keep_their_own(tmp_path: Path) -> None:
+    other = TABLE.replace(b"0.2", b"0.3")
+    (tmp_path / "a.zip").write_bytes(zipped(("p/x.csv", TABLE), ("q/x.csv", other)))
+    records, rejections = sorted_out(collect([tmp_path / "a.zip"]))
+    assert not rejections
+    assert [record.source_file for record in records] == ["a.zip:p/x.csv", "a.zip:q/x.csv"]
+    assert [record.record_id for record in records] == ["x", "a.zip-q-x"]
+
+
+@pytest.mark.parametrize(
+    "third", [zipped(("x.csv", TABLE)), tarred(("x.csv", TABLE)), b"7z\xbc\xaf and more"]
+)
+def test_an_archive_three_deep_is_refused(third: bytes) -> None:
+    [member] = contents(Path("a.zip"), zipped(("b.zip", zipped(("c", third)))))
+    assert member.refusal == "an archive in an archive. Must be a record file."
+
+
+def test_tar_links_devices_and_paths_are_refused() -> None:
+    link, device, outside = (tarfile.TarInfo(name) for name in ("a.csv", "b.csv", "../c.csv"))
+    link.type, link.linkname, device.type = tarfile.SYMTYPE, "/etc/passwd", tarfile.CHRTYPE
+    data = tarred((link, b""), (device, b""), (outside, TABLE))
+    reasons = [member.refusal for member in contents(Path("a.tgz"), data)]
+    assert [reason.split(".")[0] for reason in reasons] == [
+        "a link", "a special file", "a path out of the folder",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("cut", [600, 1024, 1100, 2000, 2048])
+def test_tar_cut_short_loses_no_member_silently(cut: int) -> None:
+    data = tarred(("x.csv", TABLE), ("y.csv", TABLE), how="w:")
+    with pytest.raises(InputError, match=r"corrupted tar|tar archive"):
+        list(contents(Path("a.tar"), data[:cut]))
+
+
+def test_nested_archives_share_one_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ZIP of small ZIPs must not expand to more than one ZIP may."""
+    monkeypatch.setattr(members, "MOST_MEMBERS", 5)
+    inner = zipped(("x.csv", TABLE), ("y.csv", TABLE))
+    with pytest.raises(InputError, match=r"6 members or more\. Must be at most 5"):
+        list(contents(Path("a.zip"), zipped(("b.zip", inner), ("c.zip", inner))))
+
+
+def test_a_corrupted_inner_archive_costs_only_itself() -> None:
+    data = zipped(("b.zip", zipped(("x.csv", TABLE))[:-30]), ("y.csv", TABLE))
+    first, second = contents(Path("a.zip"), data)
+    assert first.refusal.startswith("corrupted ZIP: File is not a zip file")
+    assert second.data == TABLE
+
+
+def test_what_lies_beside_the_accelerations_is_unread(shared_records: Path, tmp_path: Path) -> None:
+    """PEER packs velocities with the records, macOS its own files."""
+    velocity = shared_records / "formats" / "peer_at2" / "RSN88_SFERN_FSD172.VT2"
+    inside = ("PEER/RSN88.VT2", velocity.read_bytes()), ("__MACOSX/._x.csv", b"\0")
+    data = zipped(*inside, ("x.csv", TABLE), ("PEER/README.txt", b"Read me."))
+    (tmp_path / "a.zip").write_bytes(data)
+    outcomes = list(collect([tmp_path / "a.zip"]))
+    unread = {o.file[6:]: o.reason for o in outcomes if isinstance(o, Unread)}
+    assert unread == {
+        "PEER/RSN88.VT2": "is a velocity time series. Must be an acceleration.",
+        "__MACOSX/._x.csv": "hidden file: not read.",
+        "PEER/README.txt": "document: not a record.",
+    }
+    assert sum(isinstance(o, Rejection) for o in outcomes) == 0
+    # Asked for by its own name, it is a mistake.
+    [outcome] = collect([velocity])
+    assert isinstance(outcome, Rejection)
+
+
+def test_commands_take_archives_alike(shared_records: Path, tmp_path: Path) -> None:
+    """All commands read records by the stage of `ingest`; a ZIP in a ZIP, a spectrum beside it."""
+    folder = shared_records / "formats" / "csmip"
+    path = tmp_path / "download.zip"
+    names = ("CE89146.V2", "CE89146.V3")
+    inner = zipped(*((f"CE89146/{name}", (folder / name).read_bytes()) for name in names))
+    path.write_bytes(zipped(("CE89146p.zip", inner)))
+    assert run("ingest", path, "--output", tmp_path / "records.nc") == 0
+    rows = list(csv.DictReader((tmp_path / "records.csv").read_text().splitlines()))
+    assert [row["status"] for row in rows] == ["accepted"] * 3 + ["unread"]
 
 
 def test_empty_archive() -> None:
@@ -128,13 +224,13 @@ def test_empty_archive() -> None:
 
 
 def test_too_many_members() -> None:
-    data = zipped(*((f"{i}.csv", b"1") for i in range(containers.MOST_MEMBERS + 1)))
+    data = zipped(*((f"{i}.csv", b"1") for i in range(members.MOST_MEMBERS + 1)))
     with pytest.raises(InputError, match=r"1001 members\. Must be at most 1000"):
         list(contents(Path("a.zip"), data))
 
 
 def test_total_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(containers, "LARGEST_TOTAL", 50)
+    monkeypatch.setattr(members, "LARGEST_TOTAL", 50)
     with pytest.raises(InputError, match=r"expands to 62 bytes\. Must be at most 50"):
         list(contents(Path("a.zip"), zipped(("a.csv", TABLE), ("b.csv", TABLE))))
 

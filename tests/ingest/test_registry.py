@@ -10,7 +10,7 @@ import pytest
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS, read_bytes, read_file, sniff_format
 from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.reading import containers, registry
+from rockframe.ingest.reading import members, registry
 from rockframe.record import Orientation, is_record_id
 
 
@@ -41,7 +41,7 @@ def test_empty(tmp_path: Path) -> None:
 
 def test_too_large(tmp_path: Path) -> None:
     with (tmp_path / "huge.AT2").open("wb") as stream:
-        stream.truncate(containers.LARGEST + 1)
+        stream.truncate(members.LARGEST + 1)
     with pytest.raises(InputError, match=r"256000001 bytes\. Must be at most 256000000"):
         read_file(tmp_path / "huge.AT2")
 

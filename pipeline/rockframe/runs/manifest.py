@@ -7,7 +7,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from rockframe.errors import InputError
-from rockframe.ingest import contents, is_archive, load, printable
+from rockframe.ingest import ARCHIVE_HEAD, contents, is_archive, load, printable
 from rockframe.provenance import sha256_of
 from rockframe.runs.plan import Plan
 from rockframe.runs.plan_file import read_plan
@@ -96,7 +96,7 @@ def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for path, called in ((file.path, file.name) for file in plan.inputs if wanted):
         with path.open("rb") as stream:
-            if not is_archive(stream.read(4)):
+            if not is_archive(stream.read(ARCHIVE_HEAD)):
                 continue
         try:
             for member in contents(path, load(path)):

@@ -166,7 +166,7 @@ class Intake:
         rows = self.publish()
         filtered = [entry for entry in rows if entry.filtered]
         rejected = [entry for entry in rows if entry.reason]
-        first = (filtered or rejected)[0]
+        first = (filtered or rejected or rows)[0]
         more = {
             "more filtered out": len(filtered) - 1 if filtered else 0,
             "rejected" if filtered else "more rejected": len(rejected) - (not filtered),

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
 from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
@@ -66,7 +66,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("a.VEL.ASC"), b"EVENT_NAME: GREECE\nDATA_TYPE: VELOCITY\n", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.VEL.ASC:2: DATA_TYPE 'VELOCITY'. Must be ACCELERATION.
+    rockframe.errors.OtherQuantityError: a.VEL.ASC:2: DATA_TYPE 'VELOCITY'. Must be ACCELERATION.
     """
     text = text_of(path, data)
     header = _header(path, text)
@@ -130,7 +130,8 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         lines[found["key"]] = count = number
     header = KeyedHeader(path, values, lines, count)
     if values.get("DATA_TYPE", "ACCELERATION") != "ACCELERATION":
-        raise header.invalid("DATA_TYPE", "ACCELERATION")
+        error = header.invalid("DATA_TYPE", "ACCELERATION")
+        raise OtherQuantityError(path, error.reason, error.line)
     for key in _NEEDED:
         if key not in values:
             raise InputError(path, f"no {key} in {count} lines of header. Must be stated.")

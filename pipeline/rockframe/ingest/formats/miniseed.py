@@ -21,7 +21,7 @@ from rockframe.ingest.metadata.stationxml import ChannelResponse, find_response
 from rockframe.ingest.obspy.readers import read_stream
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.parsing.lines import are_finite
-from rockframe.ingest.reading.containers import printable
+from rockframe.ingest.reading.members import printable
 from rockframe.record import Record
 
 _ENDINGS: Final = (".mseed", ".miniseed", ".ms", ".msd", ".seed")

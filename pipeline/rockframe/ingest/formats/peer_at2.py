@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_station
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
@@ -219,7 +219,7 @@ def _refuse_other_quantities(path: Path, header: list[str]) -> None:
         other = _OTHER_QUANTITY.search(line)
         if other:
             quantity = other["quantity"].lower()
-            raise InputError(
+            raise OtherQuantityError(
                 path, f"is a {quantity} time series. Must be an acceleration.", line=number
             )
 

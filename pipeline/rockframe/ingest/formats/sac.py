@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
 from rockframe.ingest.options import ReadOptions, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
@@ -203,7 +203,7 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
     if integers[_QUANTITY] in _OTHER_QUANTITIES:
         quantity = _OTHER_QUANTITIES[integers[_QUANTITY]]
         message = f"IDEP {integers[_QUANTITY]} is {quantity}. Must be an acceleration."
-        raise InputError(path, message)
+        raise OtherQuantityError(path, message)
     if integers[_EVEN] != 1 or integers[_FILE_TYPE] not in (_TIME_SERIES, int(_UNDEFINED)):
         raise InputError(
             path,

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_smc
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
@@ -110,7 +110,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("0111v.smc"), b"3 VELOCITY", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: 0111v.smc:1: is a velocity file. Must be an accelerogram.
+    rockframe.errors.OtherQuantityError: 0111v.smc:1: is a velocity file. Must be an accelerogram.
     """
     lines = text_of(path, data).split(b"\n")
     kind = _kind(path, lines[0].decode("latin-1"))
@@ -134,7 +134,7 @@ def _kind(path: Path, first: str) -> re.Match[str]:
         raise InputError(path, f"{shown!r}. Must be as in '2 CORRECTED ACCELEROGRAM'.", line=1)
     if "ACCELEROGRAM" not in kind["quantity"].upper():
         quantity = kind["quantity"].strip().lower()
-        raise InputError(path, f"is a {quantity} file. Must be an accelerogram.", line=1)
+        raise OtherQuantityError(path, f"is a {quantity} file. Must be an accelerogram.", line=1)
     return kind
 
 

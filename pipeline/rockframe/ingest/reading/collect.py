@@ -11,8 +11,8 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.catalogue import stated_facts
 from rockframe.ingest.metadata.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.reading.containers import printable
 from rockframe.ingest.reading.isolation import Limits, Served, serve, worker_count
+from rockframe.ingest.reading.members import printable
 from rockframe.ingest.reading.read_outcome import Outcome, Rejection, Unread, read_outcomes
 from rockframe.ingest.reading.sources import Catalogue, Source, sources_of
 from rockframe.record import Record
@@ -172,7 +172,7 @@ def _not_read(source: Source) -> Rejection | Unread:
 
 
 def _assign_ids(
-    outcome: Outcome | Unread, source: Source, owners: Owners, *, strict: bool
+    outcome: Outcome, source: Source, owners: Owners, *, strict: bool
 ) -> list[Record] | list[Rejection | Unread]:
     """Return the outcome of a file under its display name, and register new identifiers."""
     if not isinstance(outcome, Rejection | Unread):
@@ -180,6 +180,8 @@ def _assign_ids(
         if not isinstance(named, Rejection):
             return [_finished(r, n, source) for r, n in zip(outcome, named, strict=True)]
         outcome = named
+    elif isinstance(outcome, Unread) and source.asked and outcome.file == source.name:
+        outcome = Rejection(outcome.file, outcome.reason, outcome.line)
     else:
         outcome = replace(outcome, file=_display_name(outcome.file, source))
     if strict and isinstance(outcome, Rejection):

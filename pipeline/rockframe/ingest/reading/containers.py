@@ -1,107 +1,53 @@
-"""Expand ZIP and gzip archives in memory, one member at a time, within size limits."""
+"""Expand archives, and archives in archives, one member at a time."""
 
 from __future__ import annotations
 
-import gzip
 import re
-import stat
-import zipfile
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
+from rockframe.ingest.reading import members
+from rockframe.ingest.reading.members import (
+    Content,
+    decompressed,
+    printable,
+    tar_members,
+    zip_members,
+)
 
-#: Size limit of a file, and of an archive member after expansion [bytes].
-LARGEST: Final = 256_000_000
-#: Largest number of members in an archive.
-MOST_MEMBERS: Final = 1000
-#: Size limit of all members of an archive together, after expansion [bytes].
-LARGEST_TOTAL: Final = 2_000_000_000
-#: Largest expansion ratio; text of samples has 3 to 10, a record of zeros 80.
-LARGEST_RATIO: Final = 100
-#: The ratio is not checked below this size [bytes].
-_SMALL: Final = 1_000_000
-#: Size of the blocks in which data are expanded [bytes].
-_BLOCK: Final = 1 << 20
+#: Largest number of archives in each other, as of a ZIP of ZIPs.
+_DEEPEST: Final = 2
+#: Bytes of a file that suffice to recognise an archive.
+ARCHIVE_HEAD: Final = 512
 
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
-_GZIP: Final = b"\x1f\x8b"
-_OTHER_ARCHIVES: Final = (b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd")
-_DRIVE: Final = re.compile(r"[A-Za-z]:")
-#: Exceptions that the standard library raises on corrupted archives.
-_DAMAGE: Final = (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError)
-
-
-@dataclass(frozen=True)
-class Content:
-    """The bytes of one record file, or the reason why it was rejected.
-
-    Parameters
-    ----------
-    where : Path
-        The file, or ``archive:member``; for error messages.
-    name : str
-        The same without the folder and with escaped unprintable characters; for tables.
-    path : Path
-        The file, or the member without the archive; for record identifiers.
-    data : bytes
-        Expanded contents.
-    refusal : str
-        Reason why a member was not expanded; empty if it was.
-
-    Examples
-    --------
-    >>> next(contents(Path("records/shake.csv"), b"1 2")).name
-    'shake.csv'
-    """
-
-    where: Path
-    name: str
-    path: Path
-    data: bytes = b""
-    refusal: str = ""
+_GZIP, _BZIP2 = b"\x1f\x8b", re.compile(rb"BZh[1-9]1AY&SY")
+_OTHER_ARCHIVES: Final = (b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd")
 
 
 def is_archive(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a ZIP or gzip archive.
+    r"""Return whether the head of a file is that of a ZIP, tar, gzip or bzip2 archive.
 
     Parameters
     ----------
     head : bytes
-        At least the first 4 bytes.
+        At least the first 512 bytes, or all of a shorter file.
 
     Examples
     --------
     >>> is_archive(b"\x1f\x8b\x08\x00"), is_archive(b"time_s,acc_g")
     (True, False)
     """
-    return head.startswith((*_ZIP, _GZIP))
-
-
-def printable(name: str) -> str:
-    r"""Return a file name in which unprintable characters are escaped, for tables.
-
-    Parameters
-    ----------
-    name : str
-        Name from the file system or an archive; may contain line ends and invalid Unicode.
-
-    Examples
-    --------
-    >>> printable("El Centro\n(NS).AT2")
-    'El Centro\\n(NS).AT2'
-    """
-    return "".join(
-        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in name
-    )
+    return head.startswith(_ZIP) or _is_compressed(head) or _is_tar(head)
 
 
 def contents(path: Path, data: bytes) -> Iterator[Content]:
     r"""Yield the contents of a file, or of each member if it is an archive.
+
+    Archives may hold archives, two in each other; gzip and bzip2 around a file do not count.
 
     Parameters
     ----------
@@ -113,7 +59,7 @@ def contents(path: Path, data: bytes) -> Iterator[Content]:
     Yields
     ------
     Content
-        In the order of the archive. A rejected member has a `refusal` and no data.
+        In the order of the archive, without folders. A rejected member has a `refusal` and no data.
 
     Raises
     ------
@@ -122,124 +68,77 @@ def contents(path: Path, data: bytes) -> Iterator[Content]:
 
     Examples
     --------
+    >>> import gzip
     >>> [member] = contents(Path("shake.csv.gz"), gzip.compress(b"0.0 0.1\n"))
     >>> member.name, member.data
     ('shake.csv.gz:shake.csv', b'0.0 0.1\n')
     """
-    if data.startswith(_GZIP):
-        yield _gzip_member(path, data)
-    elif data.startswith(_ZIP):
-        yield from _zip_members(path, data)
-    else:
-        yield Content(path, printable(path.name), path, data)
+    yield from _expand(Content(path, printable(path.name), path, data), _DEEPEST, _Budget(path))
 
 
-def _gzip_member(path: Path, data: bytes) -> Content:
-    name = re.sub(r"\.gz$", "", path.name, flags=re.I)
-    cap = _cap(len(data))
-    pieces: list[bytes] = []
-    size = 0
-    try:
-        with gzip.GzipFile(fileobj=BytesIO(data)) as stream:
-            while piece := stream.read(_BLOCK):
-                pieces.append(piece)
-                size += len(piece)
-                if size > cap:
-                    raise InputError(
-                        path,
-                        f"gzip of {len(data)} bytes that expands to more than {cap}. {_must(cap)}",
-                    )
-    except _DAMAGE as error:
-        raise _damaged(path, "gzip", error) from None
-    return _member(path, name, b"".join(pieces))
+@dataclass
+class _Budget:
+    """Members and bytes expanded so far from one file."""
 
+    path: Path
+    count: int = 0
+    size: int = 0
 
-def _zip_members(path: Path, data: bytes) -> Iterator[Content]:
-    try:
-        archive = zipfile.ZipFile(BytesIO(data))
-    except (*_DAMAGE, ValueError) as error:
-        raise _damaged(path, "ZIP", error) from None
-    with archive:
-        members = archive.infolist()
-        if not members:
-            raise InputError(path, "ZIP archive without files.")
-        if len(members) > MOST_MEMBERS:
+    def spend(self, size: int) -> None:
+        """Count a member; raise if there are too many or they are too large together."""
+        self.count += 1
+        self.size += size
+        if self.count > members.MOST_MEMBERS:
             raise InputError(
-                path, f"ZIP archive of {len(members)} members. Must be at most {MOST_MEMBERS}."
+                self.path,
+                f"archive of {self.count} members or more. Must be at most {members.MOST_MEMBERS}.",
             )
-        total = sum(member.file_size for member in members)
-        if total > LARGEST_TOTAL:
+        if self.size > members.LARGEST_TOTAL:
             raise InputError(
-                path,
-                f"ZIP archive that expands to {total} bytes. Must be at most {LARGEST_TOTAL}.",
+                self.path,
+                f"archive that expands to {self.size} bytes or more. "
+                f"Must be at most {members.LARGEST_TOTAL}.",
             )
-        for member in members:
-            yield _zip_member(path, archive, member)
 
 
-def _zip_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Content:
-    refusal = _refusal(member)
-    if refusal:
-        return _member(path, member.orig_filename, refusal=refusal)
+def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
+    """Yield the members of an archive and of archives in it, or the content itself."""
+    head, outermost = content.data[:ARCHIVE_HEAD], depth == _DEEPEST
+    if content.refusal or not (is_archive(head) or (_is_other(head) and not outermost)):
+        yield content
+        return
     try:
-        with archive.open(member) as stream:
-            data = stream.read(member.file_size + 1)
-    except (*_DAMAGE, RuntimeError, ValueError) as error:
-        reason = _damaged(path, "member", error).reason
-        return _member(path, member.orig_filename, refusal=reason)
-    return _member(path, member.orig_filename, data)
+        compressed = _is_compressed(head)
+        inner = decompressed(content) if compressed else content
+        if compressed:
+            budget.spend(len(inner.data))
+        archive = inner.data[:ARCHIVE_HEAD]
+        if not is_archive(archive) and not _is_other(archive):
+            yield inner
+        elif depth == 0 or _is_compressed(archive) or _is_other(archive):
+            yield _refused(inner, "an archive in an archive. Must be a record file.")
+        else:
+            expand = tar_members if _is_tar(archive) else zip_members
+            for member in expand(content if compressed else inner, inner.data):
+                budget.spend(len(member.data))
+                yield from _expand(member, depth - 1, budget)
+    except InputError as error:
+        if outermost or error.path == budget.path:
+            raise
+        yield _refused(content, error.reason)
 
 
-def _refusal(member: zipfile.ZipInfo) -> str:
-    """Return why a member must not be expanded; empty if it may be."""
-    name = member.orig_filename
-    mode = member.external_attr >> 16
-    cap = _cap(member.compress_size)
-    for refused, what, must in (
-        (name.startswith("/") or _DRIVE.match(name), "an absolute path", "a bare file name"),
-        (".." in re.split(r"[/\\]", name), "a path out of the folder", "a bare file name"),
-        ("\\" in name, "a path with backslashes", "a bare file name"),
-        (name.endswith("/"), "a folder in the archive", "a file"),
-        ("/" in name, "a path with folders", "a bare file name"),
-        (not name or "\0" in name, "a name that is empty or holds NUL", "a bare file name"),
-        (stat.S_ISLNK(mode), "a link", "a regular file"),
-        (stat.S_IFMT(mode) not in {0, stat.S_IFREG}, "a special file", "a regular file"),
-        (member.flag_bits & 1, "encrypted", "readable without a password"),
-        (
-            member.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED},
-            f"compressed by method {member.compress_type}",
-            "stored or deflated",
-        ),
-    ):
-        if refused:
-            return f"{what}. Must be {must}."
-    if member.file_size > cap:
-        return f"{member.compress_size} bytes that expand to {member.file_size}. {_must(cap)}"
-    return ""
+def _refused(content: Content, refusal: str) -> Content:
+    return Content(content.where, content.name, content.path, b"", refusal)
 
 
-def _member(path: Path, name: str, data: bytes = b"", refusal: str = "") -> Content:
-    if not refusal and (is_archive(data) or _is_other_archive(data)):
-        data, refusal = b"", "an archive in an archive. Must be a record file."
-    shown = printable(name)
-    return Content(
-        Path(f"{path}:{shown}"), f"{printable(path.name)}:{shown}", Path(shown), data, refusal
-    )
+def _is_compressed(head: bytes) -> bool:
+    return head.startswith(_GZIP) or _BZIP2.match(head) is not None
 
 
-def _is_other_archive(data: bytes) -> bool:
-    return data.startswith(_OTHER_ARCHIVES) or data[257:262] == b"ustar"
+def _is_tar(head: bytes) -> bool:
+    return head[257:262] == b"ustar"
 
 
-def _cap(compressed: int) -> int:
-    """Return the expanded size that is allowed for a compressed size [bytes]."""
-    return min(LARGEST, max(_SMALL, LARGEST_RATIO * compressed))
-
-
-def _must(cap: int) -> str:
-    return f"Must be at most {cap}: {LARGEST_RATIO} for each byte, and {LARGEST} in all."
-
-
-def _damaged(path: Path, what: str, error: Exception) -> InputError:
-    reason = printable(str(error)).rstrip(".") or type(error).__name__
-    return InputError(path, f"corrupted {what}: {reason}.")
+def _is_other(head: bytes) -> bool:
+    return head.startswith(_OTHER_ARCHIVES)

@@ -7,7 +7,8 @@ from pathlib import Path
 from rockframe.errors import InputError
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import unreadable
-from rockframe.ingest.reading.containers import LARGEST, Content, contents
+from rockframe.ingest.reading.containers import contents
+from rockframe.ingest.reading.members import LARGEST, Content
 from rockframe.ingest.reading.registry import Format, read_bytes
 from rockframe.record import Record
 
@@ -45,7 +46,7 @@ def read_content(
             content.path, content.data, options, file_format, source_file=content.name
         )
     except InputError as error:
-        raise InputError(content.where, error.reason, error.line) from None
+        raise type(error)(content.where, error.reason, error.line) from None
 
 
 def read_file(

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from rockframe.errors import InputError, RockframeError
+from rockframe.errors import InputError, OtherQuantityError, RockframeError
 from rockframe.ingest.options import ReadOptions
-from rockframe.ingest.reading.containers import Content, contents, printable
+from rockframe.ingest.reading.containers import contents
 from rockframe.ingest.reading.files import load, read_content
+from rockframe.ingest.reading.members import Content, printable
+from rockframe.ingest.reading.sources import note_on
 from rockframe.record import Record
 
 
@@ -39,7 +41,7 @@ class Rejection:
 
 @dataclass(frozen=True)
 class Unread:
-    """A file that was skipped because it contains no records, such as a catalogue.
+    """A file that was skipped because it contains no acceleration, such as a catalogue.
 
     Parameters
     ----------
@@ -47,6 +49,8 @@ class Unread:
         Name of the file.
     reason : str
         What the file is, as a sentence.
+    line : int, optional
+        Line number in the file, counted from 1.
 
     Examples
     --------
@@ -56,17 +60,18 @@ class Unread:
 
     file: str
     reason: str
+    line: int | None = None
 
 
-Outcome = list[Record] | Rejection
+Outcome = list[Record] | Rejection | Unread
 
 
 def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
-    r"""Read a file; yield a rejection instead of raising an error.
+    r"""Read a file; yield a rejection or a note instead of raising an error.
 
     Yields
     ------
-    list of Record or Rejection
+    list of Record, Rejection or Unread
         One for the file, or one for each member of the archive, in order.
 
     Examples
@@ -96,7 +101,11 @@ def rejection(name: str, error: RockframeError) -> Rejection:
 
 
 def _outcome(content: Content, options: ReadOptions) -> Outcome:
+    is_member = content.where != content.path and not content.refusal
+    note = note_on(content.path) if is_member else ""
     try:
-        return read_content(content, options)
+        return Unread(content.name, note) if note else read_content(content, options)
+    except OtherQuantityError as error:
+        return Unread(content.name, error.reason, error.line)
     except RockframeError as error:
         return rejection(content.name, error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -12,7 +13,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.catalogue import CATALOGUE, CatalogueEntry, read_catalogue
 from rockframe.ingest.metadata.stationxml import is_station_xml
 from rockframe.ingest.parsing.lines import unreadable
-from rockframe.ingest.reading.containers import printable
+from rockframe.ingest.reading.members import printable
 from rockframe.provenance import read_json
 
 Catalogue = Mapping[str, CatalogueEntry]
@@ -26,7 +27,9 @@ _BESIDE: Final = {
     "channels.stationxml": "what a data centre stated of channels: not needed to read the records.",
 }
 _STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
-_HIDDEN: Final = "hidden, for its name begins with a point: not looked at."
+_HIDDEN: Final = "hidden file: not read."
+_DOCUMENT: Final = "document: not a record."
+_DOCUMENTS: Final = re.compile(r"^_?read_?me\b|^disclaimer|\.pdf$", re.I)
 _OUTPUT: Final = "output of this command: about to be replaced."
 _IRREGULAR: Final = "not a regular file."
 _LINK: Final = "a link to a folder, which is not followed. Name the folder itself to read it."
@@ -49,6 +52,8 @@ class Source:
         Why the file is skipped; empty if it is not.
     refusal : str
         Why the file is rejected without opening it; empty if it is not.
+    asked : bool
+        True if the file was requested by its own path, not found in a folder.
     sha256 : str
         Expected SHA-256, if the file was received by `rockframe fetch`; otherwise empty.
     """
@@ -59,6 +64,7 @@ class Source:
     note: str = ""
     refusal: str = ""
     sha256: str = ""
+    asked: bool = False
 
     @property
     def is_read(self) -> bool:
@@ -113,7 +119,7 @@ def sources_of(
             raise InputError(path, "no such file or folder.")
         if not path.is_dir():
             facts = (catalogue or {}).get(path.name)
-            found.append(Source(path, printable(path.name), facts))
+            found.append(Source(path, printable(path.name), facts, asked=True))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
@@ -192,7 +198,9 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
     refusal = _refusal(path)
     if refusal or path.is_dir():
         return "", refusal
-    return (_OUTPUT if path.resolve() in replaced else _note(path)), ""
+    if path.resolve() in replaced:
+        return _OUTPUT, ""
+    return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
 
 
 def _refusal(path: Path) -> str:
@@ -218,8 +226,17 @@ def _fetched_sha256(request: Path) -> dict[str, str]:
         return {}  # missing, or written by another program
 
 
-def _note(path: Path) -> str:
-    return _BESIDE.get(path.name) or (_STATION_XML if is_station_xml(path) else "")
+def note_on(path: Path) -> str:
+    """Return why a file with this name is skipped; empty if it is not.
+
+    Examples
+    --------
+    >>> note_on(Path("__MACOSX/._a.AT2"))[:6], note_on(Path("README.txt")), note_on(Path("a.AT2"))
+    ('hidden', 'document: not a record.', '')
+    """
+    if any(part.startswith(".") or part == "__MACOSX" for part in path.parts):
+        return _HIDDEN
+    return _BESIDE.get(path.name) or (_DOCUMENT if _DOCUMENTS.search(path.name) else "")
 
 
 def _exists(path: Path) -> bool:

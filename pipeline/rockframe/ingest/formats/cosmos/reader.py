@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.formats.cosmos.agreement import (
     QUANTITIES,
     QUANTITY,
@@ -88,7 +88,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     channels = [one for one in found if one.integer(QUANTITY) == _ACCELERATION]
     if not channels:
         code = found[0].integer(QUANTITY)
-        raise InputError(
+        raise OtherQuantityError(
             path,
             f"quantity {code} ({QUANTITIES.get(code or 0, 'unknown')}) in item {QUANTITY} of the "
             f"integer header. Must be {_ACCELERATION} (acceleration).",

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.formats.csmip.agreement import direction_of, require_agreement
 from rockframe.ingest.formats.csmip.header import (
     CHANNEL,
@@ -134,11 +134,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("CE89146.V3"), b"Response and Fourier amplitude spectra", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: CE89146.V3:1: response and Fourier spectra (CSMIP volume 3). ...
+    rockframe.errors.OtherQuantityError: CE89146.V3:1: response and Fourier spectra (CSMIP ...
     """
     lines = text_of(path, data).split(b"\n")
     if _SPECTRA.match(lines[0].decode("latin-1")):
-        raise InputError(
+        raise OtherQuantityError(
             path,
             "response and Fourier spectra (CSMIP volume 3). Must be acceleration (volume 1 or 2).",
             line=1,

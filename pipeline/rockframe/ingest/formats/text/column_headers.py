@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, OtherQuantityError
 from rockframe.units import ACCELERATION_UNITS
 
 #: Quantity of a column, by the first word of its name.
@@ -144,7 +144,7 @@ def read_headers(
     found = [_QUANTITIES.get(word, word) for word, _ in words]
     for name, quantity in zip(names, found, strict=True):
         if quantity in {"velocity", "displacement"} and "acceleration" not in found:
-            raise InputError(
+            raise OtherQuantityError(
                 path, f"column {name!r} is a {quantity}. Must be an acceleration.", line=line
             )
     if sorted(found) not in (["acceleration"], ["acceleration", "time"]):
