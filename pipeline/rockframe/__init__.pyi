@@ -1,3 +1,7 @@
+from .column import ColumnShape as ColumnShape
+from .column import hollow as hollow
+from .column import inertia_ratio_of as inertia_ratio_of
+from .column import tapered as tapered
 from .components import HorizontalPair as HorizontalPair
 from .components import fault_components as fault_components
 from .components import pair_horizontals as pair_horizontals
@@ -13,7 +17,6 @@ from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
 from .frame import RockingFrame as RockingFrame
-from .frame import inertia_ratio_of as inertia_ratio_of
 from .ingest import ReadOptions as ReadOptions
 from .ingest import read_file as read_file
 from .matching import PulseMatch as PulseMatch

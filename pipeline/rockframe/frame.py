@@ -7,20 +7,16 @@ free-standing column of the same slenderness and a larger size, but loses more a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.column import RECTANGULAR
 from rockframe.errors import ParameterError
+from rockframe.kinematics import Lever
 from rockframe.units import GRAVITY
-
-#: I_o / (m_c R^2) of a rectangular column about its base corner.
-RECTANGULAR: Final = 4.0 / 3.0
-
-#: Column sections accepted by `inertia_ratio_of`.
-SECTIONS: Final = ("rectangular", "circular")
 
 #: Smallest and largest dimension of a free-standing structure [m].
 _SMALLEST: Final = 0.001
@@ -30,38 +26,6 @@ _LEAST_INERTIA: Final = 1.0
 _LARGEST_INERTIA: Final = 100.0
 #: Largest mass ratio: the frame is at the limit of eq (28) to round-off.
 _HEAVIEST: Final = 1e15
-
-
-def inertia_ratio_of(section: str, height: float, width: float) -> float:
-    """Return I_o / (m_c R^2) of a prismatic column about its base edge [1].
-
-    Parameters
-    ----------
-    section : str
-        ``rectangular``, or ``circular`` for a solid cylinder, which rocks on a point of its rim.
-    height, width : float
-        Height and width (diameter) of the column [m].
-
-    Raises
-    ------
-    ParameterError
-        If the section is neither.
-
-    Notes
-    -----
-    4/3 for the rectangle; 4/3 - sin(alpha)^2 / 12 for the cylinder, from
-    I_o / m_c = 5 b^2 / 4 + 4 h^2 / 3 (re-derived).
-
-    Examples
-    --------
-    >>> round(inertia_ratio_of("circular", 9.6, 1.6), 6)
-    1.331081
-    """
-    if section not in SECTIONS:
-        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
-    if section == "rectangular":
-        return RECTANGULAR
-    return RECTANGULAR - width**2 / (width**2 + height**2) / 12.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,23 +41,29 @@ class RockingFrame:
     name : str
         Name in tables.
     inertia_ratio : float
-        I_o / (m_c R^2) of a column about its base corner [1]: 4/3 for a rectangular one; use
-        `inertia_ratio_of` for other sections.
+        I_o / (m_c R^2) of a column about its base corner, at the distance R from its centre of
+        gravity [1]: 4/3 for a rectangular one; use `inertia_ratio_of` for other sections.
     restitution_factor : float
         Factor on the velocity ratio of eq (43) [1]; 1 is the smallest possible loss of rigid
         bodies.
+    top_width : float, optional
+        Width on which the beam rests, if it is not that of the base [m].
+    centre_of_gravity : float, optional
+        Height of a column's centre of gravity above its base, if it is not half the height [m];
+        with the inertia ratio from `tapered` or `hollow`.
 
     Raises
     ------
     ParameterError
-        If a dimension is not between 1 mm and 1 km, the inertia ratio not above 1 and at most 100,
-        the mass ratio not between 0 and 1e15, the restitution factor not above 0 and at most 1, or
-        the column so stocky that the restitution of eq (43) is not positive: such a frame does not
-        rock.
+        If a dimension is not between 1 mm and 1 km, the centre of gravity not within the height,
+        the inertia ratio not above 1 and at most 100, the mass ratio not between 0 and 1e15, the
+        restitution factor not above 0 and at most 1, or the column so stocky that the restitution
+        of eq (43) is not positive: such a frame does not rock.
 
     Notes
     -----
-    Makris and Vassiliou (2013); for `inertia_ratio` other than 4/3 the equations are re-derived.
+    Makris and Vassiliou (2013); for `inertia_ratio` other than 4/3, and for columns that are not
+    prismatic, the equations are re-derived. Such a frame too rocks like one column.
 
     Examples
     --------
@@ -110,11 +80,13 @@ class RockingFrame:
     name: str = "frame"
     inertia_ratio: float = RECTANGULAR
     restitution_factor: float = 1.0
+    top_width: float | None = None
+    centre_of_gravity: float | None = None
 
     def __post_init__(self) -> None:
-        for label in ("height", "width"):
+        for label in ("height", "width", "top_width", "centre_of_gravity"):
             value = getattr(self, label)
-            if not _SMALLEST <= value <= _LARGEST:
+            if value is not None and not _SMALLEST <= value <= _LARGEST:
                 raise ParameterError(
                     f"Invalid {label} {value!r} of frame {self.name!r}. "
                     f"Must be between {_SMALLEST:g} and {_LARGEST:g} m."
@@ -135,28 +107,81 @@ class RockingFrame:
                 f"Invalid restitution_factor {self.restitution_factor!r} of frame {self.name!r}. "
                 "Must be above 0 and at most 1."
             )
+        if self.centre_height >= self.height:
+            raise ParameterError(
+                f"Invalid centre_of_gravity {self.centre_of_gravity!r} m of frame {self.name!r}. "
+                f"Must be below the height, {self.height:g} m."
+            )
         if self.restitution <= 0.0:
+            limit = f"below {math.degrees(self.slenderness_limit):.2f} degrees"
             raise ParameterError(
                 f"Invalid slenderness {math.degrees(self.slenderness):.2f} degrees of frame "
-                f"{self.name!r} (height {self.height:g} m, width {self.width:g} m). Must be below "
-                f"{math.degrees(self.slenderness_limit):.2f} degrees for mass_ratio "
-                f"{self.mass_ratio:g}: the restitution (eq 43) would be {self.restitution:.3f}, "
-                "and a frame that loses all speed at an impact does not rock."
+                f"{self.name!r} (height {self.height:g} m, width {self.width:g} m). Must be "
+                f"{limit if self.prismatic else 'less'} for mass_ratio {self.mass_ratio:g}: the "
+                f"restitution (eq 43) would be {self.restitution:.3f}, and a frame that loses all "
+                "speed at an impact does not rock."
             )
 
     @property
+    def prismatic(self) -> bool:
+        """True if the columns are as wide at the top and have their mass at half their height."""
+        return self.top_width is None and self.centre_of_gravity is None
+
+    @property
+    def top_contact_width(self) -> float:
+        """Width on which the beam rests, 2 b_t [m]."""
+        return self.width if self.top_width is None else self.top_width
+
+    @property
+    def centre_height(self) -> float:
+        """Height of a column's centre of gravity above its base, h_c [m]."""
+        return 0.5 * self.height if self.centre_of_gravity is None else self.centre_of_gravity
+
+    @property
     def size(self) -> float:
-        """Semi-diagonal of a column, R [m]."""
-        return 0.5 * math.hypot(self.height, self.width)
+        """Distance R from the pivot of a column to its centre of gravity [m]."""
+        return 0.5 * math.hypot(2.0 * self.centre_height, self.width)
 
     @property
     def slenderness(self) -> float:
-        """Slenderness, alpha = atan(b / h) [rad]."""
-        return math.atan2(self.width, self.height)
+        """Slenderness of the column that rocks like the frame [rad]; atan(b / h) if prismatic."""
+        if self.prismatic:
+            return math.atan2(self.width, self.height)
+        return math.atan2(*self._arms)
+
+    @property
+    def beam(self) -> Lever:
+        """The line from the pivot of a column to where the beam rests on it."""
+        if self.prismatic:
+            return Lever(2.0 * self.size, self.slenderness)
+        return Lever(math.hypot(self._reach, self.height), math.atan2(self._reach, self.height))
+
+    @property
+    def centre(self) -> Lever:
+        """The line from the pivot of a column to its centre of gravity."""
+        return Lever(self.size, math.atan2(0.5 * self.width, self.centre_height))
+
+    @property
+    def _reach(self) -> float:
+        """Horizontal distance between the pivots of a column at base and top, b + b_t [m]."""
+        return 0.5 * (self.width + self.top_contact_width)
+
+    @property
+    def _arms(self) -> tuple[float, float]:
+        """Moment arms of gravity and of the horizontal motion, for the mass of one column [m]."""
+        gamma = self.mass_ratio
+        across = 0.5 * self.width + gamma * self._reach
+        return across, self.centre_height + gamma * self.height
+
+    @property
+    def _inertia(self) -> float:
+        """Moment of inertia about the pivots with the beam, over the mass of one column [m2]."""
+        column = self.inertia_ratio * self.size**2
+        return column + self.mass_ratio * (self._reach**2 + self.height**2)
 
     @property
     def slenderness_limit(self) -> float:
-        """Slenderness at which the restitution of eq (43) vanishes [rad], at most 54.74 degrees."""
+        """Slenderness of prismatic columns at which the restitution of eq (43) vanishes [rad]."""
         gamma = self.mass_ratio
         return math.asin(
             min(1.0, math.sqrt((self.inertia_ratio + 4.0 * gamma) / (2.0 + 8.0 * gamma)))
@@ -169,8 +194,10 @@ class RockingFrame:
 
     @property
     def effective_size(self) -> float:
-        """Semi-diagonal of the column that rocks like the frame, R-hat of eq (29) [m]."""
+        """Size of the column that rocks like the frame, R-hat of eq (29) [m]."""
         gamma = self.mass_ratio
+        if not self.prismatic:
+            return self._inertia / (self.inertia_ratio * math.hypot(*self._arms))
         return self.size * (1.0 + 4.0 * gamma / self.inertia_ratio) / (1.0 + 2.0 * gamma)
 
     @property
@@ -185,13 +212,37 @@ class RockingFrame:
         sqrt(r) of eq (43), times the restitution factor.
         """
         gamma = self.mass_ratio
+        if not self.prismatic:
+            kept = self._inertia - 0.5 * self.width**2 - 2.0 * gamma * self._reach**2
+            return self.restitution_factor * kept / self._inertia
         loss = 2.0 * math.sin(self.slenderness) ** 2 * (1.0 + 4.0 * gamma)
         return self.restitution_factor * (1.0 - loss / (self.inertia_ratio + 4.0 * gamma))
 
     @property
     def uplift_acceleration(self) -> float:
         """Ground acceleration at which the frame uplifts, g tan(alpha) of eq (36) [m s-2]."""
-        return GRAVITY * self.width / self.height
+        if self.prismatic:
+            return GRAVITY * self.width / self.height
+        across, upwards = self._arms
+        return GRAVITY * across / upwards
+
+    def resized(self, height: float, width: float) -> Self:
+        """Return the frame with another height and width [m], the rest of its shape in proportion.
+
+        Examples
+        --------
+        >>> column = RockingFrame(height=8.0, width=1.6, top_width=1.2)
+        >>> column.resized(4.0, 0.8).top_width
+        0.6
+        """
+        top, centre = self.top_width, self.centre_of_gravity
+        return replace(
+            self,
+            height=height,
+            width=width,
+            top_width=None if top is None else top * width / self.width,
+            centre_of_gravity=None if centre is None else centre * height / self.height,
+        )
 
     def horizontal_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Return the horizontal displacement u of the beam relative to the ground [m], eq (7).
@@ -207,11 +258,7 @@ class RockingFrame:
         >>> float(bent.horizontal_displacement(bent.slenderness).round(9))
         1.6
         """
-        theta = np.asarray(theta, dtype=np.float64)
-        # 2R [sin(alpha) - sin(alpha - |theta|)] without cancellation at small theta
-        half = 0.5 * np.abs(theta)
-        u: NDArray[np.float64] = np.sign(theta) * np.sin(half) * np.cos(self.slenderness - half)
-        return 4.0 * self.size * u
+        return self.beam.shift(theta)
 
     def vertical_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Return the vertical lift v of the beam [m], eq (10).
@@ -227,63 +274,27 @@ class RockingFrame:
         >>> float(bent.vertical_displacement(0.0))
         0.0
         """
-        half = 0.5 * np.abs(np.asarray(theta, dtype=np.float64))
-        v: NDArray[np.float64] = np.sin(half) * np.sin(self.slenderness - half)
-        return 4.0 * self.size * v
+        return self.beam.lift(theta)
 
     def horizontal_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
         """Return the rate of u [m s-1], eq (8), at `theta` [rad] and its rate `omega` [rad s-1]."""
-        phi = self.slenderness - np.abs(np.asarray(theta, dtype=np.float64))
-        rate: NDArray[np.float64] = 2.0 * self.size * np.cos(phi) * np.asarray(omega)
-        return rate
+        return self.beam.shift_rate(theta, omega)
 
     def vertical_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
         """Return the rate of v [m s-1], eq (11), at `theta` [rad] and its rate `omega` [rad s-1].
 
         At theta = 0, where the rate jumps, it is the value just after the impact.
         """
-        theta = np.asarray(theta, dtype=np.float64)
-        omega = np.asarray(omega, dtype=np.float64)
-        rate: NDArray[np.float64] = (
-            2.0 * self.size * _side(theta, omega) * np.sin(self.slenderness - np.abs(theta)) * omega
-        )
-        return rate
+        return self.beam.lift_rate(theta, omega)
 
     def horizontal_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
     ) -> NDArray[np.float64]:
         """Return the second rate of u [m s-2], eq (9); `omega_rate` is that of theta [rad s-2]."""
-        theta = np.asarray(theta, dtype=np.float64)
-        omega = np.asarray(omega, dtype=np.float64)
-        phi = self.slenderness - np.abs(theta)
-        rate: NDArray[np.float64] = (
-            2.0
-            * self.size
-            * (
-                np.cos(phi) * np.asarray(omega_rate, dtype=np.float64)
-                + _side(theta, omega) * np.sin(phi) * omega**2
-            )
-        )
-        return rate
+        return self.beam.acceleration(theta, omega, omega_rate)[0]
 
     def vertical_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
     ) -> NDArray[np.float64]:
         """Return the second rate of v [m s-2], eq (12); `omega_rate` is that of theta [rad s-2]."""
-        theta = np.asarray(theta, dtype=np.float64)
-        omega = np.asarray(omega, dtype=np.float64)
-        phi = self.slenderness - np.abs(theta)
-        rate: NDArray[np.float64] = (
-            2.0
-            * self.size
-            * (
-                _side(theta, omega) * np.sin(phi) * np.asarray(omega_rate, dtype=np.float64)
-                - np.cos(phi) * omega**2
-            )
-        )
-        return rate
-
-
-def _side(theta: NDArray[np.float64], omega: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sgn(theta), or at theta = 0 the side to which the frame starts to rotate."""
-    return np.where(theta == 0.0, np.sign(omega), np.sign(theta))
+        return self.beam.acceleration(theta, omega, omega_rate)[1]

@@ -58,7 +58,10 @@ def run(options: argparse.Namespace) -> int:
             f"{error.name} is not installed. Must be, for the explorer: "
             "pip install 'rockframe[explorer]'."
         ) from None
-    frames = choose_structures(chosen_structures(options), options.structure)
+    stated = choose_structures(chosen_structures(options), options.structure)
+    frames = [frame for frame in stated if frame.prismatic]
+    if not frames:
+        raise ParameterError("The explorer shows prismatic columns only, and none is stated.")
     with _listening(LOOPBACK, options.port) as listening:
         motions = _motions(options)
         port = listening.getsockname()[1]

@@ -8,8 +8,9 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
+from rockframe.column import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.explorer.answer import Motion
-from rockframe.frame import RECTANGULAR, SECTIONS, RockingFrame, inertia_ratio_of
+from rockframe.frame import RockingFrame
 from rockframe.provenance import versions
 from rockframe.web import UPLOT, environment, policy, script, style
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from rockframe.cells import decimal
+from rockframe.column import inertia_ratio_of
 from rockframe.errors import ParameterError
-from rockframe.frame import RockingFrame, inertia_ratio_of
+from rockframe.frame import RockingFrame
 
 #: Largest scale of the ground motion [1].
 _LARGEST_SCALE: Final = 100.0

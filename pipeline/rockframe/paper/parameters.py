@@ -7,7 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.frame import RockingFrame, inertia_ratio_of
+from rockframe.column import inertia_ratio_of
+from rockframe.frame import RockingFrame
 from rockframe.paper.claim import Claim, Finding, judged, number_claim
 from rockframe.rocking import GroundAcceleration, respond
 from rockframe.units import GRAVITY

@@ -179,7 +179,7 @@ def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any
 
 def _structure(facts: Sequence[Fact]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
-    wanted = ("height", "width", "mass_ratio", "slenderness")
+    wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
     return {
         **{fact.name: fact.value for fact in facts if fact.name in wanted},
         "facts": _texts(facts),

@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.column import SECTIONS, inertia_ratio_of
 from rockframe.errors import ParameterError
-from rockframe.frame import RockingFrame, inertia_ratio_of
+from rockframe.frame import RockingFrame
 
 Float = NDArray[np.float64]
 
@@ -22,7 +23,6 @@ DIMENSIONS: Final = {
 }
 #: Values that may be tried; each is a structure that all motions are computed for.
 _MOST_STEPS: Final = 10_000
-_SECTIONS: Final = ("rectangular", "circular")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,18 +106,20 @@ class Design:
         if self.dimension == "mass_ratio":
             return replace(frame, mass_ratio=value)
         if self.dimension == "height":
-            return replace(frame, height=value, width=frame.width * value / frame.height)
+            return frame.resized(value, frame.width * value / frame.height)
         return replace(frame, width=value, inertia_ratio=_inertia_of_width(frame, value))
 
 
 def _inertia_of_width(frame: RockingFrame, width: float) -> float:
     """The inertia ratio of a column of the same section and another width."""
-    for section in _SECTIONS:
-        if frame.inertia_ratio == inertia_ratio_of(section, frame.height, frame.width):
+    for section in SECTIONS:
+        if frame.prismatic and frame.inertia_ratio == inertia_ratio_of(
+            section, frame.height, frame.width
+        ):
             return inertia_ratio_of(section, frame.height, width)
     raise ParameterError(
         f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which depends "
-        f"on the width. Must be of section {' or '.join(_SECTIONS)} to look for a width."
+        f"on the width. Must be of section {' or '.join(SECTIONS)} to look for a width."
     )
 
 

@@ -54,14 +54,15 @@ def impact_impulses(frame: RockingFrame, velocity: ArrayLike) -> Impulses:
     (0.4072, 2.4921)
     """
     speed = np.abs(np.asarray(velocity, dtype=np.float64))
-    across = frame.height * (1.0 - frame.restitution) * speed
-    upwards = frame.width * (1.0 + frame.restitution) * speed
+    loss = (1.0 - frame.restitution) * speed
+    turn = (1.0 + frame.restitution) * speed
     gamma = frame.mass_ratio
+    reach = 0.5 * (frame.width + frame.top_contact_width)
     return Impulses(
-        base_horizontal=(0.5 + gamma) * across,
-        base_vertical=(0.5 + gamma) * upwards,
-        top_horizontal=gamma * across,
-        top_vertical=gamma * upwards,
+        base_horizontal=(frame.centre_height + gamma * frame.height) * loss,
+        base_vertical=(0.5 * frame.width + gamma * reach) * turn,
+        top_horizontal=gamma * frame.height * loss,
+        top_vertical=gamma * reach * turn,
     )
 
 
@@ -69,7 +70,7 @@ def impact_friction_demand(frame: RockingFrame) -> float:
     """Return the coefficient of friction that base and top joints need in each impact [1].
 
     cot(alpha) (1 - sqrt(r)) / (1 + sqrt(r)), whatever the speed; below tan(alpha), that of uplift,
-    for the restitution of eq (43).
+    for the restitution of eq (43). If the columns are not prismatic, the joint that needs more.
 
     Examples
     --------
@@ -78,7 +79,8 @@ def impact_friction_demand(frame: RockingFrame) -> float:
     0.16337
     """
     loss = (1.0 - frame.restitution) / (1.0 + frame.restitution)
-    return loss / math.tan(frame.slenderness)
+    base = loss / math.tan(frame.slenderness)
+    return max(base, loss / math.tan(frame.beam.angle)) if frame.mass_ratio > 0.0 else base
 
 
 def least_spacing(frame: RockingFrame, beam_centre: float) -> float:
@@ -97,4 +99,5 @@ def least_spacing(frame: RockingFrame, beam_centre: float) -> float:
     >>> round(least_spacing(bent, 1.0), 3)
     1.927
     """
-    return frame.width + 2.0 * beam_centre * impact_friction_demand(frame)
+    loss = (1.0 - frame.restitution) / (1.0 + frame.restitution)
+    return frame.top_contact_width + 2.0 * beam_centre * loss / math.tan(frame.beam.angle)

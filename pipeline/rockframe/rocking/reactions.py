@@ -1,7 +1,7 @@
 """Forces at the joints of a rocking frame: do its columns slide, does its beam stay on them?
 
 The paper assumes neither sliding nor loss of contact. These functions say what the assumption asks
-of the joints. All is re-derived from Newton and Euler for prismatic columns; nothing is printed in
+of the joints. All is re-derived from Newton and Euler; nothing is printed in
 Makris and Vassiliou (2013) but the impulses of eqs (39) and (40).
 
 Forces of the whole frame are over the weight of all columns, N m_c g; those of one column over its
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.kinematics import Lever
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Response, as_ground
@@ -130,10 +131,12 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     """
     across, upwards = ground_at_nodes(response, motion)
     gamma = response.frame.mass_ratio
-    beam_across, beam_upwards = _beam_accelerations(response, across, upwards)
+    (column_across, column_upwards), (beam_across, beam_upwards) = _accelerations(
+        response, across, upwards
+    )
     return Reactions(
-        base_shear=((1.0 + gamma) * across + (0.5 + gamma) * beam_across) / GRAVITY,
-        base_vertical=((1.0 + gamma) * (GRAVITY + upwards) + (0.5 + gamma) * beam_upwards)
+        base_shear=((1.0 + gamma) * across + column_across + gamma * beam_across) / GRAVITY,
+        base_vertical=((1.0 + gamma) * (GRAVITY + upwards) + column_upwards + gamma * beam_upwards)
         / GRAVITY,
         top_shear=-gamma * (across + beam_across) / GRAVITY,
         top_vertical=gamma * (GRAVITY + upwards + beam_upwards) / GRAVITY,
@@ -209,21 +212,24 @@ def column_forces(
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
     side = _side(frame, theta, omega, across, upwards)
     side = np.where(side == 0.0, np.nan, side)
-    beam_across, beam_upwards = _beam_accelerations(response, across, upwards)
+    (column_across, column_upwards), (beam_across, beam_upwards) = _accelerations(
+        response, across, upwards
+    )
     both_shear = -2.0 * frame.mass_ratio * (across + beam_across)
     both_vertical = 2.0 * frame.mass_ratio * (GRAVITY + upwards + beam_upwards)
-    shift = (side * 0.5 * frame.width * both_vertical + beam_centre * both_shear) / spacing
+    shift = (
+        side * 0.5 * frame.top_contact_width * both_vertical + beam_centre * both_shear
+    ) / spacing
     top_vertical = np.stack([0.5 * both_vertical - shift, 0.5 * both_vertical + shift])
-    phi = frame.slenderness * side - theta
-    centre_x, centre_z = -frame.size * np.sin(phi), frame.size * np.cos(phi)
+    centre_x, centre_z = _place(frame.centre, side, theta)
+    top_x, top_z = _place(frame.beam, side, theta)
     inertia = frame.inertia_ratio * frame.size**2
     moment = inertia * angular_acceleration(frame, theta, omega, across, upwards)
     moment = moment - (GRAVITY + upwards) * centre_x + across * centre_z
-    # the beam rests on the corner opposite to the pivot: twice as far as the centre
-    top_shear = (moment - top_vertical * 2.0 * centre_x) / (2.0 * centre_z)
+    top_shear = (moment - top_vertical * top_x) / top_z
     return ColumnForces(
-        base_shear=(across + 0.5 * beam_across - top_shear) / GRAVITY,
-        base_vertical=(GRAVITY + upwards + 0.5 * beam_upwards + top_vertical) / GRAVITY,
+        base_shear=(across + column_across - top_shear) / GRAVITY,
+        base_vertical=(GRAVITY + upwards + column_upwards + top_vertical) / GRAVITY,
         top_shear=top_shear / GRAVITY,
         top_vertical=top_vertical / GRAVITY,
     )
@@ -252,17 +258,24 @@ def ground_at_nodes(response: Response, motion: Motion) -> tuple[Float, Float]:
     return across, np.concatenate([upwards.acceleration(), still])
 
 
-def _beam_accelerations(response: Response, across: Float, upwards: Float) -> tuple[Float, Float]:
-    """Second rates of u and v [m s-2]; those of a column's centre are half of them."""
+def _place(lever: Lever, side: Float, theta: Float) -> tuple[Float, Float]:
+    """Return where a point of a column is from the pivot on this side: to the right, and up [m]."""
+    phi = lever.angle * side - theta
+    return -lever.length * np.sin(phi), lever.length * np.cos(phi)
+
+
+def _accelerations(
+    response: Response, across: Float, upwards: Float
+) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
+    """Return the horizontal and vertical accelerations of columns' centres and of the beam."""
     frame = response.frame
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
     rate = angular_acceleration(frame, theta, omega, across, upwards)
     # of a frame that is just uplifting only the side is known: its rate is still zero
     side = _side(frame, theta, omega, across, upwards)
     omega = np.where(omega == 0.0, side * np.finfo(np.float64).tiny, omega)
-    return (
-        frame.horizontal_acceleration(theta, omega, rate),
-        frame.vertical_acceleration(theta, omega, rate),
+    return frame.centre.acceleration(theta, omega, rate), frame.beam.acceleration(
+        theta, omega, rate
     )
 
 
@@ -286,10 +299,10 @@ def _demand(shear: Float, vertical: Float) -> Float:
 
 
 def _require_bent(frame: RockingFrame, spacing: float, beam_centre: float) -> None:
-    if not (math.isfinite(spacing) and spacing > frame.width):
+    widest = max(frame.width, frame.top_contact_width)
+    if not (math.isfinite(spacing) and spacing > widest):
         raise ParameterError(
-            f"Invalid spacing {spacing!r} m. Must be above the width of a column, "
-            f"{frame.width:g} m."
+            f"Invalid spacing {spacing!r} m. Must be above the width of a column, {widest:g} m."
         )
     if not (math.isfinite(beam_centre) and beam_centre >= 0.0):
         raise ParameterError(f"Invalid beam_centre {beam_centre!r} m. Must be zero or above.")

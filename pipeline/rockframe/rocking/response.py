@@ -108,8 +108,8 @@ class Response:
 
     @property
     def peak_v(self) -> float:
-        """Largest v [m]; the beam is highest at |theta| = alpha."""
-        highest = min(self.peak_rotation, self.frame.slenderness)
+        """Largest v [m]; the beam is highest at |theta| = alpha if prismatic."""
+        highest = min(self.peak_rotation, self.frame.beam.angle)
         return float(self.frame.vertical_displacement(highest))
 
 

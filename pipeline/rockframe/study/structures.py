@@ -8,8 +8,9 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
+from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered
 from rockframe.errors import InputError, ParameterError
-from rockframe.frame import RockingFrame, inertia_ratio_of
+from rockframe.frame import RockingFrame
 from rockframe.options.fields import Name
 from rockframe.options.model import Options
 from rockframe.study.toml import line_of, parse, read_text
@@ -46,9 +47,18 @@ class StructureEntry(Options):
         Mass of the beam over that of all columns [1]; 0 is a column alone.
     section : str
         Section of the columns: rectangular or circular.
+    top_width_m : float, optional
+        Width at the top, on which the beam rests, of columns that taper linearly [m].
+    inner_width_m : float, optional
+        Inner width (diameter) of hollow columns [m].
+    depth_m, inner_depth_m : float, optional
+        Outer and inner depth, out of the plane of rocking, of hollow rectangular columns [m].
     inertia_ratio : float, optional
         I_o / (m_c R^2) of a column of another shape about its corner, above 1 and at most 100 [1],
         instead of the section.
+    centre_of_gravity_m : float, optional
+        Height of the centre of gravity of such a column above its base [m]; by default half the
+        height.
     restitution_factor : float
         Factor on the restitution of eq (43) [1].
     """
@@ -58,7 +68,12 @@ class StructureEntry(Options):
     width_m: float
     mass_ratio: float = 0.0
     section: Literal["rectangular", "circular"] | None = None
+    top_width_m: float | None = None
+    inner_width_m: float | None = None
+    depth_m: float | None = None
+    inner_depth_m: float | None = None
     inertia_ratio: float | None = None
+    centre_of_gravity_m: float | None = None
     restitution_factor: float = 1.0
 
     def frame(self) -> RockingFrame:
@@ -67,24 +82,61 @@ class StructureEntry(Options):
         Raises
         ------
         ParameterError
-            If it does not rock, or both a section and an inertia ratio are stated.
+            If it does not rock, or keys are stated that exclude each other.
         """
-        if self.section is not None and self.inertia_ratio is not None:
-            raise ParameterError(
-                f"Invalid inertia_ratio {self.inertia_ratio!r} of frame {self.name!r}. Must not be "
-                f"stated beside section {self.section!r}."
-            )
-        ratio = self.inertia_ratio
-        if ratio is None:
-            ratio = inertia_ratio_of(self.section or "rectangular", self.height_m, self.width_m)
+        self._refuse_contradictions()
+        shape = self._shape()
+        tapers = self.top_width_m is not None
+        stated = tapers or self.centre_of_gravity_m is not None
         return RockingFrame(
             height=self.height_m,
             width=self.width_m,
             mass_ratio=self.mass_ratio,
             name=self.name,
-            inertia_ratio=ratio,
+            inertia_ratio=shape.inertia_ratio,
             restitution_factor=self.restitution_factor,
+            top_width=self.top_width_m,
+            centre_of_gravity=shape.centre_of_gravity if stated else None,
         )
+
+    def _shape(self) -> ColumnShape:
+        section = self.section or "rectangular"
+        size = (self.height_m, self.width_m)
+        if self.inertia_ratio is not None:
+            centre = self.centre_of_gravity_m
+            return ColumnShape(self.inertia_ratio, 0.5 * size[0] if centre is None else centre)
+        if self.top_width_m is not None:
+            return tapered(section, *size, self.top_width_m)
+        if self.inner_width_m is not None:
+            return hollow(section, *size, self.inner_width_m, self.depth_m, self.inner_depth_m)
+        return ColumnShape(inertia_ratio_of(section, *size), 0.5 * size[0])
+
+    def _refuse_contradictions(self) -> None:
+        """Refuse keys that exclude each other, or need one that is missing."""
+        excluded = {
+            "inertia_ratio": ("section", "inner_width_m", "depth_m", "inner_depth_m"),
+            "top_width_m": ("inner_width_m", "depth_m", "inner_depth_m"),
+        }
+        needed = {
+            "centre_of_gravity_m": "inertia_ratio",
+            "depth_m": "inner_width_m",
+            "inner_depth_m": "inner_width_m",
+        }
+        if self.inertia_ratio is not None and self.top_width_m is not None:
+            needed["inertia_ratio"] = "centre_of_gravity_m"
+        for key, others in excluded.items():
+            for other in others:
+                if None not in (getattr(self, key), getattr(self, other)):
+                    raise ParameterError(
+                        f"Invalid {key} {getattr(self, key)!r} of frame {self.name!r}. Must not be "
+                        f"stated beside {other.removesuffix('_m')} {getattr(self, other)!r}."
+                    )
+        for key, other in needed.items():
+            if getattr(self, key) is not None and getattr(self, other) is None:
+                raise ParameterError(
+                    f"Invalid {key} {getattr(self, key)!r} of frame {self.name!r}. Must be stated "
+                    f"with {other}."
+                )
 
 
 class _StructuresFile(Options):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Final
 
@@ -136,7 +137,7 @@ def joints_dataset(
             (), impact_friction_demand(frame), "1", "friction that each impact needs"
         ),
         "uplift_friction_demand": variable(
-            (), frame.width / frame.height, "1", "friction that uplift needs, tan(alpha)"
+            (), math.tan(frame.slenderness), "1", "friction that uplift needs, tan(alpha)"
         ),
     }
     if spacing is not None and frame.mass_ratio > 0.0:

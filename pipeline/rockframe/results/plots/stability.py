@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -53,9 +51,7 @@ def stability_dataset(
     """
     tall = increasing("height", heights)
     strong = increasing("scale", scales)
-    frames = [
-        replace(frame, height=height, width=height * frame.width / frame.height) for height in tall
-    ]
+    frames = [frame.resized(height, height * frame.width / frame.height) for height in tall]
     verdict = respond_many([motion or record], frames, strong).verdict[0]
     held = RESPONSE_NC.dataset(RESPONSE_NC.filled("frame", [frame]))
     known = held.isel(structure=0).variables

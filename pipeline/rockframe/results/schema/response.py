@@ -42,8 +42,11 @@ class FateUnderPulse(IntEnum):
 OF_FRAME: Final = (
     Variable("height", "structure", float, "m", "height of a column", "frame", valid="finite"),
     Variable("width", "structure", float, "m", "width of a column", "frame", valid="finite"),
-    Variable("slenderness", "structure", float, "rad", "slenderness of a column, alpha", "frame", valid="finite"),
-    Variable("size", "structure", float, "m", "semi-diagonal of a column, R", "frame", valid="finite"),
+    Variable("top_contact_width", "structure", float, "m", "width at the top of a column, on which the beam rests", "frame", valid="finite"),
+    Variable("centre_height", "structure", float, "m", "height of a column's centre of gravity above its base", "frame", valid="finite"),
+    Variable("inertia_ratio", "structure", float, "1", "I_o / (m_c R^2) of a column about its base corner", "frame", valid="finite"),
+    Variable("slenderness", "structure", float, "rad", "slenderness, alpha; of columns that are not prismatic that of the column that rocks like the frame", "frame", valid="finite"),
+    Variable("size", "structure", float, "m", "distance from the pivot of a column to its centre of gravity, R", "frame", valid="finite"),
     Variable("mass_ratio", "structure", float, "1", "mass of the beam over that of all columns", "frame", valid="finite"),
     Variable("frequency_parameter", "structure", float, "rad s-1", "frequency parameter of a column, p", "frame", valid="finite"),
     Variable("effective_frequency_parameter", "structure", float, "rad s-1", "frequency parameter of the frame, p-hat", "frame", valid="finite"),

@@ -140,8 +140,7 @@ def peaks_of_frames(
     u, v = np.empty_like(peak_rotation), np.empty_like(peak_rotation)
     for k, frame in enumerate(frames):
         u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
-        # the beam is highest at |theta| = alpha
-        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.slenderness))
+        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
     ratio = peak_rotation / alpha
     return {"verdict": verdict, "peak_rotation_ratio": ratio, "peak_u": u, "peak_v": v}
 

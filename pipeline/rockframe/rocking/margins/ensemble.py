@@ -89,9 +89,7 @@ class Ensemble:
         try:
             return [
                 replace(
-                    frame,
-                    height=height * frame.height,
-                    width=width * frame.width,
+                    frame.resized(height * frame.height, width * frame.width),
                     restitution_factor=loss * frame.restitution_factor,
                 )
                 for height, width, loss, _ in self.draws().tolist()

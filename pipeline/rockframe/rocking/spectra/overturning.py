@@ -15,9 +15,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.column import RECTANGULAR
 from rockframe.engines import Engine, OneProcess, map_batches, on_threads, threads
 from rockframe.errors import ParameterError
-from rockframe.frame import RECTANGULAR, RockingFrame
+from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.spectra.scan import Scan, scan
 from rockframe.units import GRAVITY

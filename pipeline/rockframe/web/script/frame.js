@@ -10,18 +10,21 @@ function drawn(name, attributes, parent) {
 }
 
 // Displacement [right, up] of the contact with the beam when a column turns by theta.
-function moved(height, width, theta) {
+function moved(height, across, theta) {
   const side = theta < 0 ? -1 : 1;
   const angle = Math.abs(theta);
   // Vectors from the corner that stays to the opposite upper one, before and after the turn.
-  const x = -width * Math.cos(angle) + height * Math.sin(angle);
-  const y = width * Math.sin(angle) + height * Math.cos(angle);
-  return [side * (x + width), y - height];
+  const x = -across * Math.cos(angle) + height * Math.sin(angle);
+  const y = across * Math.sin(angle) + height * Math.cos(angle);
+  return [side * (x + across), y - height];
 }
 
 // Leaves room for this rotation [rad].
 function rockingFrame(host, structure, lean) {
   const { height, width, mass_ratio: mass } = structure;
+  const seat = structure.top_contact_width ?? width;
+  const outline = (x) => `${x - width / 2},0 ${x + width / 2},0 ` +
+    `${x + seat / 2},${-height} ${x - seat / 2},${-height}`;
   const single = mass === 0;
   const spacing = single ? 0 : Math.max(1.25 * height, 2.5 * width);
   const depth = single ? 0 : (height * mass) / (8 + 2 * mass) + 0.05 * height;
@@ -36,11 +39,11 @@ function rockingFrame(host, structure, lean) {
   const beam = { width: spacing + 2 * width, height: depth, x: -spacing / 2 - width };
   drawn("rect", { x: -reach, y: 0, width: 2 * reach, height: 0.03 * height, class: "soil" }, svg);
   for (const x of places) {
-    drawn("rect", { x: x - width / 2, y: -height, width, height, class: "rest" }, svg);
+    drawn("polygon", { points: outline(x), class: "rest" }, svg);
   }
   if (!single) drawn("rect", { ...beam, y: -height - depth, class: "rest" }, svg);
   const columns = places.map(() =>
-    drawn("rect", { x: -width / 2, y: -height, width, height, class: "column" }, svg));
+    drawn("polygon", { points: outline(0), class: "column" }, svg));
   const cap = single ? null : drawn("rect", { ...beam, y: -height - depth, class: "beam" }, svg);
   const arrow = drawn("path", { class: "push" }, svg);
   const level = 0.14 * height;
@@ -52,7 +55,7 @@ function rockingFrame(host, structure, lean) {
       const pivot = `${(side * width) / 2} 0`;
       column.setAttribute("transform", `translate(${places[i]} 0) rotate(${degrees} ${pivot})`);
     });
-    const [right, up] = moved(height, width, theta);
+    const [right, up] = moved(height, (width + seat) / 2, theta);
     if (cap) cap.setAttribute("transform", `translate(${right} ${-up})`);
     svg.dataset.right = right;
     svg.dataset.up = up;

@@ -1,0 +1,187 @@
+"""The shapes of columns: their centre of gravity and moment of inertia about the base corner.
+
+A column rocks about a corner of its base, at the distance R from its centre of gravity. Its mass
+cancels, so a shape is known by the height of the centre of gravity and by I_o / (m_c R^2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from rockframe.errors import ParameterError
+
+#: I_o / (m_c R^2) of a rectangular column about its base corner.
+RECTANGULAR: Final = 4.0 / 3.0
+
+#: Column sections accepted by `inertia_ratio_of` and `shape_of`.
+SECTIONS: Final = ("rectangular", "circular")
+
+
+def inertia_ratio_of(section: str, height: float, width: float) -> float:
+    """Return I_o / (m_c R^2) of a prismatic column about its base edge [1].
+
+    Parameters
+    ----------
+    section : str
+        ``rectangular``, or ``circular`` for a solid cylinder, which rocks on a point of its rim.
+    height, width : float
+        Height and width (diameter) of the column [m].
+
+    Raises
+    ------
+    ParameterError
+        If the section is neither.
+
+    Notes
+    -----
+    4/3 for the rectangle; 4/3 - sin(alpha)^2 / 12 for the cylinder, from
+    I_o / m_c = 5 b^2 / 4 + 4 h^2 / 3 (re-derived).
+
+    Examples
+    --------
+    >>> round(inertia_ratio_of("circular", 9.6, 1.6), 6)
+    1.331081
+    """
+    if section not in SECTIONS:
+        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
+    if section == "rectangular":
+        return RECTANGULAR
+    return RECTANGULAR - width**2 / (width**2 + height**2) / 12.0
+
+
+@dataclass(frozen=True)
+class ColumnShape:
+    """What rocking needs to know of a column besides its height and widths.
+
+    Parameters
+    ----------
+    inertia_ratio : float
+        I_o / (m_c R^2) about the base corner, at the distance R from the centre of gravity [1].
+    centre_of_gravity : float
+        Height of the centre of gravity above the base [m].
+    """
+
+    inertia_ratio: float
+    centre_of_gravity: float
+
+
+def tapered(section: str, height: float, width: float, top_width: float) -> ColumnShape:
+    """Return the shape of a solid column whose width changes linearly from base to top.
+
+    Parameters
+    ----------
+    section : str
+        ``rectangular`` for a trapezoid of constant depth, ``circular`` for a frustum of a cone.
+    height, width, top_width : float
+        Height, and widths (diameters) at base and top [m].
+
+    Raises
+    ------
+    ParameterError
+        If the section is neither, or a dimension is not positive.
+
+    Notes
+    -----
+    Integrals over the height of the area and of its moments (re-derived).
+
+    Examples
+    --------
+    >>> drum = tapered("circular", 10.0, 2.0, 1.6)
+    >>> round(drum.centre_of_gravity, 4), round(drum.inertia_ratio, 4)
+    (4.6311, 1.3756)
+    """
+    _require_positive(height=height, width=width, top_width=top_width)
+    if section not in SECTIONS:
+        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
+    power = 1 if section == "rectangular" else 2  # the area grows with this power of the width
+    # moments of order 0 to 2 of the area over the height, and of its squared radius of gyration
+    area, first, second = (_moment(power, order, width, top_width) for order in range(3))
+    gyration = _moment(power + 2, 0, width, top_width) / (12.0 if power == 1 else 16.0)
+    centre = height * first / area
+    about_base = height**2 * second / area + gyration / area
+    return _shape(about_base, centre, width)
+
+
+def hollow(
+    section: str,
+    height: float,
+    width: float,
+    inner_width: float,
+    depth: float | None = None,
+    inner_depth: float | None = None,
+) -> ColumnShape:
+    """Return the shape of a hollow prismatic column.
+
+    Parameters
+    ----------
+    section : str
+        ``rectangular``, with the depths, or ``circular``.
+    height, width, inner_width : float
+        Height, and outer and inner width (diameter) [m].
+    depth, inner_depth : float, optional
+        Outer and inner depth of a rectangular section, out of the plane of rocking [m].
+
+    Raises
+    ------
+    ParameterError
+        If the section is neither, a dimension is not positive, an inner one not below the outer
+        one, or the depths of a rectangular section are not given.
+
+    Examples
+    --------
+    >>> round(hollow("circular", 9.6, 1.6, 1.2).inertia_ratio, 4)
+    1.3349
+    """
+    _require_positive(height=height, width=width, inner_width=inner_width)
+    _require_below(inner_width, width, "inner_width")
+    if section == "circular":
+        gyration = (width**2 + inner_width**2) / 16.0
+    elif section == "rectangular":
+        if depth is None or inner_depth is None:
+            raise ParameterError(
+                "A hollow rectangular column needs its depth and inner_depth: the weight of its "
+                "walls depends on them."
+            )
+        _require_positive(depth=depth, inner_depth=inner_depth)
+        _require_below(inner_depth, depth, "inner_depth")
+        area = depth * width - inner_depth * inner_width
+        gyration = (depth * width**3 - inner_depth * inner_width**3) / (12.0 * area)
+    else:
+        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
+    return _shape(height**2 / 3.0 + gyration, 0.5 * height, width)
+
+
+def _moment(power: int, order: int, base: float, top: float) -> float:
+    """Return the integral of z^order (base + (top - base) z)^power over z from 0 to 1."""
+    growth = top - base
+    terms = {
+        1: (base, growth),
+        2: (base**2, 2.0 * base * growth, growth**2),
+        3: (base**3, 3.0 * base**2 * growth, 3.0 * base * growth**2, growth**3),
+        4: (
+            *(base**4, 4.0 * base**3 * growth, 6.0 * base**2 * growth**2),
+            *(4.0 * base * growth**3, growth**4),
+        ),
+    }[power]
+    return sum(term / (k + order + 1.0) for k, term in enumerate(terms))
+
+
+def _shape(about_base: float, centre: float, width: float) -> ColumnShape:
+    """Move the inertia over the mass [m2] from the middle of the base to its corner."""
+    squared = centre**2 + 0.25 * width**2
+    return ColumnShape((about_base + 0.25 * width**2) / squared, centre)
+
+
+def _require_positive(**dimensions: float) -> None:
+    for name, value in dimensions.items():
+        if not value > 0.0:
+            raise ParameterError(f"Invalid {name} {value!r} of a column. Must be positive.")
+
+
+def _require_below(inner: float, outer: float, name: str) -> None:
+    if not inner < outer:
+        raise ParameterError(
+            f"Invalid {name} {inner:g} m of a hollow column. Must be below the outer one, "
+            f"{outer:g} m."
+        )
