@@ -20,6 +20,8 @@ _STRUCTURE: Final = """\
 # height_m = 9.6     # of a column
 # width_m = 1.6
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
+# Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
+# inertia_ratio, centre_of_gravity_m. Impacts that lose more: restitution_factor.
 """
 
 
