@@ -131,11 +131,11 @@ def test_batches_of_other_inputs_are_not_taken(
 ) -> None:
     output = tmp_path / "screen.nc"
 
-    def stop(*_: Any) -> Any:
+    def stop(*_: Any, **__: Any) -> Any:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("rockframe.stages.screening.screen.write_screen_table", stop)
+        patch.setattr("rockframe.stages.screening.screen.write_screen_tables", stop)
         with pytest.raises(KeyboardInterrupt):
             screen_stage(
                 stored(site(2), tmp_path),

@@ -6,13 +6,18 @@ import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Final, TextIO
 
 #: A number that every program reads alike: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
 #: Text that a spreadsheet runs as a formula, also after the quotes that `harmless` adds.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
+
+#: Formats of tables, and the ending of their files.
+TABLE_FORMATS: Final = MappingProxyType(
+    {"csv": ".csv", "xlsx": ".xlsx", "markdown": ".md", "latex": ".tex", "parquet": ".parquet"}
+)
 
 
 def decimal(text: str) -> float:

@@ -13,7 +13,7 @@ from tests.runs.small import STUDY, contents, make_study, run
 from rockframe.cli.main import main, parser
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sealed, sha256_of
-from rockframe.results import read_rocking_spectrum, write_screen_table
+from rockframe.results import read_rocking_spectrum, write_screen_tables
 from rockframe.rocking import Verdict
 from rockframe.stages import figures_stage
 
@@ -191,8 +191,8 @@ def test_on_another_processor_it_is_nearly_the_same(
     manifest = json.loads((folder / MANIFEST).read_text())
     with netCDF4.Dataset(folder / "screen.nc", "a") as file:
         file["peak_u"][:] = file["peak_u"][:] * (1.0 + 1e-9)
-    write_screen_table(folder / "screen.nc", folder / "screen.csv")
-    for name in ("screen.nc", "screen.csv"):
+    write_screen_tables(folder / "screen.nc")
+    for name in ("screen.nc", "screen.csv", "scenarios.csv", "fragility.csv"):
         manifest["outputs"][name] = sha256_of(folder / name)
     (folder / MANIFEST).write_bytes(sealed(manifest))
     assert main(["report", str(folder)]) == 0

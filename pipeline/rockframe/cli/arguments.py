@@ -56,6 +56,19 @@ def add_records(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_format(parser: argparse.ArgumentParser, default: str | None = "csv") -> None:
+    """Add the option of the format of tables."""
+    from rockframe.cells import TABLE_FORMATS
+
+    parser.add_argument(
+        "--format",
+        choices=tuple(TABLE_FORMATS),
+        default=default,
+        help="format of the tables; xlsx and parquet need the extra `tables` (default: "
+        f"{default or 'by the ending of the file'})",
+    )
+
+
 def add_batch(parser: argparse.ArgumentParser) -> None:
     """Add ``--batch``."""
     parser.add_argument(

@@ -59,10 +59,11 @@ from rockframe.results.screening.screen import peaks_of_frames as peaks_of_frame
 from rockframe.results.screening.screen import read_screening as read_screening
 from rockframe.results.screening.screen import write_screening as write_screening
 from rockframe.results.screening.screened import screening_of as screening_of
-from rockframe.results.screening.table import refuse_strange_table as refuse_strange_table
 from rockframe.results.screening.table import screen_rows as screen_rows
 from rockframe.results.screening.table import screen_summary as screen_summary
-from rockframe.results.screening.table import write_screen_table as write_screen_table
+from rockframe.results.screening.tables import refuse_strange_tables as refuse_strange_tables
+from rockframe.results.screening.tables import screen_table_paths as screen_table_paths
+from rockframe.results.screening.tables import write_screen_tables as write_screen_tables
 from rockframe.results.spectra import read_rocking_spectrum as read_rocking_spectrum
 from rockframe.results.spectra import read_spectrum as read_spectrum
 from rockframe.results.spectra import rocking_spectrum_dataset as rocking_spectrum_dataset
@@ -71,6 +72,7 @@ from rockframe.results.tables.differences import differences as differences
 from rockframe.results.tables.entries import Entry as Entry
 from rockframe.results.tables.entries import refuse_strange_entries as refuse_strange_entries
 from rockframe.results.tables.entries import write_entries as write_entries
+from rockframe.results.tables.formats import write_rows_as as write_rows_as
 from rockframe.results.tables.known import Fact as Fact
 from rockframe.results.tables.pulse_rows import best_pulses as best_pulses
 from rockframe.results.tables.pulse_rows import pulse_rows as pulse_rows

@@ -10,7 +10,6 @@ from rockframe.risk.distribution import over_azimuths as over_azimuths
 from rockframe.risk.distribution import peak_distribution as peak_distribution
 from rockframe.risk.distribution import wilson as wilson
 from rockframe.risk.fragility import Fragility as Fragility
-from rockframe.risk.fragility import Outcome as Outcome
 from rockframe.risk.fragility import fit_fragility as fit_fragility
 from rockframe.risk.hazard import HazardCurve as HazardCurve
 from rockframe.risk.hazard import LognormalFragility as LognormalFragility
@@ -24,3 +23,4 @@ from rockframe.risk.measures import Measure as Measure
 from rockframe.risk.measures import measure_of as measure_of
 from rockframe.risk.measures import period_of as period_of
 from rockframe.risk.measures import spectral as spectral
+from rockframe.risk.outcome import Outcome as Outcome

@@ -11,7 +11,8 @@ import numpy as np
 import scipy  # its submodules load when they are first used
 from numpy.typing import NDArray
 
-from rockframe.risk.fragility import Fragility, Outcome
+from rockframe.risk.fragility import Fragility
+from rockframe.risk.outcome import Outcome
 
 Float = NDArray[np.float64]
 

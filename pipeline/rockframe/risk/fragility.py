@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 from typing import Final
 
 import numpy as np
@@ -13,48 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.risk.logistic_fit import maximum_likelihood
+from rockframe.risk.outcome import Outcome
 
 Float = NDArray[np.float64]
 
 #: Confidence level of the bands.
 CONFIDENCE: Final = 0.9
-
-
-class Outcome(IntEnum):
-    """Result of a fit: the values of the flag variable `fragility_outcome`.
-
-    To overturn stands for reaching the limit state that the fit is of.
-    """
-
-    FITTED = 0
-    NONE_OVERTURN = 1
-    ALL_OVERTURN = 2
-    SEPARATED = 3
-    NOT_RISING = 4
-    UNKNOWN = 5
-
-    @property
-    def sentence(self) -> str:
-        """The outcome in words, for overturning."""
-        return self.sentence_of("")
-
-    def sentence_of(self, limit: str) -> str:
-        """Return the outcome in words for a limit such as ``u ≥ 0.2 m``; "" for overturning."""
-        words = {"reaches": "overturns it", "reach": "overturn", "state": "overturning"}
-        if limit:
-            words = {"reaches": f"reaches {limit}", "reach": f"reach {limit}", "state": limit}
-        return _SENTENCES[self].format(**words)
-
-
-_SENTENCES: Final = {
-    Outcome.FITTED: "fitted by maximum likelihood",
-    Outcome.NONE_OVERTURN: "no motion {reaches}: there is no fragility to fit, only a bound",
-    Outcome.ALL_OVERTURN: "every motion {reaches}: there is no fragility to fit, only a bound",
-    Outcome.SEPARATED: "all that {reach} are stronger than all that do not: the likelihood has no "
-    "maximum, and the curve is a step somewhere between the two",
-    Outcome.NOT_RISING: "{state} does not become more frequent with this measure",
-    Outcome.UNKNOWN: "the measure is not known, or is the same for all motions",
-}
 _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.SEPARATED)
 
 
@@ -135,6 +98,30 @@ class Fragility:
         """
         return math.pi / math.sqrt(3.0) * self.logistic_scale
 
+    @property
+    def median_band(self) -> tuple[float, float]:
+        """90 % confidence bounds of the median, by the delta method; NaN without a covariance."""
+        if not self.slope > 0.0:
+            return math.nan, math.nan
+        middle = math.log(self.median)
+        direction = np.array([1.0, middle]) / self.slope
+        error = self._quantile * math.sqrt(direction @ self.covariance @ direction)
+        return math.exp(middle - error), math.exp(middle + error)
+
+    @property
+    def lognormal_beta_band(self) -> tuple[float, float]:
+        """90 % confidence bounds of the lognormal beta [1], from those of the slope."""
+        if not self.slope > 0.0:
+            return math.nan, math.nan
+        error = self._quantile * math.sqrt(self.covariance[1, 1])
+        unit = math.pi / math.sqrt(3.0)
+        least = self.slope - error
+        return unit / (self.slope + error), unit / least if least > 0.0 else math.inf
+
+    @property
+    def _quantile(self) -> float:
+        return float(scipy.special.stdtrit(self.motions - 1, 0.5 * (1.0 + CONFIDENCE)))
+
     def probability(self, intensity: ArrayLike) -> Float:
         """Return the probability of overturning [1]; NaN without a curve."""
         return logistic(self.intercept + self.slope * np.log(np.asarray(intensity, np.float64)))
@@ -152,10 +139,8 @@ class Fragility:
         zero, one = np.zeros_like(x), np.ones_like(x)
         if self.outcome is Outcome.FITTED and np.isfinite(self.covariance).all():
             terms = np.stack([one, np.log(x)])
-            quantile = scipy.special.stdtrit(self.motions - 1, 0.5 * (1.0 + CONFIDENCE))
-            error = quantile * np.sqrt(
-                np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
-            )
+            variance = np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
+            error = self._quantile * np.sqrt(variance)
             logit = self.intercept + self.slope * terms[1]
             return logistic(logit - error), logistic(logit + error)
         if self.outcome in _WITHOUT_MAXIMUM:

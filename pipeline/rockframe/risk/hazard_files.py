@@ -11,6 +11,7 @@ import csv
 import math
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -46,11 +47,9 @@ _GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
 #: OpenQuake's names of measures, and those of folders and files of the USGS.
 _IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
 _NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
-#: Both state velocities in cm/s.
-_VELOCITY: Final = 0.01
+_VELOCITY: Final = 0.01  # both state velocities in cm/s
 #: Largest distance of a site from the place that is asked for, and the earth's radius [km].
-_NEAR: Final = 1.0
-_EARTH: Final = 6371.0
+_NEAR, _EARTH = 1.0, 6371.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +60,7 @@ class _Points:
     lines: Sequence[int]
     intensity: Float
     values: Float
-    years: float = 0.0  # values are probabilities in so many years; 0: annual rates
+    years: float = 0.0  # 0: annual rates
 
 
 def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCurve:
@@ -98,12 +97,10 @@ def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCu
     lines = lines[1:] if comment else lines
     header = [name.strip() for name in lines[0][1]] if lines else []
     if "lon" in header and "lat" in header:
-        points = _at_site(path, lines, header, comment, site)
-    elif site is not None:
+        return _curve(path, _at_site(path, lines, header, comment, site))
+    if site is not None:
         raise InputError(path, "has no sites to choose from. Must be stated without a site.")
-    else:
-        points = _of_two_columns(path, lines, header)
-    return _curve(path, points)
+    return _curve(path, _of_two_columns(path, lines, header))
 
 
 def _lines(path: Path) -> Lines:
@@ -153,15 +150,13 @@ def _at_site(
 ) -> _Points:
     """Read the row of a site from a table of OpenQuake (``poe-0.1``) or the USGS (``0.1``)."""
     imt, years = re.search(r"imt=['\"]([^'\"]+)", comment), 0.0
-    if imt is None:
-        measure = _named_by(path)
-    else:
-        measure = _measure_of(path, imt[1])
+    measure = _measure_of(path, imt[1]) if imt else _named_by(path)
+    if imt:
         stated = re.search(r"investigation_time=([0-9.eE+]+)", comment)
         if stated is None or not float(stated[1]) > 0.0:
             raise InputError(path, "states no investigation_time. Must be the file of OpenQuake.")
         years = float(stated[1])
-    columns = {i: _intensity(name, imt is not None) for i, name in enumerate(header)}
+    columns = {i: _intensity(name, "poe-" if imt else "") for i, name in enumerate(header)}
     found = {i: level for i, level in columns.items() if level is not None}
     line, row = _nearest(path, lines, header, site)
     try:
@@ -172,12 +167,9 @@ def _at_site(
     return _Points(measure, [line] * len(found), np.array([*found.values()]) * unit, values, years)
 
 
-def _intensity(heading: str, openquake: bool) -> float | None:
-    text = heading.removeprefix("poe-") if openquake else heading
-    if openquake and text == heading:
-        return None
+def _intensity(heading: str, before: str) -> float | None:
     try:
-        return decimal(text)
+        return decimal(heading.removeprefix(before)) if heading.startswith(before) else None
     except ValueError:
         return None
 
@@ -202,11 +194,8 @@ def _nearest(
     best = int(np.argmin(away))
     if away[best] > _NEAR:
         there = f", at {places[best][0]:g} {places[best][1]:g}" if places else ""
-        raise InputError(
-            path,
-            f"the site nearest to {site[0]:g} {site[1]:g} is {away[best]:.3g} km away{there}. "
-            f"Must be within {_NEAR:g} km.",
-        )
+        nearest = f"the site nearest to {site[0]:g} {site[1]:g} is {away[best]:.3g} km away{there}"
+        raise InputError(path, f"{nearest}. Must be within {_NEAR:g} km.")
     return lines[1 + best]
 
 
@@ -232,7 +221,7 @@ def _measure_of(path: Path, imt: str) -> Measure:
 
 
 def _named_by(path: Path) -> Measure:
-    """Return the measure that the file or its folder is named for, as the USGS does."""
+    """Return the measure that the file or its folder is named for."""
     for name in (path.stem, path.absolute().parent.name):
         stated = _NAMED.search(name.replace("_", "-"))
         if stated:
@@ -303,10 +292,9 @@ def _refuse_probabilities(path: Path, values: Float) -> None:
 
 
 def _numbers(path: Path, row: list[str], line: int) -> list[float]:
-    try:
+    numbers = []
+    with suppress(ValueError):
         numbers = [decimal(cell) for cell in row]
-    except ValueError:
-        numbers = []
     if len(numbers) != 2:
         raise InputError(path, f"{', '.join(row)!r}. Must be two numbers.", line=line)
     return numbers

@@ -45,9 +45,12 @@ def steps_of(study: Study, files: int) -> list[Step]:
             *_in_batches("respond", needs, "response.nc", respond, batches),
         ]
     if tables.screen is not None:
-        inputs, outputs = ("records.nc", "pulses.nc", STRUCTURES), ("screen.nc", "screen.csv")
+        inputs, stated = ("records.nc", "pulses.nc", STRUCTURES), tables.screen
+        outputs = ["screen.nc", "screen.csv", "scenarios.csv", "fragility.csv"]
+        outputs += ["rates.csv"] if stated.hazard else []
+        outputs += ["design.csv"] if stated.design else []
         options = _json(study.options("screen"))
-        steps.append(Step("screen", "screen", inputs, outputs, options, **_LONG))
+        steps.append(Step("screen", "screen", inputs, tuple(outputs), options, **_LONG))
     if tables.spectrum is not None:
         options = _json(tables.spectrum)
         steps.append(Step("spectrum", "spectrum", (), ("spectrum.nc",), options, **_LONG))

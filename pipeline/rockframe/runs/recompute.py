@@ -76,10 +76,10 @@ def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str,
 
 
 def _strange_table(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
-    """Compare the table of a screening with one made from the screening in the folder."""
-    from rockframe.results import write_screen_table
+    """Compare the tables of a screening with those made from the screening in the folder."""
+    from rockframe.results import write_screen_tables
 
     if step.stage == "screen":
-        write_screen_table(folder / "screen.nc", elsewhere / "screen.csv")
-        if sha256_of(elsewhere / "screen.csv") != sha256_of(folder / "screen.csv"):
-            yield f"{folder / 'screen.csv'}: made again, it differs."
+        for path in write_screen_tables(folder / "screen.nc", elsewhere / "screen.nc").values():
+            if sha256_of(path) != sha256_of(folder / path.name):
+                yield f"{folder / path.name}: made again, it differs."

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from rockframe import cells
 from rockframe.paper import with_paper_facts
-from rockframe.provenance import refuse_overwriting, whole_file
-from rockframe.results import TableRow, table_rows
+from rockframe.provenance import refuse_overwriting
+from rockframe.results import TableRow, table_rows, write_rows_as
 
 
-def table_stage(records: Path, pulses: Path, response: Path, output: Path) -> int:
+def table_stage(
+    records: Path, pulses: Path, response: Path, output: Path, table_format: str = "csv"
+) -> int:
     """Write a row for each record and structure: ``table.csv``.
 
     Parameters
@@ -20,7 +21,9 @@ def table_stage(records: Path, pulses: Path, response: Path, output: Path) -> in
     records, pulses, response : Path
         Outputs of `ingest_stage`, `pulse_stage` and `respond_stage` for the same records.
     output : Path
-        The CSV file to write.
+        File to write.
+    table_format : str
+        One of `rockframe.cells.TABLE_FORMATS`.
 
     Returns
     -------
@@ -33,7 +36,7 @@ def table_stage(records: Path, pulses: Path, response: Path, output: Path) -> in
         If a file cannot be read or belongs to other records, or the table cannot be written.
     """
     refuse_overwriting([output], (records, pulses, response))
-    return write_table(table_rows_of(records, pulses, response), output)
+    return write_table(table_rows_of(records, pulses, response), output, table_format)
 
 
 def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
@@ -41,7 +44,6 @@ def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[Table
     return map(with_paper_facts, table_rows(records, pulses, response))
 
 
-def write_table(rows: Iterable[Any], path: Path) -> int:
-    """Write rows as CSV with unknown values blank, and return their number."""
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        return cells.write_table(stream, map(vars, rows))
+def write_table(rows: Iterable[Any], path: Path, table_format: str = "csv") -> int:
+    """Write rows with unknown values blank, and return their number."""
+    return write_rows_as(path, map(vars, rows), table_format)

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.arguments import (
+    add_format,
     add_reading,
     add_records,
     add_structures,
@@ -37,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=Path("outputs/table1"),
         help="folder to write (default: outputs/table1)",
     )
+    add_format(parser)
     add_structures(parser, one=False)
     add_options(parser, RespondOptions)
     add_options(parser, PulseOptions, title="pulses")
@@ -61,6 +64,9 @@ def run(options: argparse.Namespace) -> int:
         write_table(rows, partial / "table.csv")
         if comparisons:
             write_table(comparisons, partial / "paper.csv")
+        if options.format != "csv":
+            ending = TABLE_FORMATS[options.format]
+            write_table(rows, partial / f"table{ending}", options.format)
         names = list(dict.fromkeys(row.record_id for row in rows))
         with progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)

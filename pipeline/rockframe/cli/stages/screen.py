@@ -7,6 +7,7 @@ import sys
 
 from rockframe.cli.arguments import (
     FILTERS,
+    add_format,
     add_reading,
     add_structures,
     chosen_engine,
@@ -29,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+    add_format(parser)
     add_structures(parser, one=False)
     add_options(parser, ScreenOptions)
     add_options(parser, Filters, title=FILTERS)
@@ -56,6 +58,7 @@ def run(options: argparse.Namespace) -> int:
                 filters=filters,
                 engine=engine,
                 progress=progress,
+                table_format=options.format,
             )
     except KeyboardInterrupt:
         print(

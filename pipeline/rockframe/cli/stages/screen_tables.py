@@ -35,6 +35,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
                 "rows": list(screen_rows(screening)),
                 "output": str(output),
                 "table": str(done.table),
+                "tables": [str(path) for path in done.tables.values()],
             }
         )
         return
@@ -45,7 +46,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
     _show_rates(summary)
     _show_design(screening, summary)
     _show_notes(screening, done)
-    for path in (output, done.table):
+    for path in (output, *done.tables.values()):
         print(path)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from rockframe.cells import TABLE_FORMATS
+from rockframe.cli.arguments import add_format
 from rockframe.cli.options import file_to_write, path
 
 
@@ -11,9 +13,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: three files of stages, and the table to write."""
     for stage, name in (("ingest", "records"), ("pulse", "pulses"), ("respond", "response")):
         parser.add_argument(name, type=path, help=f"output of `rockframe {stage}`")
+    endings = tuple(TABLE_FORMATS.values())
     parser.add_argument(
-        "--output", type=file_to_write(".csv"), required=True, help="CSV file to write"
+        "--output", type=file_to_write(*endings), required=True, help="file to write"
     )
+    add_format(parser, default=None)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -22,7 +26,9 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.stages import table_rows_of, table_stage
 
     files = (options.records, options.pulses, options.response)
-    count = table_stage(*files, options.output)
+    known = {ending: name for name, ending in TABLE_FORMATS.items()}
+    table_format = options.format or known[options.output.suffix.lower()]
+    count = table_stage(*files, options.output, table_format)
     if options.json:
         rows = [vars(row) for row in table_rows_of(*files)]
         show_json({"rows": rows, "output": str(options.output)})

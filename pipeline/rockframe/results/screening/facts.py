@@ -119,10 +119,17 @@ def fragility_values(
         "measure_units": [UNITS_OF_MEASURES.get(name, "m s-2") for name in points],
         **SCREEN_NC.filled("fit", rows),
         "log_likelihood": [[[_total(fit) for fit in row] for row in each] for each in rows],
+        **_bounds(rows, "median"),
+        **_bounds(rows, "lognormal_beta"),
         **_curves(rows, [*points.values()]),
         "better_measure": [name for name, _ in better],
         "better_measure_reason": [why for _, why in better],
     }
+
+
+def _bounds(rows: list[list[list[Fragility]]], name: str) -> dict[str, Any]:
+    both = np.array([[[getattr(f, f"{name}_band") for f in row] for row in s] for s in rows])
+    return {f"fragility_{name}_low": both[..., 0], f"fragility_{name}_high": both[..., 1]}
 
 
 def _curves(rows: list[list[list[Fragility]]], grid: list[Float]) -> dict[str, Any]:

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import write_table
-from rockframe.provenance import whole_file
-from rockframe.results.screening.screen import read_screening
-from rockframe.results.tables.entries import refuse_other_table
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
@@ -34,7 +29,15 @@ _OF_MOTION: Final = {
     "L_p_m": ("L_p", 1.0),
     "mean_rank": ("mean_rank", 1.0),
 }
-_FIRST: Final = ("record_id", "structure", "scale", "verdict")
+#: Numbers of a fit: in the unit of the measure, and without a unit.
+_INTENSITIES: Final = (
+    *("median", "median_low", "median_high"),
+    *("lowest", "highest", "safe_to", "overturned_from"),
+)
+_RATIOS: Final = (
+    *("lognormal_beta", "lognormal_beta_low", "lognormal_beta_high", "logistic_scale"),
+    *("pseudo_r2", "concordance", "brier"),
+)
 
 
 def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
@@ -127,14 +130,8 @@ def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
         "unit": measure.unit,
         "outcome": outcome.name.lower(),
         "said": said,
-        "median": float(fit["fragility_median"]) / measure.printed,
-        **{
-            name: float(fit[f"fragility_{name}"])
-            for name in (
-                *("logistic_scale", "lognormal_beta"),
-                *("pseudo_r2", "concordance", "brier"),
-            )
-        },
+        **{name: float(fit[f"fragility_{name}"]) / measure.printed for name in _INTENSITIES},
+        **{name: float(fit[f"fragility_{name}"]) for name in _RATIOS},
         **{
             name: int(fit[f"fragility_{name}"])
             for name in ("motions", "observations", "overturned")
@@ -169,30 +166,6 @@ def _range(intensity: NDArray[np.float64], k: int, measure: Measure) -> str:
     if k + 1 == intensity.size:
         return f"above {intensity[k]:.3g} {measure.unit}"
     return f"{intensity[k]:.3g} to {intensity[k + 1]:.3g} {measure.unit}"
-
-
-def write_screen_table(screen_path: Path, path: Path) -> None:
-    """Write `screen_rows` as CSV; what is not known is empty.
-
-    Raises
-    ------
-    InputError
-        If the screening cannot be read, or the table not written.
-    """
-    rows = screen_rows(read_screening(screen_path, every_scale=False))
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        write_table(stream, rows)
-
-
-def refuse_strange_table(path: Path) -> None:
-    """Refuse to replace a file that has the name of the table and is something else.
-
-    Raises
-    ------
-    InputError
-        If there is such a file.
-    """
-    refuse_other_table(path, _FIRST, "the table of the screening")
 
 
 def _margins(columns: dict[Any, Any], i: int, k: int) -> dict[str, Any]:

@@ -17,8 +17,9 @@ from rockframe.results import (
     input_hash,
     open_records,
     read_facts,
-    refuse_strange_table,
-    write_screen_table,
+    refuse_strange_tables,
+    screen_table_paths,
+    write_screen_tables,
     write_screening,
 )
 from rockframe.risk import HazardCurve, period_of, read_hazard
@@ -42,15 +43,21 @@ class Screening:
         Records without a partner or without a requested vertical.
     left_out : mapping of str to str
         Reasons of the motions that the selection rejects, by identifier.
-    table : Path
-        CSV file with a row for each motion and structure.
+    tables : mapping of str to Path
+        Tables beside the file: ``""`` of motions and structures, ``scenarios``, ``fragility``, and
+        where they were requested ``rates`` and ``design``.
     """
 
     motions: int
     scenarios: int
     rejections: tuple[Rejection, ...]
     left_out: Mapping[str, str]
-    table: Path
+    tables: Mapping[str, Path]
+
+    @property
+    def table(self) -> Path:
+        """Table with a row for each motion and structure."""
+        return self.tables[""]
 
 
 def screen_stage(
@@ -63,16 +70,18 @@ def screen_stage(
     filters: Filters | None = None,
     engine: Engine | None = None,
     progress: Progress = silent,
+    table_format: str = "csv",
 ) -> Screening:
-    """Screen structures by all records at all scales: ``screen.nc``, and a table beside it.
+    """Screen structures by all records at all scales: ``screen.nc``, and tables beside it.
 
     An interrupted run leaves its completed batches beside the output; the same call resumes it.
 
     Parameters
     ----------
     records_path, output : Path
-        Output of `ingest_stage`, and the netCDF file to write; the table has the same name with
-        the suffix ``.csv``.
+        Output of `ingest_stage`, and the netCDF file to write. The table of motions has the same
+        name with another suffix; the other tables are ``fragility.csv`` and so on beside
+        ``screen.nc``, and ``NAME-fragility.csv`` beside ``NAME.nc``.
     options : ScreenOptions, optional
         Options of motions, scales and results.
     structures_path : Path
@@ -86,6 +95,8 @@ def screen_stage(
         Engine of the computation; the file is the same.
     progress : callable
         Called with the number of batches done and in total.
+    table_format : str
+        One of `rockframe.cells.TABLE_FORMATS`.
 
     Raises
     ------
@@ -98,10 +109,11 @@ def screen_stage(
         If the engine is not there.
     """
     options = options or ScreenOptions()
-    table = output.with_suffix(".csv")
+    rates, design = options.hazard is not None, options.design is not None
+    tables = screen_table_paths(output, rates=rates, design=design, table_format=table_format)
     read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
-    refuse_overwriting([output, table], read, beside=output)
-    refuse_strange_table(table)
+    refuse_overwriting([output, *tables.values()], read, beside=output)
+    refuse_strange_tables(tables)
     frames = tuple(choose_structures(structures_path, options.structure))
     request = ScreeningRequest.of(options, frames)
     _require_pulses(options, pulses_path)
@@ -129,10 +141,10 @@ def screen_stage(
             filtered=chosen.left_out,
             histories=None if options.histories == "none" else run.histories(),
         )
-    write_screen_table(output, table)
+    write_screen_tables(output, table_format=table_format)
     batches.sweep()
     rejected = tuple(chosen.rejections)
-    return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, table)
+    return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
 
 
 def _identity(chosen: Motions) -> dict[str, Any]:

@@ -1,0 +1,173 @@
+"""The tables of a screening: motions, scenarios, fragility, rates and design."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+from rockframe.cells import TABLE_FORMATS
+from rockframe.results.screening.screen import read_screening
+from rockframe.results.screening.table import screen_rows, screen_summary
+from rockframe.results.tables.entries import refuse_other_table
+from rockframe.results.tables.formats import write_rows_as
+from rockframe.risk import measure_of
+from rockframe.rocking.response import Verdict
+from rockframe.units import GRAVITY
+
+Rows = Iterator[dict[str, Any]]
+
+
+def fragility_rows(screening: xr.Dataset) -> Rows:
+    """Yield a row for each structure, limit state and known measure.
+
+    Parameters
+    ----------
+    screening : Dataset
+        As returned by `read_screening`.
+    """
+    for structure in screen_summary(screening):
+        for fit in structure["fragility"]:
+            if fit["outcome"] != "unknown":
+                left = ("words", "symbol", "said")
+                said = {name: value for name, value in fit.items() if name not in left}
+                said["reached"] = said.pop("overturned")
+                said["reached_from"] = said.pop("overturned_from")
+                yield {"structure": structure["structure"], **said}
+
+
+def rate_rows(screening: xr.Dataset) -> Rows:
+    """Yield a row for each structure and limit state, with its rate and return period."""
+    for structure in screen_summary(screening):
+        for rate in structure["rates"]:
+            left = ("words", "disaggregation")
+            said = {name: value for name, value in rate.items() if name not in left}
+            measure = measure_of(str(screening["hazard_measure"].item())).name
+            yield {"structure": structure["structure"], "measure": measure, **said}
+
+
+def design_rows(screening: xr.Dataset) -> Rows:
+    """Yield a row for each structure and value tried in the design."""
+    values = screening["design_value"]
+    for structure in screening["structure"].values:
+        one = screening.sel(structure=structure)
+        for value, share in zip(values.values, one["design_share"].values, strict=True):
+            yield {
+                "structure": str(structure),
+                "dimension": str(screening["design_dimension"].item()),
+                "value": float(value),
+                "unit": values.attrs["units"],
+                "quantity": str(screening["design_quantity"].item()),
+                "limit": float(screening["design_limit"]),
+                "share_below": float(share),
+                "required_share": float(screening["design_required_share"]),
+                "smallest": float(one["design_smallest"]),
+                "sure_from": float(one["design_sure_from"]),
+            }
+
+
+def scenario_rows(screening: xr.Dataset) -> Rows:
+    """Yield a row for each motion, structure and scale, with the intensity at that scale."""
+    columns = {
+        "peak_rotation_ratio": screening["peak_rotation_ratio"].values,
+        "u_max_m": screening["peak_u"].values,
+        "v_max_m": screening["peak_v"].values,
+    }
+    verdict, scales = screening["verdict"].values, screening["scale"].values
+    pga, pgv = screening["pga"].values / GRAVITY, screening["pgv"].values
+    records, structures = screening["record_id"].values, screening["structure"].values
+    for i, k, s in np.ndindex(verdict.shape):
+        yield {
+            "record_id": str(records[i]),
+            "structure": str(structures[k]),
+            "scale": float(scales[s]),
+            "verdict": Verdict(int(verdict[i, k, s])).name.lower(),
+            **{name: float(values[i, k, s]) for name, values in columns.items()},
+            "pga_g": float(pga[i] * scales[s]),
+            "pgv_m_s": float(pgv[i] * scales[s]),
+        }
+
+
+#: What makes the rows of each table, by the end of its name.
+_ROWS: Final[Mapping[str, Callable[[xr.Dataset], Rows]]] = MappingProxyType(
+    {
+        "": screen_rows,
+        "scenarios": scenario_rows,
+        "fragility": fragility_rows,
+        "rates": rate_rows,
+        "design": design_rows,
+    }
+)
+#: First columns, by which an earlier table is known.
+_FIRST: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "": ("record_id", "structure", "scale", "verdict"),
+        "scenarios": ("record_id", "structure", "scale", "verdict"),
+        "fragility": ("structure", "limit_state", "measure"),
+        "rates": ("structure", "measure", "limit_state"),
+        "design": ("structure", "dimension", "value"),
+    }
+)
+
+
+def screen_table_paths(
+    output: Path, *, rates: bool, design: bool, table_format: str = "csv"
+) -> dict[str, Path]:
+    """Return the paths of the tables beside a screening, by kind; that of motions is "".
+
+    Examples
+    --------
+    >>> [p.name for p in screen_table_paths(Path("screen.nc"), rates=True, design=False).values()]
+    ['screen.csv', 'scenarios.csv', 'fragility.csv', 'rates.csv']
+    >>> screen_table_paths(Path("site.nc"), rates=False, design=False)["fragility"].name
+    'site-fragility.csv'
+    """
+    ending, stem = TABLE_FORMATS[table_format], output.stem
+    kinds = ["", "scenarios", "fragility", *["rates"] * rates, *["design"] * design]
+    names = {kind: kind if stem == "screen" else f"{stem}-{kind}" for kind in kinds} | {"": stem}
+    return {kind: output.with_name(name + ending) for kind, name in names.items()}
+
+
+def write_screen_tables(
+    screen_path: Path, output: Path | None = None, table_format: str = "csv"
+) -> dict[str, Path]:
+    """Write the tables of a screening, and return their paths by kind.
+
+    Parameters
+    ----------
+    screen_path : Path
+        Output of the screen stage.
+    output : Path, optional
+        Beside which path the tables are written; by default the screening.
+    table_format : str
+        One of `TABLE_FORMATS`.
+
+    Raises
+    ------
+    InputError
+        If the screening cannot be read, or a table not written.
+    """
+    screening = read_screening(screen_path)
+    rates, design = "annual_rate" in screening, "design_share" in screening
+    beside = output or screen_path
+    paths = screen_table_paths(beside, rates=rates, design=design, table_format=table_format)
+    for kind, path in paths.items():
+        write_rows_as(path, _ROWS[kind](screening), table_format)
+    return paths
+
+
+def refuse_strange_tables(paths: Mapping[str, Path]) -> None:
+    """Raise an error if a file with the name of a table is something else.
+
+    Raises
+    ------
+    InputError
+        If there is such a file.
+    """
+    for kind, path in paths.items():
+        if path.suffix == TABLE_FORMATS["csv"]:
+            refuse_other_table(path, _FIRST[kind], "the table of the screening")

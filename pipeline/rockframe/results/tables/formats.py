@@ -1,0 +1,87 @@
+"""Tables as CSV, and as spreadsheets, Markdown, LaTeX and Parquet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.cells import TABLE_FORMATS, harmless, write_table
+from rockframe.errors import InputError, ParameterError
+from rockframe.provenance import whole_file
+
+#: Rows of a sheet.
+_MOST_ROWS: Final = 1_048_575
+
+
+def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: str = "csv") -> int:
+    """Write rows as a table, whole or not at all, and return their number.
+
+    Parameters
+    ----------
+    path : Path
+        File to write, with the ending of the format.
+    rows : iterable of mapping of str to object
+        Rows with the same columns; NaN and None are blank.
+    table_format : str
+        One of `rockframe.cells.TABLE_FORMATS`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or a sheet cannot hold so many rows.
+    ParameterError
+        If the format has another ending, or needs packages that are missing.
+    """
+    if path.suffix.lower() != TABLE_FORMATS[table_format]:
+        raise ParameterError(
+            f"{path}: a table as {table_format}. Must end in {TABLE_FORMATS[table_format]}."
+        )
+    if table_format == "csv":
+        with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+            return write_table(stream, rows)
+    import pandas as pd  # which takes half a second
+
+    frame = pd.DataFrame.from_records(list(rows))
+    if table_format == "xlsx" and len(frame) > _MOST_ROWS:
+        raise InputError(path, f"has {len(frame)} rows. Must be at most {_MOST_ROWS} for xlsx.")
+    with whole_file(path) as partial:
+        try:
+            _write(frame, partial, table_format)
+        except ImportError as error:
+            raise ParameterError(
+                f"Tables as {table_format} need packages that are missing ({error.name}). Must be "
+                "installed with: pip install 'rockframe[tables]'."
+            ) from None
+    return len(frame)
+
+
+def _write(frame: Any, path: Path, table_format: str) -> None:
+    if table_format == "xlsx":
+        texts = frame.select_dtypes(["object", "string"]).columns
+        safe = frame.assign(**{name: [_safe(one) for one in frame[name]] for name in texts})
+        safe.to_excel(path, index=False, engine="openpyxl")
+    elif table_format == "parquet":
+        frame.to_parquet(path, index=False, engine="pyarrow")
+    elif table_format == "latex":
+        content = frame.to_latex(index=False, escape=True, na_rep="--", float_format="%.4g")
+        path.write_text(content, encoding="utf-8")
+    else:
+        path.write_text(_markdown(frame), encoding="utf-8")
+
+
+def _safe(value: Any) -> Any:
+    return harmless(value) if isinstance(value, str) else value
+
+
+def _markdown(frame: Any) -> str:
+    """Return a table of Markdown, with numbers to four digits."""
+    rows = [list(frame.columns), ["---"] * len(frame.columns)]
+    rows += [[_cell(value) for value in row] for row in frame.itertuples(index=False)]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "–" if value != value else f"{value:.4g}"
+    return "" if value is None else str(value).replace("|", r"\|").replace("\n", " ")

@@ -1,0 +1,174 @@
+"""The tables of a screening, and the formats of tables."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.screening import sine, site, stored, structures
+
+from rockframe.cli.main import main
+from rockframe.engines import OneProcess
+from rockframe.errors import InputError, ParameterError
+from rockframe.options import DesignOptions, ScreenOptions
+from rockframe.record import Record
+from rockframe.results import read_screening, write_rows_as
+from rockframe.rocking import Part
+from rockframe.signals import peak
+from rockframe.stages import Screening, screen_stage
+from rockframe.units import GRAVITY
+
+ROWS: list[dict[str, Any]] = [
+    {"record": "=a", "structure": "x|y_z", "theta": 0.5, "count": 3},
+    {"record": "b", "structure": "", "theta": math.nan, "count": 4},
+]
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def screened(folder: Path, **options: Any) -> Screening:
+    return screen_stage(
+        stored(site(6), folder),
+        folder / "screen.nc",
+        structures_path=structures(folder),
+        options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 5), margins=False, **options),
+    )
+
+
+@pytest.mark.parametrize("beta", [0.3, 0.6])
+def test_a_known_lognormal_beta_comes_back_within_its_band(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beta: float
+) -> None:
+    """Motions that overturn beyond a PGA drawn from a lognormal distribution of median 0.5 g."""
+    median, drawn = 0.5, np.random.default_rng(11)
+    records = [sine(f"s{n:03d}", 9.81 * drawn.uniform(0.2, 1.0)) for n in range(80)]
+    capacity = {r.record_id: median * np.exp(beta * drawn.standard_normal()) for r in records}
+
+    def peaks(part: Part) -> dict[str, Any]:
+        motions = [motion for motion in part.motions if isinstance(motion, Record)]
+        pga = np.array([peak(motion.acceleration) / GRAVITY for motion in motions])
+        least = np.array([capacity[motion.record_id] for motion in motions])
+        fell = pga[:, None] * np.array(part.scales) > least[:, None]
+        verdict = np.where(fell, 2, 1).astype(np.int8)[:, None].repeat(len(part.frames), axis=1)
+        return {"verdict": verdict, "peak_rotation": np.where(verdict == 2, np.pi / 2, 0.01)}
+
+    monkeypatch.setattr("rockframe.stages.screening.run.peaks_of", peaks)
+    screen_stage(
+        stored(records, tmp_path),
+        tmp_path / "screen.nc",
+        structures_path=structures(tmp_path),
+        options=ScreenOptions(scales=np.geomspace(0.2, 5.0, 12), margins=False),
+        engine=OneProcess(),
+    )
+    (row,) = (
+        row
+        for row in rows_of(tmp_path / "fragility.csv")
+        if row["structure"] == "stout" and row["measure"] == "pga"
+    )
+    assert float(row["median_low"]) < median < float(row["median_high"])
+    assert float(row["lognormal_beta_low"]) < beta < float(row["lognormal_beta_high"])
+    assert_allclose(float(row["lognormal_beta"]), 1.8138 * float(row["logistic_scale"]), rtol=1e-4)
+    assert (row["unit"], row["motions"], row["observations"]) == ("g", "80", "960")
+
+
+def test_tables_are_those_of_the_file(tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)
+    done = screened(tmp_path, hazard=hazard, design=design, limit_u_m=(0.1,))
+    found = read_screening(tmp_path / "screen.nc")
+    assert [path.name for path in done.tables.values()] == [
+        *("screen.csv", "scenarios.csv", "fragility.csv", "rates.csv", "design.csv")
+    ]
+    scenarios = rows_of(tmp_path / "scenarios.csv")
+    assert len(scenarios) == found["verdict"].size
+    fallen = [row["verdict"] == "overturned" for row in scenarios]
+    assert fallen == (found["verdict"].values.ravel() == 2).tolist()
+    rates = rows_of(tmp_path / "rates.csv")
+    assert [row["limit_state"] for row in rates[:2]] == ["overturning", "u_0.1m"]
+    for row, rate in zip(rates, found["annual_rate"].values.ravel(), strict=True):
+        period = math.nan if row["return_period_years"] == "" else float(row["return_period_years"])
+        assert_allclose(period, 1.0 / rate)
+    shares = [float(row["share_below"]) for row in rows_of(tmp_path / "design.csv")]
+    assert shares == found["design_share"].values.ravel().tolist()
+
+
+def test_tables_of_another_screening_have_its_name(tmp_path: Path) -> None:
+    done = screen_stage(
+        stored(site(2), tmp_path), tmp_path / "site.nc", ScreenOptions(scales=(1.0,), margins=False)
+    )
+    names = [path.name for path in done.tables.values()]
+    assert names == ["site.csv", "site-scenarios.csv", "site-fragility.csv"]
+
+
+def test_other_files_are_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "fragility.csv").write_text("my,own\n1,2\n", encoding="utf-8")
+    with pytest.raises(InputError, match="in the place of the table of the screening"):
+        screened(tmp_path)
+    assert not (tmp_path / "screen.nc").exists()
+
+
+def test_markdown_keeps_its_columns(tmp_path: Path) -> None:
+    write_rows_as(tmp_path / "t.md", ROWS, "markdown")
+    lines = (tmp_path / "t.md").read_text(encoding="utf-8").splitlines()
+    assert lines[2:] == [r"| =a | x\|y_z | 0.5 | 3 |", "| b |  | – | 4 |"]
+
+
+def test_latex_is_escaped(tmp_path: Path) -> None:
+    write_rows_as(tmp_path / "t.tex", ROWS, "latex")
+    text = (tmp_path / "t.tex").read_text(encoding="utf-8")
+    assert r"=a & x|y\_z & 0.5 & 3 \\" in text
+
+
+@pytest.mark.skipif(importlib.util.find_spec("openpyxl") is None, reason="needs the extra tables")
+def test_a_sheet_runs_no_formula(tmp_path: Path) -> None:
+    import openpyxl
+
+    write_rows_as(tmp_path / "t.xlsx", ROWS, "xlsx")
+    rows = list(openpyxl.load_workbook(tmp_path / "t.xlsx").active.values)
+    assert rows[1] == ("'=a", "x|y_z", 0.5, 3)
+    assert rows[2][2] is None
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pyarrow") is None, reason="needs the extra tables")
+def test_parquet_keeps_the_numbers(tmp_path: Path) -> None:
+    import pandas as pd
+
+    write_rows_as(tmp_path / "t.parquet", ROWS, "parquet")
+    pd.testing.assert_frame_equal(
+        pd.read_parquet(tmp_path / "t.parquet"), pd.DataFrame(ROWS), check_dtype=False
+    )
+
+
+def test_missing_packages_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("openpyxl", "openpyxl.workbook"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ParameterError, match=r"pip install 'rockframe\[tables\]'"):
+        write_rows_as(tmp_path / "t.xlsx", ROWS, "xlsx")
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_ending_that_does_not_fit_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"t.csv: a table as xlsx. Must end in .xlsx"):
+        write_rows_as(tmp_path / "t.csv", ROWS, "xlsx")
+
+
+def test_screen_writes_tables_in_a_format(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records, output = stored(site(2), tmp_path), tmp_path / "screen.nc"
+    words = ["--structures", str(structures(tmp_path)), "--no-margins", "--scales", "1", "2"]
+    asked = ["screen", str(records), "--output", str(output), *words, "--format", "markdown"]
+    assert main(asked) == 0
+    assert str(tmp_path / "fragility.md") in capsys.readouterr().out
+    assert not list(tmp_path.glob("*.csv"))
