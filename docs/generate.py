@@ -56,7 +56,7 @@ def public_names() -> dict[str, list[str]]:
     """Return the public names by the room they are from, as the stub of the package lists them."""
     found = defaultdict(list)
     stub = _STUB.read_text(encoding="utf-8")
-    for room, name in re.findall(r"^from \.(\w+) import (\w+) as", stub, re.MULTILINE):
+    for room, name in re.findall(r"^from \.(\w+)[.\w]* import (\w+) as", stub, re.MULTILINE):
         found[room].append(name)
     return dict(found)
 

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rockframe.options import ScreenOptions
-from rockframe.wavelets import Pulse
+from rockframe.options.respond import ScreenOptions
+from rockframe.wavelets.pulse import Pulse
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / "shared"  # beside the repository; absent in a plain clone
@@ -123,8 +123,8 @@ def screen(tmp_path: Path) -> Callable[..., xr.Dataset]:
     """Screen records; without margins unless they are asked for."""
     from tests.screening import stored, structures
 
-    from rockframe.results import read_screening
-    from rockframe.stages import screen_stage
+    from rockframe.results.screening.screen import read_screening
+    from rockframe.stages.screening.screen import screen_stage
 
     def run(records: Any, **options: Any) -> xr.Dataset:
         output = tmp_path / "screen.nc"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rockframe.record import Orientation, Record
-from rockframe.results import write_records
+from rockframe.results.records import write_records
 
 STEP = 0.01
 

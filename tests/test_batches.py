@@ -11,8 +11,11 @@ from tests.screening import structures
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
-from rockframe.results import best_pulses, merge, open_response, response_rows
-from rockframe.stages import merge_stage
+from rockframe.results.merging import merge
+from rockframe.results.response import open_response
+from rockframe.results.tables.pulse_rows import best_pulses
+from rockframe.results.tables.table import response_rows
+from rockframe.stages.merge import merge_stage
 
 VERBS = {"pulse": "pulses", "respond": "response"}
 

@@ -18,8 +18,8 @@ from tests.recorded.record import names, numbers
 import rockframe
 from rockframe.cli.main import parser
 from rockframe.ingest import FORMATS
-from rockframe.paper import paper_record_of
-from rockframe.wavelets import Pulse
+from rockframe.paper.table1 import paper_record_of
+from rockframe.wavelets.pulse import Pulse
 
 
 def test_from_a_text_file_to_verdicts(motion: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,7 +232,7 @@ def test_an_interrupted_run_leaves_nothing(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rockframe.stages.respond_stage", interrupt)
+    monkeypatch.setattr("rockframe.stages.respond.respond_stage", interrupt)
     folder = tmp_path / "run"
     words = ("--units", "g", "--time-step", "0.01", "--output", folder)
     assert run("table1", "--records", motion, *words) == 130

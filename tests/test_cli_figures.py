@@ -10,7 +10,7 @@ import pytest
 
 from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.main import main
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 
 @pytest.fixture

@@ -10,14 +10,14 @@ import pytest
 import xarray as xr
 
 from rockframe.cli.main import main
-from rockframe.engines import OneProcess, ProcessPool
-from rockframe.options import PulseOptions
+from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results import open_records, write_records
-from rockframe.signals import passport
-from rockframe.stages import pulse_stage
-from rockframe.study import PassportLimits
-from rockframe.wavelets import Pulse
+from rockframe.results.records import open_records, write_records
+from rockframe.signals.passport import passport
+from rockframe.stages.pulse import pulse_stage
+from rockframe.study.passport import PassportLimits
+from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(1500, dtype=np.float64)
 

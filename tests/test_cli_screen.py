@@ -10,7 +10,7 @@ from tests.screening import site, stored
 
 from rockframe.cli.main import main
 from rockframe.cli.options import numbers
-from rockframe.results import read_screening
+from rockframe.results.screening.screen import read_screening
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from rockframe.column import hollow, inertia_ratio_of, tapered
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking import GroundAcceleration, column_forces, impact_impulses, reactions, respond
-from rockframe.study import read_structures
+from rockframe.study.structures import read_structures
 from rockframe.units import GRAVITY
 
 SECTION = st.sampled_from(["rectangular", "circular"])

@@ -13,19 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rockframe
-from rockframe.components import (
-    HorizontalPair,
-    Sweep,
-    fault_components,
-    pair_horizontals,
-    rotate,
-    rotd,
-    vertical_beside,
-)
+from rockframe.components.pair import HorizontalPair
+from rockframe.components.pairing import pair_horizontals, vertical_beside
+from rockframe.components.rotation import fault_components, rotate
+from rockframe.components.sweep import Sweep, rotd
 from rockframe.errors import ParameterError
-from rockframe.options import IngestOptions
+from rockframe.options.ingest import IngestOptions
 from rockframe.record import Orientation, Record
-from rockframe.signals import integrate, peak
+from rockframe.signals.processing import integrate, peak
 
 angles = st.floats(-720.0, 720.0)
 

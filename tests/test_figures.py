@@ -12,29 +12,19 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.figures import (
-    Captioned,
-    draw_equivalent_size,
-    draw_joints,
-    draw_moment_rotation,
-    draw_phase_portrait,
-    draw_response_grid,
-    draw_restitution,
-    save_captioned,
-)
+from rockframe.figures.captioned import Captioned, save_captioned
+from rockframe.figures.joints import draw_joints
+from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
+from rockframe.figures.portraits import draw_moment_rotation, draw_phase_portrait
+from rockframe.figures.response_grid import draw_response_grid
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results import (
-    joints_dataset,
-    open_response,
-    portrait_dataset,
-    restitution_dataset,
-    size_dataset,
-    write_responses,
-)
+from rockframe.results.plots.curves import restitution_dataset, size_dataset
+from rockframe.results.plots.joints import joints_dataset, portrait_dataset
+from rockframe.results.response import open_response, write_responses
 from rockframe.rocking import GroundAcceleration, respond
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
 COLUMN = RockingFrame(height=3.0, width=0.4, name="column")

@@ -13,10 +13,12 @@ from matplotlib.backend_bases import MouseEvent
 from matplotlib.collections import QuadMesh
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rockframe.figures import draw_overturning_spectra, draw_rocking_spectrum, draw_stability_map
+from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
+from rockframe.figures.stability_map import draw_stability_map
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results import rocking_spectrum_dataset, spectrum_dataset, stability_dataset
+from rockframe.results.plots.stability import stability_dataset
+from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.rocking import (
     GroundAcceleration,
     Verdict,
@@ -24,7 +26,7 @@ from rockframe.rocking import (
     respond,
     rocking_spectrum,
 )
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
 

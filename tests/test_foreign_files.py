@@ -15,9 +15,10 @@ from tests.commands import STRUCTURE, run
 from tests.test_verify import restated
 
 from rockframe.errors import InputError
-from rockframe.results import open_records, opened
+from rockframe.results.reading import opened
+from rockframe.results.records import open_records
 from rockframe.results.schema import KINDS, Variable
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 #: Units that mean the same as those declared, and how many of them one is.
 OTHER_UNITS: Final = {

@@ -10,10 +10,13 @@ import xarray as xr
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
-from rockframe.options import IngestOptions, RespondOptions
-from rockframe.results import open_response, read_records
-from rockframe.signals import Passport
-from rockframe.stages import ingest_stage, respond_stage
+from rockframe.options.ingest import IngestOptions
+from rockframe.options.respond import RespondOptions
+from rockframe.results.records import read_records
+from rockframe.results.response import open_response
+from rockframe.signals.passport import Passport
+from rockframe.stages.ingest import ingest_stage
+from rockframe.stages.respond import respond_stage
 
 
 def three(folder: Path, cut: int = 0, azimuths: tuple[str, str] = ("090", "360")) -> Path:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rockframe.options import IngestOptions
+from rockframe.options.ingest import IngestOptions
 from rockframe.provenance import sha256_of
-from rockframe.stages import ingest_stage
+from rockframe.stages.ingest import ingest_stage
 
 
 @pytest.fixture

@@ -8,9 +8,12 @@ from typing import Any
 
 import pytest
 
-from rockframe.paper import Claim, Finding, all_claims, checked_page, paper_records, record_claims
-from rockframe.paper.claim import agrees_to_last_digit
-from rockframe.results import TableRow
+from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
+from rockframe.paper.claims import all_claims
+from rockframe.paper.page import checked_page
+from rockframe.paper.records import record_claims
+from rockframe.paper.table1 import paper_records
+from rockframe.results.tables.table import TableRow
 
 Expected = Callable[[str], Any]
 

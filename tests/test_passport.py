@@ -15,29 +15,24 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import read_file
-from rockframe.options import IngestOptions
-from rockframe.paper import paper_records
+from rockframe.options.ingest import IngestOptions
+from rockframe.paper.table1 import paper_records
 from rockframe.record import Record, SiteType
-from rockframe.results import read_records
-from rockframe.signals import (
-    BandPass,
-    CheckVerdict,
-    Passport,
+from rockframe.results.records import read_records
+from rockframe.signals.checks import CheckVerdict
+from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
     closing_share,
-    correct,
-    integrate,
     longest_constant,
     opening_share,
-    passport,
-    pre_event,
-    signal_to_noise_band,
     significant_duration,
-    usable_periods,
 )
-from rockframe.stages import ingest_stage
-from rockframe.study import PassportLimits, read_limits
+from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
+from rockframe.signals.passport import Passport, passport
+from rockframe.signals.processing import BandPass, correct, integrate
+from rockframe.stages.ingest import ingest_stage
+from rockframe.study.passport import PassportLimits, read_limits
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]

@@ -18,7 +18,7 @@ from matplotlib.image import imread
 
 from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.main import main
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 PICTURES: Final = Path(__file__).parent / "pictures"
 #: Root mean square of the differences of all pixels and colours, of 255.

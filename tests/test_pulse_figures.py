@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rockframe.figures import (
-    draw_match_curves,
-    draw_record_and_pulse,
-    draw_response_history,
-    draw_scalogram,
-)
-from rockframe.matching import PulseMatch, PulseVerdict, match_pulses, pulse_words
-from rockframe.options import PulseOptions
+from rockframe.figures.pulse_search import draw_match_curves, draw_scalogram
+from rockframe.figures.record_and_pulse import draw_record_and_pulse
+from rockframe.figures.response_history import draw_response_history
+from rockframe.matching.likeness import PulseVerdict, pulse_words
+from rockframe.matching.match import PulseMatch, match_pulses
+from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results import match_curve_dataset, pulse_dataset, scalogram_dataset
-from rockframe.wavelets import Pulse
+from rockframe.results.plots.pulse_pictures import (
+    match_curve_dataset,
+    pulse_dataset,
+    scalogram_dataset,
+)
+from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(1200, dtype=np.float64)
 PLANTED = Pulse(wavelet="antisymmetric_ricker", a_p=3.0, T_p=0.9, time=5.0)

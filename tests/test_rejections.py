@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rockframe.results import Entry, rejections_of, write_entries
+from rockframe.results.tables.entries import Entry, write_entries
+from rockframe.results.tables.rejections import rejections_of
 
 
 def test_each_record_of_a_file_keeps_its_reason(tmp_path: Path) -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from rockframe.cli.main import main
-from rockframe.engines import OneProcess, ProcessPool
+from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
-from rockframe.options import RespondOptions
+from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
-from rockframe.results import open_response, write_records
+from rockframe.results.records import write_records
+from rockframe.results.response import open_response
 from rockframe.rocking import Histories
-from rockframe.stages import respond_stage
+from rockframe.stages.respond import respond_stage
 
 
 @pytest.fixture(scope="module")

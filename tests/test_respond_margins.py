@@ -12,15 +12,18 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from rockframe.cli.main import main
-from rockframe.engines import ProcessPool
+from rockframe.engines.engine import ProcessPool
 from rockframe.frame import RockingFrame
-from rockframe.options import RespondOptions
+from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
-from rockframe.results import open_response, response_rows, write_records
+from rockframe.results.records import write_records
+from rockframe.results.response import open_response
+from rockframe.results.tables.table import response_rows
 from rockframe.rocking import Margin, Verdict, margins
-from rockframe.stages import merge_stage, respond_stage
 from rockframe.stages.common import Batch
-from rockframe.study import SHIPPED_STRUCTURES, read_structures
+from rockframe.stages.merge import merge_stage
+from rockframe.stages.respond import respond_stage
+from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 

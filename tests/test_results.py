@@ -16,22 +16,17 @@ from hypothesis.extra import numpy as hnp
 
 import rockframe
 from rockframe.errors import InputError, ParameterError
-from rockframe.matching import find_pulses
-from rockframe.options import PulseOptions
+from rockframe.matching.found import find_pulses
+from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record, SiteType
-from rockframe.results import (
-    best_pulses,
-    open_records,
-    open_response,
-    read_records,
-    write,
-    write_pulses,
-    write_records,
-    write_responses,
-)
+from rockframe.results.pulses import write_pulses
+from rockframe.results.records import open_records, read_records, write_records
+from rockframe.results.response import open_response, write_responses
+from rockframe.results.tables.pulse_rows import best_pulses
+from rockframe.results.writing import write
 from rockframe.rocking import respond
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 FRAMES = [
     rockframe.RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bridge"),

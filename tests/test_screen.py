@@ -15,13 +15,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import names, sine, site, stored, structures, three
 
 from rockframe.cli.main import main
-from rockframe.engines import OneProcess, ProcessPool
+from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
-from rockframe.options import DesignOptions, ScreenOptions
-from rockframe.results import read_screen_history, read_screening
+from rockframe.options.respond import DesignOptions, ScreenOptions
+from rockframe.results.screening.histories import read_screen_history
+from rockframe.results.screening.screen import read_screening
 from rockframe.rocking import as_ground, margins, respond, respond_many
-from rockframe.stages import screen_stage
-from rockframe.study import read_structures
+from rockframe.stages.screening.screen import screen_stage
+from rockframe.study.structures import read_structures
 
 Screen = Callable[..., xr.Dataset]
 

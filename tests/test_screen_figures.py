@@ -11,10 +11,11 @@ from matplotlib.axes import Axes
 from numpy.testing import assert_allclose
 from tests.screening import sine, stored, structures
 
-from rockframe.figures import Captioned, draw_fragility, draw_peak_distribution, save_captioned
-from rockframe.options import ScreenOptions
-from rockframe.results import read_screening
-from rockframe.stages import screen_stage
+from rockframe.figures.captioned import Captioned, save_captioned
+from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
+from rockframe.options.respond import ScreenOptions
+from rockframe.results.screening.screen import read_screening
+from rockframe.stages.screening.screen import screen_stage
 from rockframe.units import GRAVITY
 
 

@@ -13,9 +13,9 @@ from tests.conftest import SHARED
 from tests.screening import site
 
 from rockframe.errors import ParameterError
-from rockframe.options import DesignOptions, ScreenOptions
+from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.risk import LimitState, Outcome, fit_fragility
-from rockframe.signals import spectral_acceleration
+from rockframe.signals.response_spectrum import spectral_acceleration
 
 Screen = Callable[..., xr.Dataset]
 SCALES = np.geomspace(0.25, 3.0, 8)

@@ -13,14 +13,18 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import sine, site, stored, three
 
-from rockframe.components import pair_horizontals, rotate
+from rockframe.components.pairing import pair_horizontals
+from rockframe.components.rotation import rotate
 from rockframe.errors import InputError, ParameterError
-from rockframe.options import Filters, ScreenOptions
-from rockframe.results import read_records, read_screening
+from rockframe.options.ingest import Filters
+from rockframe.options.respond import ScreenOptions
+from rockframe.results.records import read_records
+from rockframe.results.screening.screen import read_screening
 from rockframe.rocking import respond
-from rockframe.stages import pulse_stage, screen_stage
-from rockframe.study import read_structures
-from rockframe.wavelets import Pulse
+from rockframe.stages.pulse import pulse_stage
+from rockframe.stages.screening.screen import screen_stage
+from rockframe.study.structures import read_structures
+from rockframe.wavelets.pulse import Pulse
 
 Screen = Callable[..., xr.Dataset]
 

@@ -15,14 +15,15 @@ from numpy.testing import assert_allclose
 from tests.screening import sine, site, stored, structures
 
 from rockframe.cli.main import main
-from rockframe.engines import OneProcess
+from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
-from rockframe.options import DesignOptions, ScreenOptions
+from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
-from rockframe.results import read_screening, write_rows_as
+from rockframe.results.screening.screen import read_screening
+from rockframe.results.tables.formats import write_rows_as
 from rockframe.rocking import Part
-from rockframe.signals import peak
-from rockframe.stages import Screening, screen_stage
+from rockframe.signals.processing import peak
+from rockframe.stages.screening.screen import Screening, screen_stage
 from rockframe.units import GRAVITY
 
 ROWS: list[dict[str, Any]] = [

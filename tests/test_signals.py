@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.signals import BandPass, correct, integrate, peak
+from rockframe.signals.processing import BandPass, correct, integrate, peak
 
 TIME: NDArray[np.float64] = 0.01 * np.arange(6000, dtype=np.float64)
 

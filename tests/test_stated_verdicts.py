@@ -14,9 +14,11 @@ from tests.commands import run
 
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli.stages.respond import response_cells
-from rockframe.explorer import Motion, answer, read_settings
-from rockframe.figures import draw_response_history
-from rockframe.results import read_run, stated_verdict, table_rows
+from rockframe.explorer.answer import Motion, answer
+from rockframe.explorer.settings import read_settings
+from rockframe.figures.response_history import draw_response_history
+from rockframe.results.run import read_run
+from rockframe.results.tables.table import stated_verdict, table_rows
 from rockframe.rocking import StatedVerdict, Verdict, VerdictKind
 
 RECORD = "Ridgecrest2019-CCC-360"

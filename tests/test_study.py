@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.study import bundled_records, read_structures
+from rockframe.study.structures import bundled_records, read_structures
 
 GOOD = """
 [[structure]]

@@ -13,15 +13,9 @@ from tests.conftest import REPOSITORY
 from rockframe.cli.main import main
 from rockframe.cli.options import numbers
 from rockframe.errors import InputError
-from rockframe.study import (
-    SCHEMA,
-    StudyTables,
-    commented_study,
-    read_structures,
-    read_study,
-    schema,
-    structures_text,
-)
+from rockframe.study.commented import SCHEMA, commented_study, schema
+from rockframe.study.structures import read_structures
+from rockframe.study.study import StudyTables, read_study, structures_text
 from rockframe.study.toml import parse
 
 STUDIES = REPOSITORY / "workflows" / "studies"

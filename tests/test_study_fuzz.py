@@ -11,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.matching import Weighting
-from rockframe.options import PulseOptions
+from rockframe.matching.weighting import Weighting
 from rockframe.options.fields import Wavelet
 from rockframe.options.model import Options, options_within
-from rockframe.study import StudyTables, schema
+from rockframe.options.pulse import PulseOptions
+from rockframe.study.commented import schema
+from rockframe.study.study import StudyTables
 from rockframe.study.toml import parse
-from rockframe.wavelets import WAVELETS
+from rockframe.wavelets.family import WAVELETS
 
 #: Values as TOML writes them: of right and wrong types, huge, and no numbers at all.
 SCALARS = st.sampled_from(

@@ -12,12 +12,14 @@ import xarray as xr
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.frame import RockingFrame
-from rockframe.options import PulseOptions, RespondOptions
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
-from rockframe.results import response_rows
+from rockframe.results.tables.table import response_rows
 from rockframe.rocking import Verdict, respond, with_pulse
-from rockframe.stages import pulse_stage, respond_stage
-from rockframe.wavelets import Pulse
+from rockframe.stages.pulse import pulse_stage
+from rockframe.stages.respond import respond_stage
+from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 PLANTED = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5, time=6.0)

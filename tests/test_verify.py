@@ -13,10 +13,10 @@ import pytest
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, processor, sealed, sha256_of
-from rockframe.results import differences, read_run
-from rockframe.results.tables.differences import TOLERANCE
-from rockframe.stages import verify_run
-from rockframe.wavelets import Pulse
+from rockframe.results.run import read_run
+from rockframe.results.tables.differences import TOLERANCE, differences
+from rockframe.stages.verify import verify_run
+from rockframe.wavelets.pulse import Pulse
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from rockframe.cli.main import main
-from rockframe.components import vertical_beside
+from rockframe.components.pairing import vertical_beside
 from rockframe.frame import RockingFrame
 from rockframe.ingest import read_file
 from rockframe.record import Orientation, Record
-from rockframe.results import open_response, read_records, write_records
+from rockframe.results.records import read_records, write_records
+from rockframe.results.response import open_response
 from rockframe.rocking import GroundAcceleration, respond
 
 #: As `bridge-bent` of the shipped structures.

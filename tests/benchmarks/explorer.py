@@ -17,12 +17,13 @@ import numpy as np
 import uvicorn
 from playwright.sync_api import sync_playwright
 
-from rockframe.explorer import Motion, answer, read_settings
+from rockframe.explorer.answer import Motion, answer
 from rockframe.explorer.server import application, configured
+from rockframe.explorer.settings import read_settings
 from rockframe.ingest import read_file
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
-from rockframe.study import bundled_records, read_structures
+from rockframe.study.structures import bundled_records, read_structures
 
 MOVES = 100
 PORT_OF_ANY = ("127.0.0.1", 0)

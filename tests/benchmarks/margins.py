@@ -24,10 +24,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import vertical_beside
+from rockframe.components.pairing import vertical_beside
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results import read_records
+from rockframe.results.records import read_records
 from rockframe.rocking import (
     Ensemble,
     FirstOverturning,
@@ -40,9 +40,9 @@ from rockframe.rocking import (
 from rockframe.rocking.gathering import Prepared
 from rockframe.rocking.margins.first_overturning import first_overturnings
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
-from rockframe.stages import ingest_stage
-from rockframe.study import SHIPPED_STRUCTURES, bundled_records, read_structures
-from rockframe.wavelets import Pulse
+from rockframe.stages.ingest import ingest_stage
+from rockframe.study.structures import SHIPPED_STRUCTURES, bundled_records, read_structures
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

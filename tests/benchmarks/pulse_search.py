@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 
 from rockframe.matching.resolution import prepared
 from rockframe.matching.search import search
-from rockframe.options import PulseOptions
+from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results import write_records
-from rockframe.wavelets import RICKERS, WAVELETS, MotherWavelet
+from rockframe.results.records import write_records
+from rockframe.wavelets.family import RICKERS, WAVELETS
+from rockframe.wavelets.mother import MotherWavelet
 
 Float = NDArray[np.float64]
 

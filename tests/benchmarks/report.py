@@ -20,8 +20,8 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 from rockframe.provenance import sha256_of
-from rockframe.results import write_manifest
-from rockframe.study import SHIPPED_STRUCTURES
+from rockframe.results.manifest import write_manifest
+from rockframe.study.structures import SHIPPED_STRUCTURES
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 #: 40 s at 100 Hz.

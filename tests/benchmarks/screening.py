@@ -17,7 +17,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rockframe.study import bundled_records
+from rockframe.study.structures import bundled_records
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 #: Structures that are shipped, and bundled records that are horizontal.

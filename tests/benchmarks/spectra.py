@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rockframe.ingest import read_file
 from rockframe.rocking import margins
-from rockframe.study import SHIPPED_STRUCTURES, bundled_records, read_structures
+from rockframe.study.structures import SHIPPED_STRUCTURES, bundled_records, read_structures
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 

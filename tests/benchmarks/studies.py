@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rockframe.runs import make_plan
-from rockframe.study import read_study
-from rockframe.wavelets import Pulse
+from rockframe.runs.plan import make_plan
+from rockframe.study.study import read_study
+from rockframe.wavelets.pulse import Pulse
 
 STUDY = """
 name = "bench"

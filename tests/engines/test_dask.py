@@ -10,11 +10,13 @@ import pytest
 from tests.engines.test_engines import DIES, once
 from tests.screening import site, stored
 
-from rockframe.engines import DaskScheduler, OneProcess, ProcessPool, map_batches
+from rockframe.engines.engine import OneProcess, ProcessPool, map_batches
+from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import EngineError, InputError
-from rockframe.options import ScreenOptions
+from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import sha256_of
-from rockframe.stages import respond_stage, screen_stage
+from rockframe.stages.respond import respond_stage
+from rockframe.stages.screening.screen import screen_stage
 
 distributed = pytest.importorskip("distributed", reason="needs the extra dask: make test-dask")
 

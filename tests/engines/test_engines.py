@@ -14,15 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rockframe.engines import (
-    DaskScheduler,
-    Engine,
-    OneProcess,
-    ProcessPool,
-    choose_engine,
-    map_batches,
-)
-from rockframe.engines.scheduler import _require_listening
+from rockframe.engines.choice import choose_engine
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches
+from rockframe.engines.scheduler import DaskScheduler, _require_listening
 from rockframe.errors import EngineError, InputError, ParameterError
 from rockframe.provenance import sha256_of
 
@@ -135,7 +129,7 @@ def test_workers_have_one_thread() -> None:
 def _run_pool(workers: int, batch: str) -> subprocess.Popen[str]:
     """A process of its own that starts workers, says their numbers, and computes."""
     program = (
-        "from rockframe.engines import ProcessPool, map_batches\n"
+        "from rockframe import ProcessPool, map_batches\n"
         f"batches = ['__import__(\"os\").getpid()'] * {workers} + [{batch!r}] * {workers}\n"
         f"for result in map_batches(eval, batches, engine=ProcessPool({workers}, patience=0.0)):\n"
         "    print(result, flush=True)\n"

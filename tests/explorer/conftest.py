@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rockframe.explorer import Motion
+from rockframe.explorer.answer import Motion
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
-from rockframe.study import bundled_records, read_structures
+from rockframe.study.structures import bundled_records, read_structures
 
 TOKEN = "a-token-of-the-tests"  # noqa: S105 -- it opens nothing else
 

@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe import GroundAcceleration, ParameterError, RockingFrame, respond
-from rockframe.explorer import Motion, answer, read_settings
+from rockframe.explorer.answer import Motion, answer
+from rockframe.explorer.settings import read_settings
 
 BENT = {
     "height": "9.6",

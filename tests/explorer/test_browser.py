@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rockframe import GroundAcceleration, RockingFrame, respond
-from rockframe.explorer import Motion
+from rockframe.explorer.answer import Motion
 
 from .conftest import Address
 

@@ -7,7 +7,7 @@ import sys
 
 from rockframe.cli import arguments
 from rockframe.cli.main import main
-from rockframe.engines import ProcessPool
+from rockframe.engines.engine import ProcessPool
 
 
 def at_once(options: argparse.Namespace) -> ProcessPool:  # noqa: ARG001 -- as the command calls it

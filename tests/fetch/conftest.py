@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rockframe.fetch import Event, Request
+from rockframe.fetch.request import Event, Request
 
 from .centre import EPICENTRE, ORIGIN, DataCentre, serving
 

@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import RockframeError, ServiceError
-from rockframe.fetch import Fetched, Request, fetch
+from rockframe.fetch.coverage import Fetched
+from rockframe.fetch.request import Request
+from rockframe.fetch.run import fetch
 
 from .centre import MSEED, STATIONS, DataCentre, Reply, miniseed, stationxml, waveform
 

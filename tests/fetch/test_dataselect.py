@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from rockframe.fetch import Request, fetch
+from rockframe.fetch.request import Request
+from rockframe.fetch.run import fetch
 
 from .centre import miniseed, waveform
 

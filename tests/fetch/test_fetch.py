@@ -11,9 +11,10 @@ import pytest
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError, ServiceError
-from rockframe.fetch import Request, fetch
+from rockframe.fetch.request import Request
+from rockframe.fetch.run import fetch
 from rockframe.ingest import collect, read_catalogue, sorted_out
-from rockframe.stages import fetch_stage
+from rockframe.stages.fetch import fetch_stage
 
 from .centre import MSEED, ORIGIN, DataCentre, Reply, miniseed, waveform
 

@@ -12,7 +12,7 @@ from tests.ingest.shared import files_of
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, collect, read_file, sorted_out
 from rockframe.record import Orientation, Record
-from rockframe.signals import BandPass, correct
+from rockframe.signals.processing import BandPass, correct
 
 STANDARD_GRAVITY = 9.80665
 #: Samples before the motion, whose mean the table takes for the offset.

@@ -14,8 +14,8 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import Limits, ReadOptions, collect, sorted_out
 from rockframe.ingest.reading import read_outcome
 from rockframe.ingest.reading.isolation import serve, worker_count
-from rockframe.options import IngestOptions
-from rockframe.stages import ingest_stage
+from rockframe.options.ingest import IngestOptions
+from rockframe.stages.ingest import ingest_stage
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
 #: A reader that does what the name of the file says; workers import it from the test's folder.

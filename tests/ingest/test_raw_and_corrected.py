@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rockframe.ingest import read_file
 from rockframe.record import Record
-from rockframe.signals import BandPass, correct
+from rockframe.signals.processing import BandPass, correct
 
 Float = NDArray[np.float64]
 

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching import (
-    find_pulses,
-    match_pulse,
-)
-from rockframe.options import PulseOptions
-from rockframe.wavelets import WAVELETS, Pulse
+from rockframe.matching.found import find_pulses
+from rockframe.matching.match import match_pulse
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import WAVELETS
+from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(2000, dtype=np.float64)
 

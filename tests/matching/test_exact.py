@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rockframe.matching import match_pulse, match_pulses
-from rockframe.options import PulseOptions
-from rockframe.wavelets import WAVELETS, Pulse
+from rockframe.matching.match import match_pulse, match_pulses
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import WAVELETS
+from rockframe.wavelets.pulse import Pulse
 
 EXPECTED = json.loads(
     (Path(__file__).parents[1] / "expected" / "f_wavelet.json").read_text(encoding="utf-8")

@@ -11,16 +11,12 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching import (
-    Likeness,
-    PulseVerdict,
-    Weighting,
-    find_pulses,
-    likeness,
-    match_pulses,
-)
-from rockframe.options import PulseOptions
-from rockframe.wavelets import Pulse
+from rockframe.matching.found import find_pulses
+from rockframe.matching.likeness import Likeness, PulseVerdict, likeness
+from rockframe.matching.match import match_pulses
+from rockframe.matching.weighting import Weighting
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.pulse import Pulse
 
 from .test_noise import STEP, TIME, coloured
 

@@ -12,8 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rockframe.errors import ParameterError
-from rockframe.matching import best_match, match_pulse, scalogram
-from rockframe.wavelets import RICKERS, Pulse
+from rockframe.matching.match import best_match, match_pulse
+from rockframe.matching.scalogram import scalogram
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(1001, dtype=np.float64)
 EXPECTED = json.loads((Path(__file__).parents[1] / "expected" / "f_wavelet.json").read_text())

@@ -10,9 +10,9 @@ import math
 import numpy as np
 import pytest
 
-from rockframe.matching import match_pulses
-from rockframe.options import PulseOptions
-from rockframe.wavelets import Pulse
+from rockframe.matching.match import match_pulses
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.pulse import Pulse
 
 STEP = 0.02
 TIME = STEP * np.arange(1500, dtype=np.float64)

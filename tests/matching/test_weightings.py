@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching import Weighting, match_pulse, match_pulses
+from rockframe.matching.match import match_pulse, match_pulses
 from rockframe.matching.refine import crest
 from rockframe.matching.resolution import prepared
 from rockframe.matching.signal import velocity_of
-from rockframe.options import PulseOptions
-from rockframe.wavelets import RICKERS, WAVELETS, Pulse
+from rockframe.matching.weighting import Weighting
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import RICKERS, WAVELETS
+from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(3001, dtype=np.float64)
 ORDER = {"symmetric_ricker": 2, "antisymmetric_ricker": 3}

@@ -21,7 +21,7 @@ import xarray as xr
 
 import rockframe
 from rockframe.cli.main import main, parser
-from rockframe.study import schema
+from rockframe.study.commented import schema
 
 HERE = Path(__file__).parent
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rockframe.cli.main import main
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 EVENT = "</script><script>alert(1)</script>"
 STATION = "<script>"

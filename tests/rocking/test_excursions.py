@@ -13,7 +13,7 @@ from rockframe.rocking import GroundAcceleration, Scenarios, Verdict, respond, r
 from rockframe.rocking.kernels.excursions import LEAST_DISTANCE
 from rockframe.rocking.response import as_ground
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 from .motions import BENT, SLENDER, noise
 

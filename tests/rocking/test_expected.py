@@ -16,7 +16,7 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import Response, Verdict, respond
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 from .direct import integrate
 from .reference import solve

@@ -17,7 +17,8 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import Response, Verdict, respond
 from rockframe.units import GRAVITY
-from rockframe.wavelets import RICKERS, Pulse
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
 
 from .direct import integrate
 from .motions import BENT, SLENDER, SMALL, STOCKY, noise, release, still

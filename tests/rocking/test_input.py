@@ -15,7 +15,7 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict, respond
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 STILL = GroundAcceleration.from_samples(np.zeros(11), 0.01)

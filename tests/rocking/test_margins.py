@@ -15,7 +15,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import read_file
 from rockframe.record import Record
-from rockframe.results import read_records
+from rockframe.results.records import read_records
 from rockframe.rocking import (
     GroundAcceleration,
     Margin,
@@ -26,10 +26,10 @@ from rockframe.rocking import (
     respond_many,
 )
 from rockframe.rocking.margins.perturbed import resampled
-from rockframe.stages import ingest_stage
-from rockframe.study import SHIPPED_STRUCTURES, read_structures
+from rockframe.stages.ingest import ingest_stage
+from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 from .motions import BENT, noise
 

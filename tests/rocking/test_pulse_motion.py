@@ -9,7 +9,7 @@ import pytest
 
 from rockframe.frame import RockingFrame
 from rockframe.rocking import GroundAcceleration, respond
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 SHAPES = [
     ("symmetric_ricker", math.pi, None),

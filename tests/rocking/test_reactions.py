@@ -27,7 +27,7 @@ from rockframe.rocking.reactions import (
 )
 from rockframe.rocking.response import Response, Verdict, respond
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 from .motions import BENT, STOCKY, noise, release, still
 

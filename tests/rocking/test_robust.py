@@ -20,7 +20,7 @@ from rockframe.rocking import (
     robust_margins,
 )
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 from .motions import BENT, SLENDER, STOCKY, noise
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rockframe.engines import ProcessPool
+from rockframe.engines.engine import ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.rocking import RockingSpectrum, Verdict, respond, rocking_spectrum
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 WAVELET = {"symmetric": "symmetric_ricker", "antisymmetric": "antisymmetric_ricker"}
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.4 * GRAVITY, T_p=1.0)

@@ -12,7 +12,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict, respond
 from rockframe.rocking.spectra.scan import Scan, islands, scan
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 
 def column(degrees: float, mass_ratio: float) -> RockingFrame:

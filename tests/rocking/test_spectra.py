@@ -11,13 +11,13 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
-from rockframe.engines import ProcessPool
+from rockframe.engines.engine import ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.rocking import GroundAcceleration, OverturningSpectrum, Verdict, overturning_spectrum
 from rockframe.rocking.spectra import overturning as spectra
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.scan import scan
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Expected = Callable[[str], Any]
 Float = NDArray[np.float64]

@@ -15,7 +15,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict, respond
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 from .direct import integrate, straight_lines
 from .motions import BENT, SLENDER, STOCKY, noise, release, still

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rockframe.cli.main import main
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 STUDY = """
 name = "small"

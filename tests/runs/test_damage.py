@@ -15,8 +15,10 @@ from tests.runs.small import FEW, contents, make_study, run
 from rockframe.cli.main import main
 from rockframe.errors import ParameterError
 from rockframe.provenance import sealed
-from rockframe.runs import Step, Work, is_locked, locked, perform, read_plan
-from rockframe.runs.performing import perform_apart
+from rockframe.runs.lock import is_locked, locked
+from rockframe.runs.performing import Work, perform, perform_apart
+from rockframe.runs.plan_file import read_plan
+from rockframe.runs.step import Step
 
 
 @pytest.fixture(scope="module")
@@ -249,7 +251,8 @@ def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
 ) -> None:
     """An older output would have been stamped as new."""
     (home / "sitecustomize.py").write_text(
-        "import rockframe.stages as s\n\ndef crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
+        "import rockframe.stages.merge as s\n\n"
+        "def crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
         "s.merge_stage = crash\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(home))

@@ -13,9 +13,10 @@ from tests.runs.small import STUDY, contents, make_study, run
 from rockframe.cli.main import main, parser
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sealed, sha256_of
-from rockframe.results import read_rocking_spectrum, write_screen_tables
+from rockframe.results.screening.tables import write_screen_tables
+from rockframe.results.spectra import read_rocking_spectrum
 from rockframe.rocking import Verdict
-from rockframe.stages import figures_stage
+from rockframe.stages.figures import figures_stage
 
 FURTHER = """
 [screen]

@@ -16,9 +16,9 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.ingest import sources_of
 from rockframe.provenance import sha256_of
-from rockframe.results import rows_of
-from rockframe.runs import make_plan
-from rockframe.study import read_study
+from rockframe.results.tables.rejections import rows_of
+from rockframe.runs.plan import make_plan
+from rockframe.study.study import read_study
 
 FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
 #: The end of an archive whose list of members is not where it says.

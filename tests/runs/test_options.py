@@ -8,10 +8,15 @@ from pathlib import Path
 import pytest
 from tests.runs.small import STUDY, make_study
 
-from rockframe.engines import OneProcess, ProcessPool
-from rockframe.options import Filters, IngestOptions, PulseOptions, RespondOptions, ScreenOptions
-from rockframe.runs import Plan, Work, make_plan, run_plan
-from rockframe.study import commented_study, read_study
+from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions, ScreenOptions
+from rockframe.runs.performing import Work
+from rockframe.runs.plan import Plan, make_plan
+from rockframe.runs.run import run_plan
+from rockframe.study.commented import commented_study
+from rockframe.study.study import read_study
 
 
 def everything(folder: Path, rotation: str) -> Plan:

@@ -14,8 +14,11 @@ import pytest
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main
-from rockframe.runs import is_locked, locked, make_plan, read_plan, status_of, write_plan
-from rockframe.study import read_study
+from rockframe.runs.lock import is_locked, locked
+from rockframe.runs.plan import make_plan
+from rockframe.runs.plan_file import read_plan, write_plan
+from rockframe.runs.run import status_of
+from rockframe.study.study import read_study
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,8 @@ import pytest
 from tests.runs.small import STUDY, make_study, run
 
 from rockframe.cli.main import main
-from rockframe.results import read_run, rows_of
+from rockframe.results.run import read_run
+from rockframe.results.tables.rejections import rows_of
 
 FILTERS = "[filters]\npga_g = [0.32, inf]\npgv_m_s = [-inf, 9.0]\n\n"
 

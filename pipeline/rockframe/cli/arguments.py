@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.options import Once, add_options, chosen, path
-from rockframe.options import ExecutionOptions, IngestOptions, ReadingOptions
+from rockframe.options.execution import ExecutionOptions, ReadingOptions
+from rockframe.options.ingest import IngestOptions
 
 if TYPE_CHECKING:
-    from rockframe.engines import Engine
-    from rockframe.stages import Batch
+    from rockframe.engines.engine import Engine
+    from rockframe.stages.common import Batch
 
 
 #: Heading of the filters in help texts.
@@ -89,21 +90,21 @@ def _batch(text: str) -> tuple[int, int]:
 
 def chosen_batch(options: argparse.Namespace) -> Batch:
     """Return the stated batch of the records."""
-    from rockframe.stages import Batch
+    from rockframe.stages.common import Batch
 
     return Batch(*options.batch)
 
 
 def chosen_structures(options: argparse.Namespace) -> Path:
     """Return the stated file of structures, or the shipped one."""
-    from rockframe.study import SHIPPED_STRUCTURES
+    from rockframe.study.structures import SHIPPED_STRUCTURES
 
     return options.structures or SHIPPED_STRUCTURES
 
 
 def chosen_engine(options: argparse.Namespace) -> Engine:
     """Return the engine that computes batches."""
-    from rockframe.engines import choose_engine
+    from rockframe.engines.choice import choose_engine
 
     execution = chosen(options, ExecutionOptions)
     return choose_engine(execution.workers, execution.scheduler)
@@ -121,8 +122,8 @@ def records_file(
     """Yield the stated records.nc, or a temporary one made from files, and the exit status."""
     from rockframe.cli.console import show_rejections
     from rockframe.errors import ParameterError
-    from rockframe.stages import ingest_stage
-    from rockframe.study import bundled_records
+    from rockframe.stages.ingest import ingest_stage
+    from rockframe.study.structures import bundled_records
 
     given = given or [bundled_records()]
     if len(given) == 1 and given[0].suffix == ".nc":

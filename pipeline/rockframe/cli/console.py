@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
-    from rockframe.results import Entry
+    from rockframe.results.tables.entries import Entry
 
 #: Width of tables that are not printed to a terminal [characters].
 _PLAIN_WIDTH: Final = 150

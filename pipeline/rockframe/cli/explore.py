@@ -17,7 +17,7 @@ from rockframe.cli.options import whole_number
 if TYPE_CHECKING:
     import socket
 
-    from rockframe.explorer import Motion
+    from rockframe.explorer.answer import Motion
 
 _HIGHEST_PORT: Final = 65535
 
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
 
     from rockframe.cli.console import show_json
     from rockframe.errors import ParameterError
-    from rockframe.stages import choose_structures
+    from rockframe.stages.respond import choose_structures
 
     try:
         from rockframe.explorer.server import LOOPBACK, application, serve
@@ -84,12 +84,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _motions(options: argparse.Namespace) -> list[Motion]:
     """Return the horizontal records, each with the vertical component of its station."""
-    from rockframe.components import vertical_beside
-    from rockframe.explorer import Motion
-    from rockframe.results import open_records
+    from rockframe.components.pairing import vertical_beside
+    from rockframe.explorer.answer import Motion
+    from rockframe.results.records import open_records
     from rockframe.rocking.response import as_ground
-    from rockframe.stages import with_vertical
     from rockframe.stages.common import horizontal
+    from rockframe.stages.respond import with_vertical
 
     with stated_records(options) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)

@@ -15,13 +15,12 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from rockframe.errors import ParameterError
-from rockframe.options import Options
 from rockframe.options.fields import MOST_NUMBERS, evenly
-from rockframe.options.model import explain, options_within
+from rockframe.options.model import Options, explain, options_within
 
 if TYPE_CHECKING:
-    from rockframe.options import Options
-    from rockframe.stages import Ingested
+    from rockframe.options.model import Options
+    from rockframe.stages.intake import Ingested
 
 
 Model = TypeVar("Model", bound=Options)
@@ -270,7 +269,7 @@ def finish(
 ) -> int:
     """Write the manifest of a folder. Return the number of its files."""
     from rockframe.provenance import sha256_of
-    from rockframe.results import write_manifest
+    from rockframe.results.manifest import write_manifest
 
     outputs = sorted(file for file in folder.rglob("*") if file.is_file())
     write_manifest(

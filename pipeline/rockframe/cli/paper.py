@@ -14,14 +14,16 @@ from rockframe.cli.arguments import (
 )
 from rockframe.cli.figures.spectra import add_grid
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
-from rockframe.options import IngestOptions, PulseOptions, RespondOptions
+from rockframe.options.ingest import IngestOptions
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rockframe.paper import Claim
-    from rockframe.results import TableRow
-    from rockframe.stages import Ingested
+    from rockframe.paper.claim import Claim
+    from rockframe.results.tables.table import TableRow
+    from rockframe.stages.intake import Ingested
 
 #: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
 _BENT: Final = ("--spacing", "12", "--beam-centre", "1")
@@ -47,10 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Check the claims, draw the figures, write the page and its manifest."""
     from rockframe.cli.console import show_json, show_rejections
-    from rockframe.paper import all_claims, record_claims
+    from rockframe.paper.claims import all_claims
+    from rockframe.paper.records import record_claims
     from rockframe.provenance import whole_folder
-    from rockframe.results import pulse_rows
-    from rockframe.study import SHIPPED_STRUCTURES
+    from rockframe.results.tables.pulse_rows import pulse_rows
+    from rockframe.study.structures import SHIPPED_STRUCTURES
 
     if options.claim is not None:
         claims = _named(all_claims(), options.claim)
@@ -80,10 +83,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[TableRow]]:
     """Run the stages for the paper's bridge; return the rows of the table."""
-    from rockframe.paper import with_paper_facts
-    from rockframe.results import table_rows
-    from rockframe.stages import ingest_stage, pulse_stage, respond_stage
-    from rockframe.study import bundled_records
+    from rockframe.paper.table1 import with_paper_facts
+    from rockframe.results.tables.table import table_rows
+    from rockframe.stages.ingest import ingest_stage
+    from rockframe.stages.pulse import pulse_stage
+    from rockframe.stages.respond import respond_stage
+    from rockframe.study.structures import bundled_records
 
     names = ("records.nc", "pulses.nc", "response.nc")
     records, pulses, response = (folder / name for name in names)
@@ -102,7 +107,7 @@ def _draw(folder: Path, grid: int) -> dict[str, str]:
     """Draw all figures of `rockframe figure`; return title and caption by path."""
     from rockframe.cli.figures.figure import add_arguments as add_figure_arguments
     from rockframe.cli.figures.table import FIGURES
-    from rockframe.figures import save_captioned
+    from rockframe.figures.captioned import save_captioned
 
     parser = argparse.ArgumentParser()
     add_figure_arguments(parser)
@@ -121,7 +126,8 @@ def _write(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[TableRow], folder: Path
 ) -> None:
     from rockframe.cli.figures.table import FIGURES
-    from rockframe.paper import checked_page, paper_record_of, paper_records
+    from rockframe.paper.page import checked_page
+    from rockframe.paper.table1 import paper_record_of, paper_records
     from rockframe.provenance import whole_file
 
     own = {row.record_id for row in rows if paper_record_of(row.source_file)}

@@ -13,7 +13,7 @@ from rockframe.cli.options import path
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rockframe.results import Run
+    from rockframe.results.run import Run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Find the record and print what happened to it."""
     from rockframe.cli.console import show_json
-    from rockframe.results import read_run, rows_of
+    from rockframe.results.run import read_run
+    from rockframe.results.tables.rejections import rows_of
 
     content = read_run(options.folder, most=0)
     entry = _entry(content, options.record)
@@ -94,7 +95,7 @@ def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
 
 def _left_out(folder: Path, name: str) -> dict[str, str]:
     """Return the reasons why stages rejected the record, by stage."""
-    from rockframe.results import left_out_of
+    from rockframe.results.tables.rejections import left_out_of
 
     return {
         stage: reasons[name] for stage, reasons in left_out_of(folder).items() if name in reasons
@@ -102,7 +103,7 @@ def _left_out(folder: Path, name: str) -> dict[str, str]:
 
 
 def _screening(folder: Path, name: str) -> list[dict[str, Any]]:
-    from rockframe.results import screening_of
+    from rockframe.results.screening.screened import screening_of
 
     path = folder / "screen.nc"
     return screening_of(path, name) if name and path.is_file() else []
@@ -210,7 +211,7 @@ def _of_motion(facts: Mapping[str, Any]) -> str:
 
 
 def _of_pulse(facts: Mapping[str, Any]) -> str:
-    from rockframe.matching import PulseVerdict, pulse_words
+    from rockframe.matching.likeness import PulseVerdict, pulse_words
     from rockframe.units import GRAVITY
 
     if "a_p_best" not in facts:

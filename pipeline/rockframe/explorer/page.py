@@ -12,7 +12,7 @@ from rockframe.column import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.explorer.answer import Motion
 from rockframe.frame import RockingFrame
 from rockframe.provenance import versions
-from rockframe.web import UPLOT, environment, policy, script, style
+from rockframe.web.assets import UPLOT, environment, policy, script, style
 
 _HOME: Final = Path(__file__).parent
 #: Parts of the page's own script; each may use those before it.

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from rockframe.figures.captioned import DRAWN_TO, over_gravity, stated_in, styled, times_gravity
-from rockframe.matching import PulseMatch
+from rockframe.matching.match import PulseMatch
 from rockframe.units import GRAVITY
 
 #: Time drawn before the first and after the last visible rocking [s]; rotation, as a share of the

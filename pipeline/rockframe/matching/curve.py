@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import require_record
-from rockframe.options import PulseOptions
+from rockframe.options.pulse import PulseOptions
 
 Float = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def match_curve(
 
     Examples
     --------
-    >>> from rockframe.wavelets import Pulse
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
     >>> record = pulse.acceleration(0.01 * np.arange(1000))
     >>> periods, indices = match_curve(record, 0.01, PulseOptions())

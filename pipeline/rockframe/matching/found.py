@@ -12,7 +12,7 @@ from rockframe.matching.likeness import Likeness, likeness
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
 from rockframe.matching.resolution import period_range
 from rockframe.matching.velocity import VelocityPulse, velocity_pulse
-from rockframe.options import PulseOptions
+from rockframe.options.pulse import PulseOptions
 
 Float = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def find_pulses(
 
     Examples
     --------
-    >>> from rockframe.wavelets import Pulse
+    >>> from rockframe import Pulse
     >>> t = 0.01 * np.arange(2000)
     >>> first = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0)
     >>> second = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0, time=12.0)

@@ -25,8 +25,7 @@ from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import Signal, require_record
 from rockframe.matching.weighting import Weighting
-from rockframe.options import PulseOptions
-from rockframe.options.pulse import FEWEST_SURROGATES
+from rockframe.options.pulse import FEWEST_SURROGATES, PulseOptions
 
 Float = NDArray[np.float64]
 
@@ -132,7 +131,7 @@ def likeness(
     Examples
     --------
     >>> from rockframe.matching.match import match_pulses
-    >>> from rockframe.wavelets import Pulse
+    >>> from rockframe import Pulse
     >>> noise = np.random.default_rng(1).normal(0.0, 0.3, 2000)
     >>> planted = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=1.0, time=8.0)
     >>> samples = planted.acceleration(0.01 * np.arange(2000)) + noise

@@ -26,8 +26,9 @@ from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import Heights, ladder, search
 from rockframe.matching.signal import Signal, require_record
 from rockframe.matching.weighting import Weighting
-from rockframe.options import PulseOptions
-from rockframe.wavelets import RICKERS, WAVELETS, Pulse, phase_and_amplitude
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import RICKERS, WAVELETS, phase_and_amplitude
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

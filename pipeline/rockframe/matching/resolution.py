@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.matching.signal import Signal, signal_of
 from rockframe.matching.weighting import Weighting
-from rockframe.options import PulseOptions
-from rockframe.wavelets import WAVELETS
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import WAVELETS
 
 Float = NDArray[np.float64]
 

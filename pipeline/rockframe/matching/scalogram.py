@@ -10,7 +10,7 @@ import pywt
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
+from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 
 Float = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def scalogram(
 
     Examples
     --------
-    >>> from rockframe.wavelets import Pulse
+    >>> from rockframe import Pulse
     >>> t = np.arange(1000) * 0.01
     >>> record = Pulse(wavelet="symmetric_ricker", a_p=2.0, T_p=0.8, time=5.0).acceleration(t)
     >>> picture = scalogram(record, 0.01, "symmetric_ricker", np.array([0.4, 0.8, 1.6]))

@@ -20,7 +20,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rockframe.matching.signal import Signal, padded_size, part_energies, part_spectra
-from rockframe.wavelets import RICKERS, WAVELETS
+from rockframe.wavelets.family import RICKERS, WAVELETS
 
 Float = NDArray[np.float64]
 Single = NDArray[np.float32]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.matching.weighting import Weighting
-from rockframe.wavelets import WAVELETS
+from rockframe.wavelets.family import WAVELETS
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

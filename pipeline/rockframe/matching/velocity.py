@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from rockframe.matching.match import best_ricker, match_pulses
 from rockframe.matching.signal import velocity_of
-from rockframe.options import PulseOptions
-from rockframe.wavelets import RICKERS, Pulse
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

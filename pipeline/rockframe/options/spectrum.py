@@ -44,7 +44,7 @@ class SpectrumOptions(Options):
     @model_validator(mode="after")
     def _pulses(self) -> Self:
         """Require a phase and a number of half cycles that are valid for each wavelet."""
-        from rockframe.wavelets import Pulse  # loads numpy, which other models do not need
+        from rockframe.wavelets.pulse import Pulse
 
         phase = math.radians(self.phase_degree)
         for name in self.wavelet:

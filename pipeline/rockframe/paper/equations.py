@@ -14,7 +14,7 @@ from rockframe.paper.claim import Claim, Finding, judged
 from rockframe.paper.parameters import BRIDGE
 from rockframe.rocking import GroundAcceleration, respond, restoring_moment
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from rockframe.paper.claim import Claim, judged
 from rockframe.paper.parameters import BRIDGE
 from rockframe.rocking import Response, respond
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 #: A pulse that the bridge survives, and the duration of free rocking after it [s].
 _PULSE: Final = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)

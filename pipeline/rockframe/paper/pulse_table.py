@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from rockframe.matching import match_pulses
-from rockframe.options import PulseOptions
+from rockframe.matching.match import match_pulses
+from rockframe.options.pulse import PulseOptions
 from rockframe.paper.table1 import PaperRecord, paper_record_of
 from rockframe.record import Record
 from rockframe.units import GRAVITY

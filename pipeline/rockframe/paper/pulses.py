@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.paper.claim import Claim, Finding, judged, number_claim
-from rockframe.wavelets import BETA, RICKERS, Pulse
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
+from rockframe.wavelets.ricker import BETA
 
 Float = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from rockframe.paper.table1 import (
     compare,
     paper_records,
 )
-from rockframe.results import TableRow
+from rockframe.results.tables.table import TableRow
 
 _COMMAND: Final = "rockframe table1 --records FOLDER"
 #: Symbol in Table 1 and unit of each quantity.

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.paper.claim import Claim, Finding, judged
 from rockframe.rocking import Verdict, overturning_spectrum, respond_many
-from rockframe.wavelets import RICKERS, Pulse
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

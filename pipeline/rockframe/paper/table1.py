@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.paper.claim import judged
-from rockframe.results import TableRow
+from rockframe.results.tables.table import TableRow
 
 #: Relative differences of peaks above which a record or its processing is not the paper's [1].
 #: Rounding to two decimals makes up to 1 %; integration and the baseline add to that for PGV.

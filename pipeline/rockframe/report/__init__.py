@@ -2,8 +2,3 @@
 
 Template, style and script are in this folder; `web` holds the parts that pages share.
 """
-
-from rockframe.report.page import render as render
-from rockframe.report.payload import choose as choose
-from rockframe.report.seal import is_whole as is_whole
-from rockframe.report.seal import sealed as sealed

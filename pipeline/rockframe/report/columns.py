@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from rockframe.results import pulse_mark, stated_verdict
+from rockframe.results.tables.table import pulse_mark, stated_verdict
 
 #: Shown as dashes for structures that overturn: they describe only the fall.
 _OF_THE_FALL: Final = ("peak_rotation_ratio", "u_max_m", "v_max_m")

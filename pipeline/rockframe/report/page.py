@@ -12,9 +12,11 @@ from markupsafe import Markup
 from rockframe.provenance import source_code_hash, versions
 from rockframe.report.columns import shown
 from rockframe.report.payload import checks, payload
-from rockframe.results import Ground, History, Run, pulse_mark, stated_verdict
+from rockframe.results.motions import Ground, History
+from rockframe.results.run import Run
+from rockframe.results.tables.table import pulse_mark, stated_verdict
 from rockframe.rocking import VerdictKind
-from rockframe.web import UPLOT, environment, policy, script, style
+from rockframe.web.assets import UPLOT, environment, policy, script, style
 
 _HOME: Final = Path(__file__).parent
 #: Parts of the page's own script; each may use those before it.

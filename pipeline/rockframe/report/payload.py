@@ -14,9 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockframe.cells import write_table
-from rockframe.results import Fact, Ground, History, Run, rank, stated_pulse, stated_verdict
+from rockframe.results.motions import Ground, History
+from rockframe.results.run import Run, rank
+from rockframe.results.tables.known import Fact
+from rockframe.results.tables.table import stated_pulse, stated_verdict
 from rockframe.rocking import StatedVerdict
-from rockframe.signals import CHECKS
+from rockframe.signals.checks import CHECKS
 from rockframe.units import GRAVITY
 
 #: Printed form of exponents in CF units.

@@ -15,7 +15,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.engines import Engine, map_batches
+from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import InputError
 from rockframe.provenance import source_code_hash, versions, whole_file
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.matching import PulseVerdict
+from rockframe.matching.likeness import PulseVerdict
 from rockframe.provenance import sha256_of
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS

@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.matching import RecordPulses
+from rockframe.matching.found import RecordPulses
 from rockframe.record import Record
 from rockframe.results.merging import no_records
 from rockframe.results.schema import PULSES, PULSES_NC
 from rockframe.results.writing import growing, named, put
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 _SERIES: Final = ("residual", "pulse_velocity", "pulse_displacement")
 

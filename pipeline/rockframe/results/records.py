@@ -18,7 +18,8 @@ from rockframe.record import Orientation, Record
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS, RECORDS_NC
 from rockframe.results.writing import growing, named, put
-from rockframe.signals import Passport, integrate, peak
+from rockframe.signals.passport import Passport
+from rockframe.signals.processing import integrate, peak
 
 
 def write_records(
@@ -241,7 +242,6 @@ def open_records(path: str | Path) -> RecordsFile:
     Examples
     --------
     >>> import tempfile
-    >>> from rockframe.results import write_records
     >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "records.nc")

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.engines import on_threads, threads
+from rockframe.engines.threads import on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
@@ -19,7 +19,7 @@ from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered, Prepared
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.kernels.excursions import DISTANCE
 from rockframe.rocking.response import as_ground, refuse_flight
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]

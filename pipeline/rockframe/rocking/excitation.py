@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.rocking.kernels.kernel import MAX_GROUND_DEGREE
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

@@ -79,7 +79,7 @@ def trajectory(response: Response) -> tuple[Float, Float]:
     Examples
     --------
     >>> from rockframe.rocking.response import respond
-    >>> from rockframe.wavelets import Pulse
+    >>> from rockframe import Pulse
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> response = respond(bent, pulse)

@@ -23,7 +23,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Response, as_ground
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration

@@ -16,7 +16,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
     from rockframe.rocking.margins.margins import Margin

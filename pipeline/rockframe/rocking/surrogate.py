@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rockframe.rocking.response import Response, Verdict, respond
 
 if TYPE_CHECKING:
-    from rockframe.wavelets import Pulse
+    from rockframe.wavelets.pulse import Pulse
 
 
 @dataclass(frozen=True)

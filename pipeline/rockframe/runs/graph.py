@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from rockframe.options import Options
+from rockframe.options.model import Options
 from rockframe.provenance import MANIFEST
 from rockframe.runs.step import Step
-from rockframe.study import Study
+from rockframe.study.study import Study
 
 #: The list of the record files and their hashes; it is written first and makes the graph static.
 INPUTS: Final = "inputs.csv"

@@ -32,7 +32,7 @@ def finish(folder: Path) -> int:
     InputError
         If an input changed or vanished since the run was planned, or an output is missing.
     """
-    from rockframe.results import write_manifest  # a second that other commands need not wait
+    from rockframe.results.manifest import write_manifest
 
     plan = read_plan(folder)
     inputs = {file.name: file.sha256 for file in plan.inputs}
@@ -82,7 +82,8 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
     """Return name and SHA-256 of what the records were read from, whatever the files are now."""
-    from rockframe.results import RECORDS, describe
+    from rockframe.results.reading import describe
+    from rockframe.results.schema import RECORDS
 
     records = folder / "records.nc"
     return dict(describe(records, RECORDS).inputs) if records.is_file() else {}

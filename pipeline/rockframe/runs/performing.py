@@ -9,38 +9,29 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from rockframe.engines import Engine, choose_engine
+from rockframe.engines.choice import choose_engine
+from rockframe.engines.engine import Engine
 from rockframe.engines.pool import serve
 from rockframe.errors import InputError, RockframeError
 from rockframe.ingest import Rejection
-from rockframe.options import (
-    FigureOptions,
-    Filters,
-    IngestOptions,
-    PulseOptions,
-    ReportOptions,
-    RespondOptions,
-    RockingSpectrumOptions,
-    ScreenOptions,
-    SpectrumOptions,
-)
+from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions, ScreenOptions
+from rockframe.options.showing import FigureOptions, ReportOptions
+from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 from rockframe.runs.manifest import finish
 from rockframe.runs.state import stamp
 from rockframe.runs.step import Step
-from rockframe.stages import (
-    Batch,
-    figures_stage,
-    ingest_stage,
-    merge_stage,
-    pulse_stage,
-    report_stage,
-    require_whole,
-    respond_stage,
-    rocking_spectrum_stage,
-    screen_stage,
-    spectrum_stage,
-    table_stage,
-)
+from rockframe.stages.common import Batch
+from rockframe.stages.figures import figures_stage
+from rockframe.stages.ingest import ingest_stage
+from rockframe.stages.merge import merge_stage
+from rockframe.stages.pulse import pulse_stage
+from rockframe.stages.report import report_stage, require_whole
+from rockframe.stages.respond import respond_stage
+from rockframe.stages.screening.screen import screen_stage
+from rockframe.stages.spectrum import rocking_spectrum_stage, spectrum_stage
+from rockframe.stages.table import table_stage
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ from rockframe.provenance import (
 )
 from rockframe.runs.graph import INPUTS, STRUCTURES, steps_of
 from rockframe.runs.step import Step
-from rockframe.study import Study, read_limits, structures_text
+from rockframe.study.passport import read_limits
+from rockframe.study.study import Study, structures_text
 
 #: Where a run keeps what is no result: plan, stamps, lock. Hidden, beside the results.
 KEPT: Final = ".rockframe"

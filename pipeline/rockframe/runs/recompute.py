@@ -58,7 +58,8 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
 
 
 def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
-    from rockframe.results import describe, differences
+    from rockframe.results.reading import describe
+    from rockframe.results.tables.differences import differences
 
     kind, batch = _SAMPLED.get(step.stage, step.stage), (1, 1)
     whole = folder / f"{kind}.nc"
@@ -77,7 +78,7 @@ def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str,
 
 def _strange_table(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
     """Compare the tables of a screening with those made from the screening in the folder."""
-    from rockframe.results import write_screen_tables
+    from rockframe.results.screening.tables import write_screen_tables
 
     if step.stage == "screen":
         for path in write_screen_tables(folder / "screen.nc", elsewhere / "screen.nc").values():

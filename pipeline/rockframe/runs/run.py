@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from rockframe.engines import DaskScheduler, Engine, OneProcess, ProcessPool, map_batches
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches
+from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import InputError
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
 from rockframe.runs.graph import PAGE

@@ -19,7 +19,7 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.processing import Float, integrate, peak
-from rockframe.study import PassportLimits
+from rockframe.study.passport import PassportLimits
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from rockframe.errors import ParameterError
-from rockframe.results import RecordsFile
+from rockframe.results.records import RecordsFile
 
 Task = TypeVar("Task")
 

@@ -8,15 +8,11 @@ from typing import Final
 
 import xarray as xr
 
-from rockframe.figures import (
-    Captioned,
-    draw_fragility,
-    draw_overturning_spectra,
-    draw_peak_distribution,
-    draw_rocking_spectrum,
-    save_captioned,
-)
-from rockframe.results import read_rocking_spectrum, read_screening, read_spectrum
+from rockframe.figures.captioned import Captioned, save_captioned
+from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
+from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
+from rockframe.results.screening.screen import read_screening
+from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
 from rockframe.rocking import Verdict
 
 #: Name of a figure without its suffix, its description, and the figure.

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 
 if TYPE_CHECKING:
-    from rockframe.fetch import Fetched, Request
+    from rockframe.fetch.coverage import Fetched
+    from rockframe.fetch.request import Request
 
 
 def fetch_stage(
@@ -39,7 +40,7 @@ def fetch_stage(
     ServiceError
         If nothing came in, or a service stays silent or refuses what it is asked.
     """
-    from rockframe.fetch import fetch  # loads obspy's client, which other stages do not need
+    from rockframe.fetch.run import fetch
 
     fetched = fetch(request, folder, timeout=timeout, progress=progress)
     entries = [CatalogueEntry(**facts) for facts in fetched.facts()]

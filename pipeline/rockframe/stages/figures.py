@@ -9,18 +9,16 @@ from typing import Final
 
 from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures import draw_response_history, save
-from rockframe.options import FigureOptions
+from rockframe.figures.captioned import save
+from rockframe.figures.response_history import draw_response_history
+from rockframe.options.showing import FigureOptions
 from rockframe.provenance import replaced_folder
-from rockframe.results import (
-    TableRow,
-    best_pulses,
-    kind_of,
-    open_records,
-    open_response,
-    rows_of,
-    stated_pulse,
-)
+from rockframe.results.reading import kind_of
+from rockframe.results.records import open_records
+from rockframe.results.response import open_response
+from rockframe.results.tables.pulse_rows import best_pulses
+from rockframe.results.tables.rejections import rows_of
+from rockframe.results.tables.table import TableRow, stated_pulse
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.curves import draw_curves
 from rockframe.stages.table import table_rows_of

@@ -20,19 +20,14 @@ from rockframe.ingest import (
     read_catalogue,
     sources_of,
 )
-from rockframe.options import Filters, IngestOptions
+from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.provenance import refuse_overwriting, sha256_of
-from rockframe.results import (
-    Entry,
-    is_netcdf,
-    open_records,
-    refuse_strange_entries,
-    require_ending,
-    write_records,
-)
+from rockframe.results.records import open_records, write_records
+from rockframe.results.tables.entries import Entry, refuse_strange_entries
+from rockframe.results.writing import is_netcdf, require_ending
 from rockframe.stages.intake import Ingested, Intake
 from rockframe.stages.rotation import rotated, sweeps
-from rockframe.study import PassportLimits, read_limits
+from rockframe.study.passport import PassportLimits, read_limits
 
 
 def ingest_stage(

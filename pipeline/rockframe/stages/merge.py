@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rockframe.ingest import Rejection
 from rockframe.provenance import refuse_overwriting
-from rockframe.results import kind_of, merge
+from rockframe.results.merging import merge
+from rockframe.results.reading import kind_of
 
 
 def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from rockframe.engines import Engine, map_batches
+from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.matching import RecordPulses, find_pulses
-from rockframe.options import PulseOptions
+from rockframe.matching.found import RecordPulses, find_pulses
+from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
-from rockframe.results import RecordsFile, input_hash, open_records, write_pulses
+from rockframe.results.pulses import write_pulses
+from rockframe.results.records import RecordsFile, open_records
+from rockframe.results.writing import input_hash
 from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
 
 #: Records per task.

@@ -8,10 +8,13 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.options import ReportOptions
+from rockframe.options.showing import ReportOptions
 from rockframe.provenance import MANIFEST, refuse_overwriting, sha256_of, whole_file
-from rockframe.report import choose, is_whole, render, sealed
-from rockframe.results import read_histories, read_run
+from rockframe.report.page import render
+from rockframe.report.payload import choose
+from rockframe.report.seal import is_whole, sealed
+from rockframe.results.motions import read_histories
+from rockframe.results.run import read_run
 from rockframe.stages.verify import verify_run
 
 #: File name of the page, in the folder of its run.

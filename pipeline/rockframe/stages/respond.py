@@ -9,21 +9,19 @@ from functools import partial
 from pathlib import Path
 from typing import Final, Self
 
-from rockframe.components import vertical_beside
-from rockframe.engines import Engine, map_batches, on_threads
+from rockframe.components.pairing import vertical_beside
+from rockframe.engines.engine import Engine, map_batches
+from rockframe.engines.threads import on_threads
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
-from rockframe.options import RespondOptions
+from rockframe.options.respond import RespondOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
-from rockframe.results import (
-    RecordsFile,
-    input_hash,
-    open_records,
-    pulses_with_hashes,
-    write_responses,
-)
+from rockframe.results.records import RecordsFile, open_records
+from rockframe.results.response import write_responses
+from rockframe.results.tables.pulse_rows import pulses_with_hashes
+from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     GroundAcceleration,
     Histories,
@@ -33,8 +31,8 @@ from rockframe.rocking import (
     with_pulse,
 )
 from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
-from rockframe.study import SHIPPED_STRUCTURES, read_structures
-from rockframe.wavelets import Pulse
+from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
+from rockframe.wavelets.pulse import Pulse
 
 #: Samples times structures of a task, which bounds the memory for histories.
 _NODES: Final = 200_000

@@ -8,11 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from rockframe.components import HorizontalPair, motion_of, pair_horizontals, rotate, rotd
+from rockframe.components.pair import HorizontalPair
+from rockframe.components.pairing import motion_of, pair_horizontals
+from rockframe.components.rotation import rotate
+from rockframe.components.sweep import rotd
 from rockframe.errors import InputError
 from rockframe.record import Orientation, Record
-from rockframe.results import Entry, RecordsFile
-from rockframe.signals import Passport, integrate
+from rockframe.results.records import RecordsFile
+from rockframe.results.tables.entries import Entry
+from rockframe.signals.passport import Passport
+from rockframe.signals.processing import integrate
 from rockframe.stages.intake import Intake, checked
 
 

@@ -7,22 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from rockframe.engines import Engine
+from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
-from rockframe.options import RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 from rockframe.provenance import refuse_overwriting
-from rockframe.results import (
-    ROCKING_SPECTRUM,
-    SPECTRUM,
-    input_hash,
-    open_records,
-    rocking_spectrum_dataset,
-    spectrum_dataset,
-    write,
-)
+from rockframe.results.records import open_records
+from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM
+from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
+from rockframe.results.writing import input_hash, write
 from rockframe.rocking import overturning_spectrum, rocking_spectrum
 from rockframe.stages.common import horizontal
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 
 def spectrum_stage(output: Path, options: SpectrumOptions, *, engine: Engine | None = None) -> None:

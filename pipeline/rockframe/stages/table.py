@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from rockframe.paper import with_paper_facts
+from rockframe.paper.table1 import with_paper_facts
 from rockframe.provenance import refuse_overwriting
-from rockframe.results import TableRow, table_rows, write_rows_as
+from rockframe.results.tables.formats import write_rows_as
+from rockframe.results.tables.table import TableRow, table_rows
 
 
 def table_stage(

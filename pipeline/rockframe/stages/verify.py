@@ -9,19 +9,11 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.provenance import processor, sha256_of, source_code_hash, versions
-from rockframe.results import (
-    PULSES,
-    RECORDS,
-    RESPONSE,
-    ROCKING_SPECTRUM,
-    SCREEN,
-    SPECTRUM,
-    Described,
-    describe,
-    open_records,
-    read_manifest,
-    rows_of,
-)
+from rockframe.results.manifest import read_manifest
+from rockframe.results.reading import Described, describe
+from rockframe.results.records import open_records
+from rockframe.results.schema import PULSES, RECORDS, RESPONSE, ROCKING_SPECTRUM, SCREEN, SPECTRUM
+from rockframe.results.tables.rejections import rows_of
 
 #: Files of a run with datasets, in the order of the stages.
 _DATASETS: Final = {

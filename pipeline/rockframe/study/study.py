@@ -11,20 +11,14 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from rockframe.errors import InputError
-from rockframe.options import (
-    BatchOptions,
-    FigureOptions,
-    Filters,
-    IngestOptions,
-    Options,
-    PulseOptions,
-    ReportOptions,
-    RespondOptions,
-    RockingSpectrumOptions,
-    ScreenOptions,
-    SpectrumOptions,
-)
+from rockframe.options.execution import BatchOptions
 from rockframe.options.fields import File, Name, Texts
+from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.model import Options
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions, ScreenOptions
+from rockframe.options.showing import FigureOptions, ReportOptions
+from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
     StructureEntry,

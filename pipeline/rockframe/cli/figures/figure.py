@@ -67,7 +67,7 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
     from rockframe.cli.console import show_json
-    from rockframe.figures import save_captioned
+    from rockframe.figures.captioned import save_captioned
 
     output: Path = options.output
     drawn, status = FIGURES[options.figure].draw(options)

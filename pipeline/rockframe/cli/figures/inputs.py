@@ -11,7 +11,7 @@ from rockframe.cli.arguments import chosen_structures, stated_records
 if TYPE_CHECKING:
     from rockframe.frame import RockingFrame
     from rockframe.record import Record
-    from rockframe.results import RecordsFile
+    from rockframe.results.records import RecordsFile
     from rockframe.rocking import GroundAcceleration
 
 
@@ -27,10 +27,10 @@ class Pair:
 
 def pair_of(options: argparse.Namespace) -> Pair:
     """Return the record and the structure of a figure of one."""
-    from rockframe.components import vertical_beside
+    from rockframe.components.pairing import vertical_beside
     from rockframe.errors import ParameterError
-    from rockframe.results import open_records
-    from rockframe.stages import with_vertical
+    from rockframe.results.records import open_records
+    from rockframe.stages.respond import with_vertical
 
     frame = structure_of(options)
     if options.record and len(options.record) > 1:
@@ -71,14 +71,14 @@ def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Recor
 
 def structure_of(options: argparse.Namespace) -> RockingFrame:
     """Return the requested structure, or the first: by default the paper's bridge bent."""
-    from rockframe.stages import choose_structures
+    from rockframe.stages.respond import choose_structures
 
     return choose_structures(chosen_structures(options), options.structure)[0]
 
 
 def title_of(record: Record) -> str:
     """Return the names of event and record in two lines."""
-    from rockframe.paper import paper_record_of
+    from rockframe.paper.table1 import paper_record_of
 
     printed = paper_record_of(record.source_file)
     if printed is not None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Final
 
-from rockframe.options import PulseOptions
+from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
-    from rockframe.figures import Captioned
-    from rockframe.matching import PulseMatch
+    from rockframe.figures.captioned import Captioned
+    from rockframe.matching.match import PulseMatch
     from rockframe.record import Record
 
 #: Records of the paper's Figure 8, by their names in its Table 1, and their wavelets.
@@ -22,8 +22,8 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the requested records, or the paper's two, or the two that match best."""
     from rockframe.cli.figures.inputs import title_of
     from rockframe.errors import ParameterError
-    from rockframe.figures import draw_record_and_pulse
-    from rockframe.results import pulse_dataset
+    from rockframe.figures.record_and_pulse import draw_record_and_pulse
+    from rockframe.results.plots.pulse_pictures import pulse_dataset
 
     records, status = _records(options)
     if options.record and len(records) > _MOST_RECORDS:
@@ -42,9 +42,9 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the transform for the Ricker wavelet that matches better."""
-    from rockframe.figures import draw_scalogram as draw
-    from rockframe.matching import best_ricker
-    from rockframe.results import scalogram_dataset
+    from rockframe.figures.pulse_search import draw_scalogram as draw
+    from rockframe.matching.match import best_ricker
+    from rockframe.results.plots.pulse_pictures import scalogram_dataset
 
     (record, matching), status = _clearest(options)
     matches = _rickers(record, matching)
@@ -55,9 +55,9 @@ def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the match index of all wavelets over the period."""
-    from rockframe.figures import draw_match_curves as draw
-    from rockframe.matching import match_pulses
-    from rockframe.results import match_curve_dataset
+    from rockframe.figures.pulse_search import draw_match_curves as draw
+    from rockframe.matching.match import match_pulses
+    from rockframe.results.plots.pulse_pictures import match_curve_dataset
 
     (record, matching), status = _clearest(options)
     matches = match_pulses(record.acceleration, record.time_step, matching)
@@ -70,8 +70,8 @@ def _records(
     """Return the requested records with their usable options, and the exit status."""
     from rockframe.cli.arguments import stated_records
     from rockframe.cli.figures.inputs import chosen_records
-    from rockframe.results import open_records
-    from rockframe.stages import usable
+    from rockframe.results.records import open_records
+    from rockframe.stages.pulse import usable
 
     with stated_records(options) as (path, status), open_records(path) as file:
         return [
@@ -83,7 +83,7 @@ def _records(
 def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions], int]:
     """Return the requested record, or the one that a Ricker wavelet matches best."""
     from rockframe.errors import ParameterError
-    from rockframe.matching import best_ricker
+    from rockframe.matching.match import best_ricker
 
     records, status = _records(options)
     if options.record and len(records) > 1:
@@ -99,8 +99,8 @@ def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions],
 
 
 def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
-    from rockframe.matching import match_pulses
-    from rockframe.wavelets import RICKERS
+    from rockframe.matching.match import match_pulses
+    from rockframe.wavelets.family import RICKERS
 
     alone = matching.replaced(wavelet=tuple(RICKERS))
     return match_pulses(record.acceleration, record.time_step, alone)
@@ -108,7 +108,8 @@ def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
 
 def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
     """Return the result of the test against noise of the match of a wavelet."""
-    from rockframe.matching import likeness, match_pulses, pulse_words
+    from rockframe.matching.likeness import likeness, pulse_words
+    from rockframe.matching.match import match_pulses
 
     matches = match_pulses(record.acceleration, record.time_step, matching)
     found = likeness(record.acceleration, record.time_step, matches, matching)[wavelet]
@@ -116,14 +117,14 @@ def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
 
 
 def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
-    from rockframe.matching import best_ricker
+    from rockframe.matching.match import best_ricker
 
     return [(i, best_ricker(found)) for i, found in enumerate(matches)]
 
 
 def _shown(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
     """Return the paper's two records if available, else the best one for each wavelet."""
-    from rockframe.paper import paper_record_of
+    from rockframe.paper.table1 import paper_record_of
 
     printed = [paper_record_of(record.source_file) for record in records]
     named = {paper.record: i for i, paper in enumerate(printed) if paper is not None}

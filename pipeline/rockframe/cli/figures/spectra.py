@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from rockframe.cli.figures.inputs import Pair
-    from rockframe.figures import Captioned
+    from rockframe.figures.captioned import Captioned
 
 #: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio stands for the limit of a
 #: very heavy beam. The paper does not state its mass ratios.
@@ -46,10 +46,11 @@ def draw_9(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw Figure 9 of the paper."""
     import numpy as np
 
-    from rockframe.figures import draw_overturning_spectra
-    from rockframe.results import spectrum_dataset
+    from rockframe.figures.spectra import draw_overturning_spectra
+    from rockframe.results.spectra import spectrum_dataset
     from rockframe.rocking import overturning_spectrum
-    from rockframe.wavelets import RICKERS, Pulse
+    from rockframe.wavelets.family import RICKERS
+    from rockframe.wavelets.pulse import Pulse
 
     points = _points(options)
     found = overturning_spectrum(
@@ -67,8 +68,8 @@ def draw_rocking(pair: Pair) -> tuple[Captioned, int]:
     """Draw the rocking spectra of a record."""
     import numpy as np
 
-    from rockframe.figures import draw_rocking_spectrum
-    from rockframe.results import rocking_spectrum_dataset
+    from rockframe.figures.spectra import draw_rocking_spectrum
+    from rockframe.results.spectra import rocking_spectrum_dataset
     from rockframe.rocking import rocking_spectrum
 
     found = rocking_spectrum(
@@ -85,8 +86,8 @@ def draw_stability(pair: Pair, options: argparse.Namespace) -> tuple[Captioned, 
     """Draw the stability map of a record."""
     import numpy as np
 
-    from rockframe.figures import draw_stability_map
-    from rockframe.results import stability_dataset
+    from rockframe.figures.stability_map import draw_stability_map
+    from rockframe.results.plots.stability import stability_dataset
 
     points = max(2, _points(options) // _COARSER)
     heights = pair.frame.height * np.geomspace(*_HEIGHTS, points)

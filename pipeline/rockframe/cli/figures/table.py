@@ -19,10 +19,10 @@ from rockframe.cli.figures.inputs import (
     title_of,
 )
 from rockframe.cli.figures.spectra import draw_9, draw_rocking, draw_stability
-from rockframe.options import RespondOptions
+from rockframe.options.respond import RespondOptions
 
 if TYPE_CHECKING:
-    from rockframe.figures import Captioned
+    from rockframe.figures.captioned import Captioned
 
 #: Largest number of histories on a page.
 _MOST_RECORDS: Final = 12
@@ -41,8 +41,8 @@ class Entry:
 def _draw_5(_options: argparse.Namespace) -> tuple[Captioned, int]:
     import numpy as np
 
-    from rockframe.figures import draw_equivalent_size
-    from rockframe.results import size_dataset
+    from rockframe.figures.parameters import draw_equivalent_size
+    from rockframe.results.plots.curves import size_dataset
 
     return draw_equivalent_size(size_dataset(np.linspace(0.0, 10.0, 201))), 0
 
@@ -50,8 +50,8 @@ def _draw_5(_options: argparse.Namespace) -> tuple[Captioned, int]:
 def _draw_7(_options: argparse.Namespace) -> tuple[Captioned, int]:
     import numpy as np
 
-    from rockframe.figures import draw_restitution
-    from rockframe.results import restitution_dataset
+    from rockframe.figures.parameters import draw_restitution
+    from rockframe.results.plots.curves import restitution_dataset
 
     degrees = np.arange(0.1, 60.0, 0.1)
     return draw_restitution(restitution_dataset(np.radians(degrees), _MASS_RATIOS)), 0
@@ -60,9 +60,10 @@ def _draw_7(_options: argparse.Namespace) -> tuple[Captioned, int]:
 def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.cli.console import show_rejections
     from rockframe.errors import ParameterError
-    from rockframe.figures import draw_response_grid
-    from rockframe.results import open_records, open_response
-    from rockframe.stages import respond_stage
+    from rockframe.figures.response_grid import draw_response_grid
+    from rockframe.results.records import open_records
+    from rockframe.results.response import open_response
+    from rockframe.stages.respond import respond_stage
 
     frame = structure_of(options)
     with stated_records(options) as (given, status), tempfile.TemporaryDirectory() as folder:
@@ -93,16 +94,16 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 
 def _draw_moment_rotation(options: argparse.Namespace) -> tuple[Captioned, int]:
-    from rockframe.figures import draw_moment_rotation
-    from rockframe.results import portrait_dataset
+    from rockframe.figures.portraits import draw_moment_rotation
+    from rockframe.results.plots.joints import portrait_dataset
 
     pair = pair_of(options)
     return draw_moment_rotation(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
 def _draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
-    from rockframe.figures import draw_phase_portrait
-    from rockframe.results import portrait_dataset
+    from rockframe.figures.portraits import draw_phase_portrait
+    from rockframe.results.plots.joints import portrait_dataset
 
     pair = pair_of(options)
     return draw_phase_portrait(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
@@ -110,8 +111,8 @@ def _draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 def _draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
     from rockframe.errors import ParameterError
-    from rockframe.figures import draw_joints
-    from rockframe.results import joints_dataset
+    from rockframe.figures.joints import draw_joints
+    from rockframe.results.plots.joints import joints_dataset
 
     if not options.friction > 0.0:
         raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")

@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     from rockframe.errors import InputError, ParameterError
     from rockframe.options.fields import Name
     from rockframe.provenance import whole_file
-    from rockframe.study import SCHEMA, commented_study, schema
+    from rockframe.study.commented import SCHEMA, commented_study, schema
 
     if options.name.endswith(".toml"):
         bare = options.name.removesuffix(".toml")

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.cli.options import add_options, folder_to_write, path
-from rockframe.options import ExecutionOptions
+from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
-    from rockframe.runs import Outcome, Plan
+    from rockframe.runs.plan import Plan
+    from rockframe.runs.run import Outcome
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,9 +34,10 @@ def run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
     from rockframe.cli.arguments import chosen_engine
     from rockframe.cli.console import progress_bar, show_json
-    from rockframe.results import rejections_of
-    from rockframe.runs import Watch, make_plan, run_plan
-    from rockframe.study import read_study
+    from rockframe.results.tables.rejections import rejections_of
+    from rockframe.runs.plan import make_plan
+    from rockframe.runs.run import Watch, run_plan
+    from rockframe.study.study import read_study
 
     study = read_study(options.study)
     plan = make_plan(study, options.output)
@@ -71,7 +73,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json
-    from rockframe.runs import Watch, locked, prepare
+    from rockframe.runs.lock import locked
+    from rockframe.runs.run import Watch, prepare
 
     with locked(options.output):
         states, _ = prepare(plan, options.output, replace=options.replace, watch=Watch(_warn))

@@ -17,7 +17,11 @@ def run(options: argparse.Namespace) -> int:
     """Hash the files and print the state of each step."""
     from rockframe.cli.console import show_json, show_table
     from rockframe.provenance import source_code_hash
-    from rockframe.runs import changed_inputs, damaged, is_locked, read_plan, status_of
+    from rockframe.runs.lock import is_locked
+    from rockframe.runs.manifest import changed_inputs
+    from rockframe.runs.plan_file import read_plan
+    from rockframe.runs.run import status_of
+    from rockframe.runs.state import damaged
 
     plan = read_plan(options.folder)
     states = status_of(options.folder)

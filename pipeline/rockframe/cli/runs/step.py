@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rockframe.cli.options import add_options, chosen, path
-from rockframe.options import ExecutionOptions
+from rockframe.options.execution import ExecutionOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,7 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Perform the step. Return 1 if records were rejected."""
     from rockframe.errors import ParameterError
-    from rockframe.runs import Work, perform, read_plan
+    from rockframe.runs.performing import Work, perform
+    from rockframe.runs.plan_file import read_plan
 
     plan = read_plan(options.folder)
     step = next((step for step in plan.steps if step.name == options.name), None)

@@ -20,14 +20,16 @@ from rockframe.cli.arguments import (
 from rockframe.cli.console import number, show_table, table_width
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
 from rockframe.cli.stages.respond import response_cells
-from rockframe.matching import LEVEL
-from rockframe.options import IngestOptions, PulseOptions, RespondOptions
-from rockframe.paper import BORROWED, Comparison
-from rockframe.results import TableRow, pulse_mark
+from rockframe.matching.likeness import LEVEL
+from rockframe.options.ingest import IngestOptions
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions
+from rockframe.paper.table1 import BORROWED, Comparison
+from rockframe.results.tables.table import TableRow, pulse_mark
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
-    from rockframe.stages import Ingested
+    from rockframe.stages.intake import Ingested
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,10 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.cli.console import progress_bar, show_json, show_rejections
-    from rockframe.paper import compare, statements
+    from rockframe.paper.table1 import compare, statements
     from rockframe.provenance import whole_folder
-    from rockframe.results import pulse_rows
-    from rockframe.stages import draw_records, table_rows_of, write_table
+    from rockframe.results.tables.pulse_rows import pulse_rows
+    from rockframe.stages.figures import draw_records
+    from rockframe.stages.table import table_rows_of, write_table
 
     folder: Path = options.output
     _require_sound(options)
@@ -96,8 +99,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _require_sound(options: argparse.Namespace) -> None:
     """Validate all options and the structures before anything is computed."""
-    from rockframe.stages import choose_structures
-    from rockframe.study import read_limits
+    from rockframe.stages.respond import choose_structures
+    from rockframe.study.passport import read_limits
 
     ingest = chosen(options, IngestOptions)
     chosen(options, PulseOptions)
@@ -109,9 +112,11 @@ def _require_sound(options: argparse.Namespace) -> None:
 
 def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
     from rockframe.cli.console import progress_bar, progress_names
-    from rockframe.engines import OneProcess
-    from rockframe.stages import ingest_stage, pulse_stage, respond_stage
-    from rockframe.study import bundled_records
+    from rockframe.engines.engine import OneProcess
+    from rockframe.stages.ingest import ingest_stage
+    from rockframe.stages.pulse import pulse_stage
+    from rockframe.stages.respond import respond_stage
+    from rockframe.study.structures import bundled_records
 
     records = folder / "records.nc"
     with progress_names("reading") as reading:

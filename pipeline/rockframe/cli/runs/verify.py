@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Verify the run and print the result. Return 0 only if there are no faults."""
     from rockframe.cli.console import show_json
-    from rockframe.stages import strange_report, verify_run
+    from rockframe.stages.report import strange_report
+    from rockframe.stages.verify import verify_run
 
     found = verify_run(options.folder)
     faults = [*found.faults, *strange_report(options.folder), *_strange_plan(options.folder)]
@@ -72,7 +73,9 @@ def run(options: argparse.Namespace) -> int:
 def _strange_plan(folder: Path) -> list[str]:
     """Return the faults of the plan and other internal files of the run, if it has any."""
     from rockframe.errors import InputError
-    from rockframe.runs import KEPT, damaged, read_plan
+    from rockframe.runs.plan import KEPT
+    from rockframe.runs.plan_file import read_plan
+    from rockframe.runs.state import damaged
 
     faults = [f"{path}: {what}." for path, what in damaged(folder, {}).items()]
     plan = folder / KEPT / "plan.json"
@@ -89,7 +92,7 @@ def _strange_plan(folder: Path) -> list[str]:
 def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:
     """Compute results again if requested and no file is at fault; append new faults."""
     from rockframe.errors import ParameterError
-    from rockframe.runs import recompute
+    from rockframe.runs.recompute import recompute
 
     if options.recompute is None:
         return []

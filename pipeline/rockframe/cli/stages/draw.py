@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
-from rockframe.options import FigureOptions
+from rockframe.options.showing import FigureOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw the figures, and print their number."""
     from rockframe.cli.console import progress_bar, show_json
-    from rockframe.stages import figures_stage
+    from rockframe.stages.figures import figures_stage
 
     wanted = chosen(options, FigureOptions)
     with progress_bar("drawing") as progress:

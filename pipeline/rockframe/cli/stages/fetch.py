@@ -12,7 +12,8 @@ from rockframe.cli.options import folder_to_write
 from rockframe.errors import ParameterError
 
 if TYPE_CHECKING:
-    from rockframe.fetch import Coverage, Request
+    from rockframe.fetch.coverage import Coverage
+    from rockframe.fetch.request import Request
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -123,7 +124,7 @@ def _add_stations(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Download, and print what was requested and received."""
     from rockframe.cli.console import progress_names, show_json
-    from rockframe.stages import fetch_stage
+    from rockframe.stages.fetch import fetch_stage
 
     if not (math.isfinite(options.timeout) and options.timeout > 0.0):
         raise ParameterError(f"Invalid timeout {options.timeout!r} s. Must be positive and finite.")
@@ -141,7 +142,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _request(options: argparse.Namespace) -> Request:
-    from rockframe.fetch import Event, Request
+    from rockframe.fetch.request import Event, Request
 
     event = None
     if options.origin is not None:

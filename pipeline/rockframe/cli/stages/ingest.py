@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import FILTERS, reading_workers
 from rockframe.cli.options import add_options, chosen, file_to_write, path
-from rockframe.options import Filters, IngestOptions, ReadingOptions
+from rockframe.options.execution import ReadingOptions
+from rockframe.options.ingest import Filters, IngestOptions
 
 if TYPE_CHECKING:
-    from rockframe.results import Entry
-    from rockframe.signals import Passport
-    from rockframe.stages import Ingested
+    from rockframe.results.tables.entries import Entry
+    from rockframe.signals.passport import Passport
+    from rockframe.stages.intake import Ingested
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the accepted records."""
     from rockframe.cli.console import progress_names, show_json, show_rejections
-    from rockframe.stages import ingest_stage
+    from rockframe.stages.ingest import ingest_stage
 
     def listed(entries: Sequence[Entry]) -> None:
         """List the outcome of each file if no record was accepted."""

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import add_batch, chosen_batch, chosen_engine, records_file
 from rockframe.cli.options import add_options, chosen, file_to_write, path
-from rockframe.options import ExecutionOptions, IngestOptions, PulseOptions
+from rockframe.options.execution import ExecutionOptions
+from rockframe.options.ingest import IngestOptions
+from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
-    from rockframe.paper import PaperPulse
+    from rockframe.paper.pulse_table import PaperPulse
     from rockframe.record import Record
 
 
@@ -45,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _find(options: argparse.Namespace) -> int:
     from rockframe.cli.console import progress_bar, show_json, show_rejections
-    from rockframe.results import pulse_rows
-    from rockframe.stages import pulse_stage
+    from rockframe.results.tables.pulse_rows import pulse_rows
+    from rockframe.stages.pulse import pulse_stage
 
     with progress_bar("matching pulses") as progress:
         rejections = pulse_stage(
@@ -150,8 +152,8 @@ def show_paper(options: argparse.Namespace) -> int:
     """Match the paper's records in every way and print the comparison."""
     from rockframe.cli.console import show_json
     from rockframe.errors import InputError
-    from rockframe.matching import Weighting
-    from rockframe.paper import overall_distances, paper_pulses
+    from rockframe.matching.weighting import Weighting
+    from rockframe.paper.pulse_table import overall_distances, paper_pulses
 
     records, status = _records(options)
     pulses = paper_pulses(records, list(Weighting))
@@ -173,9 +175,9 @@ def show_paper(options: argparse.Namespace) -> int:
 
 def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptions]], int]:
     """Return the records with their usable options, and the exit status."""
-    from rockframe.results import open_records
-    from rockframe.stages import usable
+    from rockframe.results.records import open_records
     from rockframe.stages.common import horizontal
+    from rockframe.stages.pulse import usable
 
     wanted = chosen(options, PulseOptions)
     reading = records_file([options.records], IngestOptions(), None)
@@ -186,7 +188,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 def _show_paper(pulses: Sequence[PaperPulse]) -> None:
     """Print a table for each weighting, and the distance of each way over all records."""
     from rockframe.cli.console import number, show_table
-    from rockframe.paper import overall_distances
+    from rockframe.paper.pulse_table import overall_distances
 
     for weighting in dict.fromkeys(pulse.weighting for pulse in pulses):
         cells: list[list[str]] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rockframe.cli.options import add_options, chosen, file_to_write, path
-from rockframe.options import ReportOptions
+from rockframe.options.showing import ReportOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Verify the run, write the page, and print what it contains."""
     from rockframe.cli.console import show_json
-    from rockframe.stages import PAGE, report_stage
+    from rockframe.stages.report import PAGE, report_stage
 
     output = options.output or options.folder / PAGE
     counts = report_stage(options.folder, output, chosen(options, ReportOptions))

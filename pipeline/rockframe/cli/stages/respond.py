@@ -15,7 +15,8 @@ from rockframe.cli.arguments import (
     chosen_structures,
 )
 from rockframe.cli.options import add_options, chosen, file_to_write, path
-from rockframe.options import ExecutionOptions, RespondOptions
+from rockframe.options.execution import ExecutionOptions
+from rockframe.options.respond import RespondOptions
 
 #: Peak quantities with their conversion factors and decimals.
 _OF_MOTION: Final = (
@@ -46,8 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
-    from rockframe.results import response_rows
-    from rockframe.stages import respond_stage
+    from rockframe.results.tables.table import response_rows
+    from rockframe.stages.respond import respond_stage
 
     with progress_bar("rocking") as progress:
         rejections = respond_stage(
@@ -106,7 +107,7 @@ def response_cells(row: Mapping[str, Any]) -> list[str]:
     The first three are dashes for structures that overturn.
     """
     from rockframe.cli.console import number
-    from rockframe.results import stated_verdict
+    from rockframe.results.tables.table import stated_verdict
 
     stated = stated_verdict(row)
     return [

@@ -15,7 +15,9 @@ from rockframe.cli.arguments import (
     records_file,
 )
 from rockframe.cli.options import add_options, chosen, file_to_write, path
-from rockframe.options import ExecutionOptions, Filters, IngestOptions, ScreenOptions
+from rockframe.options.execution import ExecutionOptions
+from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.respond import ScreenOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the stage and print the tables."""
     from rockframe.cli.console import progress_bar, show_rejections
     from rockframe.cli.stages.screen_tables import show
-    from rockframe.stages import screen_stage
+    from rockframe.stages.screening.screen import screen_stage
 
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
     engine, workers = chosen_engine(options), chosen(options, ExecutionOptions).workers

@@ -12,7 +12,7 @@ from rockframe.cli.console import number, show_json, show_table
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rockframe.stages import Screening
+    from rockframe.stages.screening.screen import Screening
 
 #: Largest number of scales, motions and recordings in a table; the CSV file has all motions.
 _SHOWN: Final = 10
@@ -20,7 +20,8 @@ _SHOWN: Final = 10
 
 def show(output: Path, done: Screening, *, as_json: bool) -> None:
     """Print the screening as tables, or as JSON."""
-    from rockframe.results import read_screening, screen_rows, screen_summary
+    from rockframe.results.screening.screen import read_screening
+    from rockframe.results.screening.table import screen_rows, screen_summary
 
     screening = read_screening(output, every_scale=False)
     summary = screen_summary(screening)
@@ -66,7 +67,7 @@ def _show_verdicts(screening: xr.Dataset) -> None:
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
-    from rockframe.results import screen_rows
+    from rockframe.results.screening.table import screen_rows
 
     structures = [str(name) for name in screening["structure"].values]
     width = len(structures)

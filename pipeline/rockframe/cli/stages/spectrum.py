@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rockframe.cli.arguments import chosen_engine
 from rockframe.cli.options import add_options, chosen, file_to_write, flag, path
 from rockframe.errors import ParameterError
-from rockframe.options import ExecutionOptions, RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.execution import ExecutionOptions
+from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _of_pulses(options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json, show_table
-    from rockframe.results import read_spectrum
-    from rockframe.stages import spectrum_stage
+    from rockframe.results.spectra import read_spectrum
+    from rockframe.stages.spectrum import spectrum_stage
 
     stated = chosen(options, SpectrumOptions)
     spectrum_stage(options.output, stated, engine=chosen_engine(options))
@@ -114,8 +115,8 @@ def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 def _of_records(options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json, show_table
-    from rockframe.results import read_rocking_spectrum
-    from rockframe.stages import rocking_spectrum_stage
+    from rockframe.results.spectra import read_rocking_spectrum
+    from rockframe.stages.spectrum import rocking_spectrum_stage
 
     output: Path = options.output
     stated = chosen(options, RockingSpectrumOptions)

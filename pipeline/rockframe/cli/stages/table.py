@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the table and print its length."""
     from rockframe.cli.console import show_json
-    from rockframe.stages import table_rows_of, table_stage
+    from rockframe.stages.table import table_rows_of, table_stage
 
     files = (options.records, options.pulses, options.response)
     known = {ending: name for name, ending in TABLE_FORMATS.items()}

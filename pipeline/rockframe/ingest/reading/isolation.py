@@ -17,7 +17,7 @@ from queue import SimpleQueue
 from threading import Lock
 from typing import IO, Any, Final, Generic, TypeVar
 
-from rockframe.engines import cores
+from rockframe.engines.threads import cores
 from rockframe.errors import ParameterError
 
 T = TypeVar("T")

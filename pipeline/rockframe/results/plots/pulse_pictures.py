@@ -9,11 +9,13 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from rockframe.matching import PulseMatch, match_curve, scalogram
-from rockframe.options import PulseOptions
+from rockframe.matching.curve import match_curve
+from rockframe.matching.match import PulseMatch
+from rockframe.matching.scalogram import scalogram
+from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.results.schema.declare import texts, variable
-from rockframe.signals import peak
+from rockframe.signals.processing import peak
 
 #: Periods and times of the picture of a transform, at most.
 _PERIODS: Final = 160
@@ -34,7 +36,7 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
 
     Examples
     --------
-    >>> from rockframe.wavelets import Pulse
+    >>> from rockframe import Pulse
     >>> record = Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=3.0, T_p=0.4, time=0.1)
     >>> match = PulseMatch(pulse=pulse, match_index=0.9, at_period_bound=False)

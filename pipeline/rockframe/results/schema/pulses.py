@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.matching import PulseVerdict
+from rockframe.matching.likeness import PulseVerdict
 from rockframe.results.schema.declare import FileKind, Variable, optional
-from rockframe.wavelets import WAVELETS
+from rockframe.wavelets.family import WAVELETS
 
 
 class _Period(IntEnum):

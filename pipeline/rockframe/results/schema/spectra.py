@@ -9,7 +9,7 @@ import numpy as np
 
 from rockframe.results.schema.declare import FileKind, Variable
 from rockframe.rocking.response import Verdict
-from rockframe.wavelets import WAVELETS
+from rockframe.wavelets.family import WAVELETS
 
 
 class Overturning(IntEnum):

@@ -10,7 +10,7 @@ from typing import Final
 from rockframe.cells import write_rows
 from rockframe.errors import InputError
 from rockframe.provenance import whole_file
-from rockframe.signals import Passport
+from rockframe.signals.passport import Passport
 
 #: First columns of the table.
 _COLUMNS: Final = ("file", "record_id", "status", "line", "reason")

@@ -10,11 +10,12 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from rockframe.matching import PulseMatch, PulseVerdict
+from rockframe.matching.likeness import PulseVerdict
+from rockframe.matching.match import PulseMatch
 from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 #: Variables of which a match is made.
 _OF_MATCH: Final = (

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.matching import PulseVerdict, pulse_words
+from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.schema.response import FateUnderPulse

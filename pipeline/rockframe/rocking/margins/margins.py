@@ -18,7 +18,7 @@ from rockframe.rocking.margins.perturbed import Sensitivity, sensitivities
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.rocking.margins.sliver_search import FirstOverturning
 from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

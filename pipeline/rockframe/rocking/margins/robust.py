@@ -22,7 +22,7 @@ from rockframe.rocking.gathering import Prepared
 from rockframe.rocking.margins.ensemble import Ensemble
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.rocking.response import Verdict, as_ground, refuse_flight
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]

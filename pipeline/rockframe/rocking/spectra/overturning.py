@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.column import RECTANGULAR
-from rockframe.engines import Engine, OneProcess, map_batches, on_threads, threads
+from rockframe.engines.engine import Engine, OneProcess, map_batches
+from rockframe.engines.threads import on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.spectra.scan import Scan, scan
 from rockframe.units import GRAVITY
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 

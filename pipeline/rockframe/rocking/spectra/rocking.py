@@ -13,14 +13,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.engines import Engine, OneProcess, map_batches
+from rockframe.engines.engine import Engine, OneProcess, map_batches
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.batch import Scenarios, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.spectra.overturning import column_of, increasing
-from rockframe.wavelets import Pulse
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration

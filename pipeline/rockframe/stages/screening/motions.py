@@ -10,15 +10,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import HorizontalPair, pair_horizontals, rotate, vertical_beside
+from rockframe.components.pair import HorizontalPair
+from rockframe.components.pairing import pair_horizontals, vertical_beside
+from rockframe.components.rotation import rotate
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.options import Filters, ScreenOptions
+from rockframe.options.ingest import Filters
+from rockframe.options.respond import ScreenOptions
 from rockframe.record import Record
-from rockframe.results import Facts, RecordsFile
+from rockframe.results.facts import Facts
+from rockframe.results.records import RecordsFile
 from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight
-from rockframe.signals import integrate, peak, spectral_acceleration
+from rockframe.signals.processing import integrate, peak
+from rockframe.signals.response_spectrum import spectral_acceleration
 from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
 from rockframe.units import GRAVITY

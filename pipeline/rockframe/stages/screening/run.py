@@ -9,10 +9,13 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.engines import Engine, map_batches
+from rockframe.engines.engine import Engine, map_batches
 from rockframe.frame import RockingFrame
-from rockframe.options import ScreenOptions
-from rockframe.results import Batches, Facts, KeptHistory, peaks_of_frames
+from rockframe.options.respond import ScreenOptions
+from rockframe.results.batches import Batches
+from rockframe.results.facts import Facts
+from rockframe.results.screening.histories import KeptHistory
+from rockframe.results.screening.screen import peaks_of_frames
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState
 from rockframe.rocking import (
     Design,

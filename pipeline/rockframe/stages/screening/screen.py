@@ -7,28 +7,29 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rockframe.engines import Engine
+from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.options import Filters, ScreenOptions
+from rockframe.options.ingest import Filters
+from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import refuse_overwriting
-from rockframe.results import (
-    Batches,
-    input_hash,
-    open_records,
-    read_facts,
+from rockframe.results.batches import Batches
+from rockframe.results.facts import read_facts
+from rockframe.results.records import open_records
+from rockframe.results.screening.screen import write_screening
+from rockframe.results.screening.tables import (
     refuse_strange_tables,
     screen_table_paths,
     write_screen_tables,
-    write_screening,
 )
+from rockframe.results.writing import input_hash
 from rockframe.risk import HazardCurve, period_of, read_hazard
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screening.motions import Motions
 from rockframe.stages.screening.run import Run, ScreeningRequest
 from rockframe.stages.screening.statistics import statistics
-from rockframe.study import SHIPPED_STRUCTURES
+from rockframe.study.structures import SHIPPED_STRUCTURES
 
 
 @dataclass(frozen=True)

@@ -10,18 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.results import (
-    SCREEN_NC,
-    Facts,
+from rockframe.results.facts import Facts
+from rockframe.results.schema import SCREEN_NC
+from rockframe.results.screening.facts import (
     azimuth_values,
     demand_values,
-    design_units,
-    design_values,
     fragility_values,
-    hazard_values,
     motion_values,
     observed_values,
 )
+from rockframe.results.screening.risk import design_units, design_values, hazard_values
 from rockframe.risk import (
     MEASURES,
     Fragility,
