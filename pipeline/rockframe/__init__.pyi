@@ -27,6 +27,7 @@ from .matching.match import match_pulse as match_pulse
 from .matching.match import match_pulses as match_pulses
 from .matching.scalogram import scalogram as scalogram
 from .matching.weighting import Weighting as Weighting
+from .options.fetch import FetchOptions as FetchOptions
 from .options.ingest import Filters as Filters
 from .options.ingest import IngestOptions as IngestOptions
 from .options.pulse import PulseOptions as PulseOptions

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rockframe.fetch.request import Event, Request
+from rockframe.options.fetch import FetchOptions
 
 from .centre import EPICENTRE, ORIGIN, DataCentre, serving
 
@@ -22,21 +22,21 @@ def centre(monkeypatch: pytest.MonkeyPatch) -> Iterator[DataCentre]:
 
 
 @pytest.fixture
-def request_of(centre: DataCentre) -> Callable[..., Request]:
+def request_of(centre: DataCentre) -> Callable[..., FetchOptions]:
     """Return a request of one minute around the event at station CLC, or as told."""
 
-    def make(**changes: Any) -> Request:
-        event = Event(
-            time=ORIGIN, latitude=EPICENTRE[0], longitude=EPICENTRE[1], magnitude=7.1, name="M"
-        )
+    def make(**changes: Any) -> FetchOptions:
         stated: dict[str, Any] = {
             "url": centre.url,
-            "event": event,
             "station": "CLC",
             "before": 10.0,
             "after": 50.0,
         }
-        return Request(**(stated | changes))
+        if "event" not in changes:
+            latitude, longitude = EPICENTRE
+            stated |= {"origin": ORIGIN, "latitude": latitude, "longitude": longitude}
+            stated |= {"magnitude": 7.1, "event_name": "M"}
+        return FetchOptions(**(stated | changes))
 
     return make
 

@@ -13,12 +13,12 @@ import pytest
 
 from rockframe.errors import RockframeError, ServiceError
 from rockframe.fetch.coverage import Fetched
-from rockframe.fetch.request import Request
 from rockframe.fetch.run import fetch
+from rockframe.options.fetch import FetchOptions
 
 from .centre import MSEED, STATIONS, DataCentre, Reply, miniseed, stationxml, waveform
 
-Make = Callable[..., Request]
+Make = Callable[..., FetchOptions]
 START = "2019-07-06T03:19:43.000000Z"
 SOUND = miniseed(waveform("CLC", "HNE", START, 61.0))
 
@@ -39,7 +39,7 @@ def run(request_of: Make, output: Path) -> Callable[..., tuple[Fetched, list[flo
 
     def fetched(timeout: float = 5.0) -> tuple[Fetched, list[float]]:
         patience = Patience()
-        return fetch(request_of(), output, timeout=timeout, sleep=patience), patience.pauses
+        return fetch(request_of(timeout=timeout), output, sleep=patience), patience.pauses
 
     return fetched
 
@@ -199,7 +199,7 @@ def test_nothing_at_all(centre: DataCentre, run: Run) -> None:
 
 def test_no_such_event(centre: DataCentre, request_of: Make, output: Path) -> None:
     with pytest.raises(ServiceError, match=rf"{centre.url} \(event service\): answered 204: no da"):
-        fetch(request_of(event=None, event_id="other"), output)
+        fetch(request_of(event="other"), output)
 
 
 @pytest.mark.parametrize("service", ["event", "station"])
@@ -208,7 +208,7 @@ def test_xml_of_something_else(
     centre: DataCentre, request_of: Make, output: Path, service: str, body: bytes
 ) -> None:
     centre.before_all = [Reply(body=body)]
-    request = request_of(event=None, event_id="xx1") if service == "event" else request_of()
+    request = request_of(event="xx1") if service == "event" else request_of()
     kind = "QuakeML" if service == "event" else "StationXML"
     with pytest.raises(ServiceError, match=rf"answer of {len(body)} bytes is no {kind}. Must be"):
         fetch(request, output)

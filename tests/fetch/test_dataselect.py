@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from rockframe.fetch.request import Request
 from rockframe.fetch.run import fetch
+from rockframe.options.fetch import FetchOptions
 
 from .centre import miniseed, waveform
 
@@ -84,10 +84,10 @@ def dataselect(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def test_what_it_holds_and_what_it_lacks(
-    dataselect: str, request_of: Callable[..., Request], output: Path
+    dataselect: str, request_of: Callable[..., FetchOptions], output: Path
 ) -> None:
     here = request_of()
-    fetched = fetch(request_of(url=dataselect, station_url=here.url), output, timeout=10.0)
+    fetched = fetch(request_of(url=dataselect, station_url=here.url, timeout=10.0), output)
     verdicts = {row.what: row.verdict for row in fetched.coverage}
     assert verdicts["XX.CLC.--.HNE"] == "complete"
     assert verdicts["XX.CLC.--.HNN"] == "gap of 9.99 s before 2019-07-06T03:20:10.000000Z"
@@ -96,10 +96,10 @@ def test_what_it_holds_and_what_it_lacks(
 
 
 def test_it_states_its_version(
-    dataselect: str, request_of: Callable[..., Request], output: Path
+    dataselect: str, request_of: Callable[..., FetchOptions], output: Path
 ) -> None:
     here = request_of()
-    fetch(request_of(url=dataselect, station_url=here.url), output, timeout=10.0)
+    fetch(request_of(url=dataselect, station_url=here.url, timeout=10.0), output)
     assert (
         '"url": "' + dataselect + '",\n      "version": "1.'
         in (output / "request.json").read_text()

@@ -11,14 +11,14 @@ import pytest
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError, ServiceError
-from rockframe.fetch.request import Request
 from rockframe.fetch.run import fetch
 from rockframe.ingest import collect, read_catalogue, sorted_out
+from rockframe.options.fetch import FetchOptions
 from rockframe.stages.fetch import fetch_stage
 
 from .centre import MSEED, ORIGIN, DataCentre, Reply, miniseed, waveform
 
-Make = Callable[..., Request]
+Make = Callable[..., FetchOptions]
 START = "2019-07-06T03:19:43.000000Z"
 COMMON = ("--station", "CLC", "--before", "10", "--after", "50")
 
@@ -31,7 +31,7 @@ def ledger(folder: Path) -> dict[str, dict[str, dict[str, object]]]:
 
 
 def test_all_of_one_station(centre: DataCentre, request_of: Make, output: Path) -> None:
-    fetched = fetch(request_of(event=None, event_id="xx1"), output)
+    fetched = fetch(request_of(event="xx1"), output)
     assert fetched.complete
     assert fetched.event is not None
     assert (fetched.event.name, fetched.event.magnitude) == ("Made up, California", 7.1)
@@ -70,10 +70,10 @@ def test_two_runs_differ_in_nothing_but_the_clock(request_of: Make, tmp_path: Pa
 
 
 def test_a_rerun_asks_nothing(centre: DataCentre, request_of: Make, output: Path) -> None:
-    first = fetch(request_of(event=None, event_id="xx1"), output)
+    first = fetch(request_of(event="xx1"), output)
     written = (output / "request.json").read_bytes()
     asked = len(centre.asked)
-    assert fetch(request_of(event=None, event_id="xx1"), output) == first
+    assert fetch(request_of(event="xx1"), output) == first
     assert len(centre.asked) == asked
     assert (output / "request.json").read_bytes() == written
 
@@ -133,12 +133,12 @@ def test_radius_in_degrees_goes_to_the_service(
 
 
 def test_no_station_near_enough(request_of: Make, output: Path) -> None:
-    with pytest.raises(ServiceError, match=r"no channel 'HN\?,HG\?,BN\?' within 1 km. Must be"):
+    with pytest.raises(ServiceError, match=r"no channel 'HN\?,HG\?,BN\?' within 1 km. State"):
         fetch(request_of(radius_km=1.0), output)
 
 
 def test_the_catalogue_is_the_projects(request_of: Make, output: Path) -> None:
-    fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
+    fetch_stage(request_of(event="xx1"), output)
     entry = read_catalogue(output / "catalogue.csv")["XX.CLC.--.HNE.mseed"]
     assert (entry.event, entry.station, entry.network) == ("Made up, California", "CLC", "XX")
     assert (entry.magnitude, entry.epicentral_distance) == (7.1, 5.1)
@@ -146,7 +146,7 @@ def test_the_catalogue_is_the_projects(request_of: Make, output: Path) -> None:
 
 
 def test_ingest_takes_nothing_but_waveforms_and_stationxml(request_of: Make, output: Path) -> None:
-    fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
+    fetch_stage(request_of(event="xx1"), output)
     records, rejections = sorted_out(collect([output]))
     seen = {record.source_file for record in records} | {row.file for row in rejections}
     assert all(name.endswith((".mseed", "XX.CLC.xml")) for name in seen)
@@ -185,26 +185,33 @@ def test_span_without_event(centre: DataCentre, output: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ([], "0 of --event, --origin and --start given. Must be one of them."),
-        (["--event", "1", "--start", "2019-07-06"], "2 of --event, --origin and --start given."),
-        (["--event", "1"], "Invalid station '*' without a radius. Must be bounded"),
-        (["--event", "1", "--latitude", "1"], "--latitude given without --origin."),
-        (["--origin", "2019-07-06"], "--origin given without --latitude. Must be given with it."),
-        (["--start", "soon", "--end", "later"], "Invalid start 'soon'. Must be a time in ISO 8601"),
+        ([], "0 of event, origin and start are given. Give exactly one of them."),
+        (["--event", "1", "--start", "2019-07-06"], "2 of event, origin and start are given."),
+        (
+            ["--event", "1"],
+            "Invalid station '*' without a radius. Name stations, or state --radius",
+        ),
+        (["--event", "1", "--latitude", "1"], "latitude is given without origin."),
+        (["--origin", "2019-07-06"], "origin is given without latitude."),
+        (["--start", "soon", "--end", "later"], "--start 'soon'. Must be a time in ISO 8601"),
         (["--start", "2020-01-01", "--end", "2019-01-01"], "Must be after the start 2020-01-01T"),
-        (["--event", "1", "--station", "../x"], "Invalid station '../x'. Must be codes of letters"),
-        (["--event", "1", "--radius-km", "-1"], "Invalid radius -1.0. Must be positive"),
-        (["--event", "1", "--radius-km", "1", "--max-radius", "1"], "Must be one or the other."),
-        (["--event", "1", "--station", "A", "--before", "nan"], "Invalid before nan s. Must be"),
-        (["--event", "1", "--station", "A", "--timeout", "0"], "Invalid timeout 0.0 s. Must be"),
-        (["--event", "1", "--station", "A", "--url", "moon"], "Invalid address 'moon' of the"),
-        (["--event", "1", "--station", "A", "--url", "file:///etc"], "Invalid address 'file:///e"),
+        (["--event", "1", "--station", "../x"], "--station '../x'. Must be codes of letters"),
+        (["--event", "1", "--radius-km", "-1"], "--radius-km -1.0. Must be zero or positive"),
+        (["--event", "1", "--radius-km", "1", "--max-radius", "1"], "Give one or the other."),
+        (["--event", "1", "--station", "A", "--before", "-1"], "--before -1.0. Must be zero or"),
+        (["--event", "1", "--station", "A", "--timeout", "0"], "--timeout 0.0. Must be above 0"),
+        (
+            ["--event", "1", "--station", "A", "--url", "moon"],
+            "Invalid address 'moon' of the",
+        ),
+        (["--event", "1", "--station", "A", "--url", "file:///etc"], "address 'file:///etc'"),
     ],
 )
 def test_mistakes_are_one_line(
     words: list[str], reason: str, output: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["fetch", "--url", "http://127.0.0.1:9", "--output", str(output), *words]) == 2
+    url = [] if "--url" in words else ["--url", "http://127.0.0.1:9"]
+    assert main(["fetch", *url, "--output", str(output), *words]) == 2
     error = capsys.readouterr().err
     assert reason in error
     assert error.count("\n") == 1
@@ -213,7 +220,7 @@ def test_mistakes_are_one_line(
 
 def test_what_is_fetched_can_be_ingested(request_of: Make, output: Path) -> None:
     """Counts over the sensitivity that the centre states, with the event's facts beside them."""
-    fetch_stage(request_of(event=None, event_id="xx1"), output, timeout=5.0)
+    fetch_stage(request_of(event="xx1"), output)
     records, rejections = sorted_out(collect([output]))
     assert rejections == []
     assert [record.component for record in records] == ["HNE", "HNN", "HNZ"]

@@ -47,13 +47,14 @@ def add_options(
             heading = (within.__doc__ or name).strip().rstrip(".").lower()
             add_options(parser, within, title=heading, prefix=f"{prefix}{name}-")
             continue
-        group.add_argument(
+        stated = group.add_argument(
             flag(prefix + name),
             dest=prefix + name,
             default=argparse.SUPPRESS,
             help=_help(field).replace("%", "%%"),
-            **_reading(_alone(field.annotation), name, field.default),
+            **_reading(_alone(field.annotation), name, field),
         )
+        stated.required = field.is_required() and not prefix
 
 
 def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Model:
@@ -125,12 +126,21 @@ def _alone(annotation: Any) -> Any:
     return annotation
 
 
-def _reading(annotation: Any, name: str, default: Any) -> dict[str, Any]:
+def _title(field: FieldInfo) -> str:
+    """Return the placeholder of a value that a field states."""
+    parts = [field, *get_args(field.annotation)]
+    parts += [one for part in parts[1:] for one in getattr(part, "__metadata__", ())]
+    return next((p.title for p in parts if isinstance(p, FieldInfo) and p.title), "")
+
+
+def _reading(annotation: Any, name: str, field: FieldInfo) -> dict[str, Any]:
     """Return the arguments of ``add_argument`` for an option of this type."""
     unit = name.rsplit("_", 1)[-1]
-    metavar = _METAVARS.get(unit, "NUMBER")
+    metavar = _title(field) or _METAVARS.get(unit, "NUMBER")
     if annotation is bool:
-        return {"action": "store_true" if default is False else argparse.BooleanOptionalAction}
+        return {
+            "action": "store_true" if field.default is False else argparse.BooleanOptionalAction
+        }
     if get_origin(annotation) is Literal:
         return {"choices": get_args(annotation)}
     if get_origin(annotation) is tuple:
@@ -149,7 +159,7 @@ def _reading(annotation: Any, name: str, default: Any) -> dict[str, Any]:
     return (
         {"type": path, "metavar": "FILE"}
         if annotation is Path
-        else {"metavar": "NAME", "action": Once}
+        else {"metavar": _title(field) or "NAME", "action": Once}
     )
 
 

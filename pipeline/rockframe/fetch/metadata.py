@@ -17,7 +17,8 @@ from rockframe.fetch.obspy_parts import (
     read_events,
     read_inventory,
 )
-from rockframe.fetch.request import Event, Request
+from rockframe.fetch.request import Event
+from rockframe.options.fetch import FetchOptions
 
 #: Errors that obspy's XML readers raise for files of other formats.
 _UNREADABLE: Final = (
@@ -141,7 +142,7 @@ Must be of stations.
 
 
 def list_channels(
-    url: str, inventory: Inventory, event: Event | None, request: Request
+    url: str, inventory: Inventory, event: Event | None, request: FetchOptions
 ) -> list[Channel]:
     """Return the channels within the requested radius, sorted by distance and name, each once.
 
@@ -157,7 +158,7 @@ def list_channels(
             if not _CODE.fullmatch(code):
                 raise ServiceError(url, f"code {code!r}. Must be 1 to 8 letters and digits.")
         distance = _distance(event, station)
-        if not distance > request.radius_km:
+        if not distance > request.largest_km:
             found.add(Channel(network.code, station.code, location, channel.code, distance))
     by_distance = sorted(found, key=lambda c: (math.isnan(c.distance), c.distance, c.name))
     return list({channel.name: channel for channel in by_distance}.values())
@@ -179,12 +180,12 @@ def _distance(event: Event | None, station: Any) -> float:
     return float(metres) / 1000.0
 
 
-def unlisted(request: Request, channels: list[Channel]) -> list[str]:
+def unlisted(request: FetchOptions, channels: list[Channel]) -> list[str]:
     """Return the requested codes without wild cards that the station service does not list.
 
     Examples
     --------
-    >>> request = Request(url="SCEDC", event_id="1", station="CLC,CCC", channel="HNE,HNN")
+    >>> request = FetchOptions(url="SCEDC", event="1", station="CLC,CCC", channel="HNE,HNN")
     >>> unlisted(request, [Channel("CI", "CLC", "--", "HNE")])
     ['*.CCC', 'CI.CLC.HNN']
     """

@@ -25,8 +25,9 @@ from rockframe.fetch.metadata import (
 )
 from rockframe.fetch.miniseed import read_whole
 from rockframe.fetch.obspy_parts import UTCDateTime
-from rockframe.fetch.request import Event, Request, known
-from rockframe.fetch.service import TIMEOUT, Service, Sleep, open_service
+from rockframe.fetch.request import Event, known
+from rockframe.fetch.service import Service, Sleep, open_service
+from rockframe.options.fetch import FetchOptions
 
 #: The shortest degree of latitude [km], so that a radius in degrees misses no station.
 _SHORTEST_DEGREE: Final = 110.5
@@ -79,10 +80,9 @@ class _Session:
 
 
 def fetch(
-    request: Request,
+    request: FetchOptions,
     folder: Path,
     *,
-    timeout: float = TIMEOUT,
     sleep: Sleep = time.sleep,
     progress: Callable[[str], None] | None = None,
 ) -> Fetched:
@@ -93,12 +93,10 @@ def fetch(
 
     Parameters
     ----------
-    request : Request
+    request : FetchOptions
         The data to fetch.
     folder : Path
         A new or empty folder, or that of an earlier run of the same request.
-    timeout : float
-        Longest time for one reply [s].
     sleep : callable
         Function that waits for a number of seconds between attempts.
     progress : callable, optional
@@ -121,18 +119,18 @@ def fetch(
 
     Examples
     --------
-    >>> fetch(Request(url="moon", event_id="1", radius_km=10.0), Path("new"))
+    >>> fetch(FetchOptions(url="moon", event="1", radius_km=10.0), Path("new"))
     Traceback (most recent call last):
     rockframe.errors.ParameterError: Invalid address 'moon' of the dataselect service. \
 Must begin with http:// or https://, or be a short name that obspy knows (as SCEDC, INGV).
     """
-    ledger = open_folder(folder, request.document())
+    ledger = open_folder(folder, request.model_dump(mode="json", exclude={"timeout"}))
     addresses = {
         "dataselect": request.url,
         "station": request.station_url or request.url,
         "event": request.event_url or request.url,
     }
-    services = {n: open_service(n, url, timeout, sleep) for n, url in addresses.items()}
+    services = {n: open_service(n, url, request.timeout, sleep) for n, url in addresses.items()}
     session = _Session(ledger, services, progress or (lambda _name: None))
     event = _event(session, request)
     span = _span(request, event)
@@ -154,32 +152,40 @@ Must begin with http:// or https://, or be a short name that obspy knows (as SCE
     return Fetched(event, tuple(c for c in listed if c.name in received), tuple(rows))
 
 
-def _event(session: _Session, request: Request) -> Event | None:
-    if not request.event_id:
-        return request.event
+def _event(session: _Session, request: FetchOptions) -> Event | None:
+    if request.start is not None:
+        return None
+    if request.origin is not None:
+        return Event(
+            time=request.origin,
+            latitude=request.latitude or 0.0,
+            longitude=request.longitude or 0.0,
+            magnitude=math.nan if request.magnitude is None else request.magnitude,
+            name=request.event_name,
+        )
 
     def ask(client: Any, answer: BytesIO) -> None:
-        client.get_events(eventid=request.event_id, filename=answer)
+        client.get_events(eventid=request.event, filename=answer)
 
     return session.require(
-        "event", EVENT, ask, lambda url, body: read_event(url, body, request.event_id)
+        "event", EVENT, ask, lambda url, body: read_event(url, body, request.event)
     )
 
 
-def _span(request: Request, event: Event | None) -> tuple[str, str]:
+def _span(request: FetchOptions, event: Event | None) -> tuple[str, str]:
     if event is None:
-        return request.start, request.end
+        return str(request.start), str(request.end)
     origin = UTCDateTime(event.time)
     return str(origin - request.before), str(origin + request.after)
 
 
 def _listed(
-    session: _Session, request: Request, event: Event | None, span: tuple[str, str]
+    session: _Session, request: FetchOptions, event: Event | None, span: tuple[str, str]
 ) -> list[Channel]:
     radius = {"minradius": request.min_radius, "maxradius": request.max_radius}
-    if not math.isnan(request.radius_km):
+    if request.radius_km is not None:
         radius["maxradius"] = min(request.radius_km / _SHORTEST_DEGREE, 180.0)
-    around = {name: value for name, value in radius.items() if not math.isnan(value)}
+    around = {name: value for name, value in radius.items() if value is not None}
     if around and event is not None:
         around |= {"latitude": event.latitude, "longitude": event.longitude}
 
@@ -203,8 +209,8 @@ def _listed(
     if not listed:
         raise ServiceError(
             session.services["station"].address,
-            f"no channel {request.channel!r} within {request.radius_km:g} km. "
-            "Must be a larger radius or other codes.",
+            f"no channel {request.channel!r} within {request.largest_km:g} km. "
+            "State a larger radius or other codes.",
         )
     return listed
 

@@ -7,29 +7,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
+from rockframe.options.fetch import FetchOptions
 
 if TYPE_CHECKING:
     from rockframe.fetch.coverage import Fetched
-    from rockframe.fetch.request import Request
 
 
 def fetch_stage(
-    request: Request,
+    options: FetchOptions,
     folder: Path,
     *,
-    timeout: float,
     progress: Callable[[str], None] | None = None,
 ) -> Fetched:
     """Fetch records into a folder for `ingest_stage`, with a `catalogue.csv` of the event.
 
     Parameters
     ----------
-    request : Request
+    options : FetchOptions
         The data to fetch.
     folder : Path
         A new or empty folder, or that of an earlier run of the same request.
-    timeout : float
-        Longest time for one reply [s].
     progress : callable, optional
         Called with the name of each requested file.
 
@@ -42,7 +39,7 @@ def fetch_stage(
     """
     from rockframe.fetch.run import fetch
 
-    fetched = fetch(request, folder, timeout=timeout, progress=progress)
+    fetched = fetch(options, folder, progress=progress)
     entries = [CatalogueEntry(**facts) for facts in fetched.facts()]
     write_catalogue(folder / CATALOGUE, entries)
     return fetched
