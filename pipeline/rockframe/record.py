@@ -97,6 +97,13 @@ class Record:
         Magnitude of the event [1].
     epicentral_distance : float
         Distance to the epicentre [km].
+    distance_rrup, distance_rjb, distance_hypocentral : float
+        Shortest distance to the rupture, Joyner-Boore distance, and distance to the hypocentre
+        [km].
+    mechanism : str
+        Mechanism of the earthquake.
+    lowest_usable_frequency, archive_pulse_period : float
+        Lowest usable frequency [Hz] and period of the velocity pulse [s], as the archive states.
     vs30 : float
         Mean shear-wave velocity of the uppermost 30 m [m s-1].
     facts_source : str
@@ -138,6 +145,12 @@ class Record:
     start_time: str = ""
     magnitude: float = math.nan
     epicentral_distance: float = math.nan
+    distance_rrup: float = math.nan
+    distance_rjb: float = math.nan
+    distance_hypocentral: float = math.nan
+    mechanism: str = ""
+    lowest_usable_frequency: float = math.nan
+    archive_pulse_period: float = math.nan
     vs30: float = math.nan
     facts_source: str = ""
     source_file: str = ""

@@ -36,7 +36,7 @@ def test_empty_is_unknown(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", r":1: column 'file' missing"),
-        (HEADER.replace("network,", "") + "\n", r":1: column 'network' missing"),
+        ("event,magnitude\n", r":1: column 'file' missing"),
         (HEADER + ",notes\n", r":1: column 'notes' unknown or repeated"),
         (HEADER + ",file\n", r":1: column 'file' unknown or repeated"),
         (f"{HEADER}\nA.V1,,,,7.1\n", r":2: 5 columns\. Must be 7"),
@@ -77,3 +77,8 @@ def test_velocity_of_shear_waves_may_be_stated(tmp_path: Path) -> None:
     assert math.isnan(with_facts(record, entries["B.V1"]).vs30)
     write_catalogue(tmp_path / "again.csv", entries.values())
     assert read_catalogue(tmp_path / "again.csv")["A.V1"].vs30 == 362.0
+
+
+def test_own_catalogues_may_leave_out_columns(tmp_path: Path) -> None:
+    entry = read(tmp_path, "file,magnitude,distance_rrup_km\nA.V1,7.1,3.2\n")["A.V1"]
+    assert (entry.magnitude, entry.distance_rrup, entry.event) == (7.1, 3.2, "")

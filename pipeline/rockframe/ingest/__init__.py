@@ -24,4 +24,5 @@ from rockframe.ingest.reading.registry import read_bytes as read_bytes
 from rockframe.ingest.reading.registry import sniff_format as sniff_format
 from rockframe.ingest.reading.sources import Source as Source
 from rockframe.ingest.reading.sources import folder_names as folder_names
+from rockframe.ingest.reading.sources import is_catalogue as is_catalogue
 from rockframe.ingest.reading.sources import sources_of as sources_of

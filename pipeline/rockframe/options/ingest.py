@@ -78,6 +78,12 @@ class Filters(Options):
     """Magnitude of the earthquake, from and to."""
     epicentral_distance_km: Annotated[Bounds | None, Field(examples=[(0.0, 50.0)])] = None
     """Epicentral distance, from and to [km]."""
+    distance_rrup_km: Annotated[Bounds | None, Field(examples=[(0.0, 20.0)])] = None
+    """Shortest distance to the rupture, from and to [km]."""
+    distance_rjb_km: Annotated[Bounds | None, Field(examples=[(0.0, 20.0)])] = None
+    """Joyner-Boore distance, from and to [km]."""
+    distance_hypocentral_km: Annotated[Bounds | None, Field(examples=[(0.0, 60.0)])] = None
+    """Distance to the hypocentre, from and to [km]."""
     vs30_m_s: Annotated[Bounds | None, Field(examples=[(360.0, 1500.0)])] = None
     """Shear-wave velocity of the upper 30 m at the station, from and to [m/s]."""
     pga_g: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None

@@ -20,7 +20,13 @@ from rockframe.results.tables.pulse_rows import loaded_pulses
 Float = NDArray[np.float64]
 
 #: Numbers of a record, and of the best pulse in it.
-NUMBERS: Final = ("magnitude", "epicentral_distance", "vs30", "azimuth", "pga", "pgv")
+DISTANCES: Final = (
+    "epicentral_distance",
+    "distance_rrup",
+    "distance_rjb",
+    "distance_hypocentral",
+)
+NUMBERS: Final = ("magnitude", *DISTANCES, "vs30", "azimuth", "pga", "pgv")
 PULSE_NUMBERS: Final = ("a_p", "T_p", "L_p")
 #: What the test against noise says; without one it is not known.
 _LIKE: Final = {

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from rockframe.cells import write_rows
 from rockframe.errors import InputError
-from rockframe.ingest import CATALOGUE, folder_names, printable, read_catalogue
+from rockframe.ingest import folder_names, is_catalogue, printable, read_catalogue
 from rockframe.provenance import (
     refuse_overwriting,
     sha256_of,
@@ -216,7 +216,7 @@ def _count(inputs: tuple[Input, ...]) -> int:
     """About how many records there are: so many batches are worth it."""
     count = 0
     for file in inputs:
-        if file.path.suffix.lower() not in _BESIDE and file.path.name != CATALOGUE:
+        if file.path.suffix.lower() not in _BESIDE and not is_catalogue(file.path):
             count += _members(file.path)
     return max(count, 1)
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from rockframe.errors import InputError
 from rockframe.ingest import (
-    CATALOGUE,
     Limits,
     ReadOptions,
     Rejection,
     Source,
     collect_sources,
+    is_catalogue,
     read_catalogue,
     sources_of,
 )
@@ -169,7 +169,7 @@ def _catalogues(sources: Sequence[Source], given: Path | None) -> dict[str, Path
     """Return the catalogues in use, by name."""
     if given:
         return {given.name: given}
-    return {s.name: s.path for s in sources if s.path.name == CATALOGUE and s.note}
+    return {s.name: s.path for s in sources if s.note and is_catalogue(s.path)}
 
 
 def _refuse(outputs: Sequence[Path], sources: Sequence[Source], used: Iterable[Path]) -> None:

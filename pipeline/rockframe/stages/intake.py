@@ -239,6 +239,9 @@ def _filtered(record: Record, entry: Entry, filters: Filters) -> Entry:
     refusal = filters.refusal(
         magnitude=record.magnitude,
         epicentral_distance_km=record.epicentral_distance,
+        distance_rrup_km=record.distance_rrup,
+        distance_rjb_km=record.distance_rjb,
+        distance_hypocentral_km=record.distance_hypocentral,
         vs30_m_s=record.vs30,
         pga_g=measures.peak_acceleration / GRAVITY,
         pgv_m_s=measures.peak_velocity,

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, TextIO
 
 from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
+from rockframe.ingest.metadata.entry import CatalogueEntry as CatalogueEntry
+from rockframe.ingest.metadata.flatfiles import kind_of, read_entries
 from rockframe.ingest.parsing.lines import unreadable
 from rockframe.provenance import whole_file
 from rockframe.record import Record
 
 #: Name of the catalogue in a folder of records.
 CATALOGUE: Final = "catalogue.csv"
-#: Required columns, in any order.
+#: Columns that `write_catalogue` always writes.
 COLUMNS: Final = (
     "file",
     "event",
@@ -27,47 +31,30 @@ COLUMNS: Final = (
     "epicentral_distance_km",
     "source",
 )
-#: Optional column.
+#: Size of the head from which the kind of a catalogue is recognised [bytes].
+_HEAD: Final = 8192
 VS30: Final = "vs30_m_s"
-
-
-@dataclass(frozen=True, kw_only=True)
-class CatalogueEntry:
-    """Metadata of one file from a catalogue; unknown values are NaN or empty.
-
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    event, station, network : str
-        Names of event, station and network.
-    magnitude : float
-        Magnitude of the event [1].
-    epicentral_distance : float
-        Distance to the epicentre [km].
-    vs30 : float
-        Mean shear-wave velocity of the uppermost 30 m [m s-1].
-    source : str
-        Source of the metadata.
-
-    Examples
-    --------
-    >>> CatalogueEntry(file="PUL164.AT2", magnitude=6.6).magnitude
-    6.6
-    """
-
-    file: str
-    event: str = ""
-    station: str = ""
-    network: str = ""
-    magnitude: float = math.nan
-    epicentral_distance: float = math.nan
-    vs30: float = math.nan
-    source: str = ""
+#: Fields of an entry, by column; `file` is required, in any order.
+_FIELDS: Final = {
+    **{column: column.removesuffix("_km") for column in COLUMNS},
+    "distance_rrup_km": "distance_rrup",
+    "distance_rjb_km": "distance_rjb",
+    "distance_hypocentral_km": "distance_hypocentral",
+    VS30: "vs30",
+    "mechanism": "mechanism",
+    "lowest_usable_frequency_hz": "lowest_usable_frequency",
+    "archive_pulse_period_s": "archive_pulse_period",
+}
+_TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
+#: Records begin at most this long before and after their event [s].
+_BEFORE, _AFTER = 120.0, 600.0
 
 
 def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
-    r"""Return the entries of a catalogue: CSV with the columns `COLUMNS`, one row per file.
+    r"""Return the entries of a catalogue, its own or that of an archive.
+
+    An own catalogue is CSV with a row for each file; only the column `file` is required. The others
+    are PEER's search results, the flatfiles of NGA-West2 and ESM, a ComCat event, and QuakeML.
 
     Parameters
     ----------
@@ -77,7 +64,7 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     Returns
     -------
     dict
-        Entry of each file, by file name.
+        Entries by file name; those of archives also by ``RSN`` and record number, or another text.
 
     Raises
     ------
@@ -97,6 +84,8 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     path = Path(path)
     entries: dict[str, CatalogueEntry] = {}
     try:
+        if kind := catalogue_kind(path):
+            return read_entries(path, kind, path.read_bytes())
         with path.open(encoding="utf-8-sig", newline="") as stream:
             for line, row in _rows(path, stream):
                 entry = _entry(path, row, line)
@@ -108,6 +97,17 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from error
     return entries
+
+
+def catalogue_kind(path: Path) -> str:
+    """Return which catalogue of an archive a file is; empty if none."""
+    if path.suffix.lower() not in {".csv", ".json", ".geojson", ".xml", ".quakeml"}:
+        return ""
+    try:
+        with path.open("rb") as stream:
+            return kind_of(path.name, stream.read(_HEAD))
+    except OSError:
+        return ""
 
 
 def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
@@ -135,10 +135,9 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     6.6
     """
     stated = list(entries)
-    known = any(not math.isnan(entry.vs30) for entry in stated)
-    columns = (*COLUMNS, VS30) if known else COLUMNS
-    names = [column.removesuffix("_km").removesuffix("_m_s") for column in columns]
-    rows = ([getattr(entry, name) for name in names] for entry in stated)
+    known = {field for entry in stated for field in stated_facts(entry)}
+    columns = [name for name, field in _FIELDS.items() if name in COLUMNS or field in known]
+    rows = ([getattr(entry, _FIELDS[name]) for name in columns] for entry in stated)
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         write_rows(stream, [columns, *rows])
 
@@ -175,26 +174,72 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     """
     facts = dict(vars(entry)) if entry else {}
     facts |= {"facts_source": facts.pop("source", "")}
-    facts.pop("file", None)
+    facts = {name: value for name, value in facts.items() if name not in {"file", "origin_time"}}
     return {name: value for name, value in facts.items() if value != "" and value == value}
+
+
+def facts_of(
+    catalogue: Mapping[str, CatalogueEntry], record: Record, names: Iterable[str]
+) -> dict[str, Any]:
+    """Return the fields of a record that a catalogue states.
+
+    Entries of the event and the station come first, then those of the record number (``RSN77_...``)
+    and of the file, which override them.
+
+    Parameters
+    ----------
+    catalogue : mapping of str to CatalogueEntry
+        From `read_catalogue`.
+    record : Record
+        As read from the file.
+    names : iterable of str
+        Names of the archive and of the file.
+
+    Examples
+    --------
+    >>> record = Record(record_id="a", acceleration=[0.0, 1.0], time_step=0.01)
+    >>> facts_of({"RSN77": CatalogueEntry(file="", magnitude=6.6)}, record, ["RSN77_A.AT2"])
+    {'magnitude': 6.6}
+    """
+    facts: dict[str, Any] = {}
+    for entry in catalogue.values():
+        if entry.origin_time and not entry.file and _applies(entry, record):
+            facts |= stated_facts(entry)
+    for name in names:
+        number = re.match(r"RSN(\d+)_", name, re.I)
+        for key in (f"RSN{int(number[1])}" if number else "", name):
+            facts |= stated_facts(catalogue.get(key))
+    return facts
+
+
+def _applies(entry: CatalogueEntry, record: Record) -> bool:
+    """Return whether a record began at the time of an event, at its station if one is named."""
+    if entry.station and (entry.station, entry.network) != (record.station, record.network):
+        return False
+    begin, origin = _seconds(record.start_time), _seconds(entry.origin_time)
+    return -_BEFORE <= begin - origin <= _AFTER
+
+
+def _seconds(time: str) -> float:
+    """Return a time (ISO 8601, UTC unless it states a zone) in seconds; NaN if there is none."""
+    try:
+        moment = datetime.fromisoformat(time)
+    except ValueError:
+        return math.nan
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     rows = read_rows(stream)
     header = [name.strip() for name in next(rows, (1, []))[1]]
     for name in header:
-        if name not in (*COLUMNS, VS30) or header.count(name) > 1:
+        if name not in _FIELDS or header.count(name) > 1:
+            known = ", ".join(_FIELDS)
             raise InputError(
-                path,
-                f"column {name!r} unknown or repeated. Must be each of: {', '.join(COLUMNS)}; or "
-                f"{VS30}.",
-                line=1,
+                path, f"column {name!r} unknown or repeated. Must be one of: {known}.", line=1
             )
-    for name in COLUMNS:
-        if name not in header:
-            raise InputError(
-                path, f"column {name!r} missing. Must be each of: {', '.join(COLUMNS)}.", line=1
-            )
+    if "file" not in header:
+        raise InputError(path, "column 'file' missing.", line=1)
     for line, row in rows:
         if len(row) != len(header):
             raise InputError(path, f"{len(row)} columns. Must be {len(header)}.", line=line)
@@ -205,16 +250,13 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     file = row["file"]
     if not file or Path(file).name != file:
         raise InputError(path, f"file {file!r}. Must be the name of a file.", line=line)
-    return CatalogueEntry(
-        file=file,
-        event=row["event"],
-        station=row["station"],
-        network=row["network"],
-        magnitude=_number(path, row, "magnitude", line),
-        epicentral_distance=_number(path, row, "epicentral_distance_km", line, lowest=0.0),
-        vs30=_number(path, row, VS30, line, lowest=0.0),
-        source=row["source"],
-    )
+    texts = {field: row.get(field, "") for field in _TEXTS}
+    numbers = {
+        field: _number(path, row, column, line, -math.inf if field == "magnitude" else 0.0)
+        for column, field in _FIELDS.items()
+        if field not in _TEXTS
+    }
+    return CatalogueEntry(**texts, **numbers)  # type: ignore[arg-type]
 
 
 def _number(

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.catalogue import stated_facts
+from rockframe.ingest.metadata.catalogue import facts_of
 from rockframe.ingest.metadata.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.reading.isolation import Limits, Served, serve, worker_count
@@ -212,12 +212,13 @@ def _finished(record: Record, record_id: str, source: Source) -> Record:
     instrument = record.instrument_file
     if folder and instrument and (source.path.parent / instrument).is_file():
         instrument = f"{folder}/{instrument}"
+    names = [source.path.name, *record.source_file.rpartition(":")[2].split("/")[-1:]]
     return replace(
         record,
         record_id=record_id,
         source_file=_display_name(record.source_file, source),
         instrument_file=instrument,
-        **stated_facts(source.facts),
+        **facts_of(source.catalogue, record, dict.fromkeys(names)),
     )
 
 

@@ -5,12 +5,18 @@ from __future__ import annotations
 import re
 import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.catalogue import CATALOGUE, CatalogueEntry, read_catalogue
+from rockframe.ingest.metadata.catalogue import (
+    CATALOGUE,
+    CatalogueEntry,
+    catalogue_kind,
+    read_catalogue,
+)
+from rockframe.ingest.metadata.flatfiles import entries_within, kind_of
 from rockframe.ingest.metadata.stationxml import is_station_xml
 from rockframe.ingest.parsing.lines import unreadable
 from rockframe.ingest.reading.members import printable
@@ -20,8 +26,8 @@ Catalogue = Mapping[str, CatalogueEntry]
 
 _REQUEST: Final = "request.json"
 #: Notes on files that accompany records and are not read as records.
+_CATALOGUE: Final = "catalogue: facts about the files beside it."
 _BESIDE: Final = {
-    CATALOGUE: "catalogue: facts about the files beside it.",
     _REQUEST: "what a fetch asked for: not needed to read the records.",
     "event.quakeml": "what a data centre stated of the event: its facts stand in the catalogue.",
     "channels.stationxml": "what a data centre stated of channels: not needed to read the records.",
@@ -46,8 +52,8 @@ class Source:
     name : str
         Display name with escaped unprintable characters: the path within the requested folder,
         preceded by the name of that folder if several paths were requested.
-    facts : CatalogueEntry, optional
-        Metadata of the file from a catalogue.
+    catalogue : mapping of str to CatalogueEntry
+        Metadata of the file, and of other files.
     note : str
         Why the file is skipped; empty if it is not.
     refusal : str
@@ -60,7 +66,7 @@ class Source:
 
     path: Path
     name: str
-    facts: CatalogueEntry | None = None
+    catalogue: Catalogue = field(default_factory=dict)
     note: str = ""
     refusal: str = ""
     sha256: str = ""
@@ -118,8 +124,8 @@ def sources_of(
         if not _exists(path):
             raise InputError(path, "no such file or folder.")
         if not path.is_dir():
-            facts = (catalogue or {}).get(path.name)
-            found.append(Source(path, printable(path.name), facts, asked=True))
+            known = {**entries_within(path), **(catalogue or {})}
+            found.append(Source(path, printable(path.name), known, asked=True))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
@@ -163,9 +169,8 @@ def _files_in(
 ) -> Iterator[Source]:
     """Yield the files of a folder, then those of its subfolders."""
     present = {path.name for path in entries}
-    own: Catalogue = {}
-    if catalogue is None and CATALOGUE in present and not _refusal(folder / CATALOGUE):
-        own = read_catalogue(folder / CATALOGUE)
+    own, others = ({}, {}) if catalogue is not None else _catalogues(entries)
+    known = {**others, **own, **(catalogue or {})}
     received = _fetched_sha256(folder / _REQUEST)
     folders = []
     for path in entries:
@@ -174,8 +179,8 @@ def _files_in(
         if not (note or refusal) and path.is_dir():
             folders.append(path)
         else:
-            facts = (own if catalogue is None else catalogue).get(path.name)
-            yield Source(path, name, facts, note, refusal, received.get(path.name, ""))
+            within = {} if note or refusal else entries_within(path)
+            yield Source(path, name, within | known, note, refusal, received.get(path.name, ""))
     # Metadata under a misspelt file name must not be lost silently.
     for missing in {**own, **received}:
         if missing not in present:
@@ -191,6 +196,18 @@ def _files_in(
             yield from _files_in(path, deeper, f"{name}/", catalogue, replaced)
 
 
+def _catalogues(
+    entries: list[Path],
+) -> tuple[dict[str, CatalogueEntry], dict[str, CatalogueEntry]]:
+    """Return the entries of the own catalogue of a folder, and those of archives' catalogues."""
+    own: dict[str, CatalogueEntry] = {}
+    others: dict[str, CatalogueEntry] = {}
+    for path in entries:
+        if not _refusal(path) and not path.is_dir() and is_catalogue(path):
+            (own if path.name == CATALOGUE else others).update(read_catalogue(path))
+    return own, others
+
+
 def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
     """Return note and refusal of an entry of a folder; both empty if it is to be read or listed."""
     if path.name.startswith("."):
@@ -200,7 +217,14 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
         return "", refusal
     if path.resolve() in replaced:
         return _OUTPUT, ""
+    if is_catalogue(path):
+        return _CATALOGUE, ""
     return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
+
+
+def is_catalogue(path: Path) -> bool:
+    """Return whether a file is a catalogue: by its name, or as archives write it."""
+    return path.name == CATALOGUE or catalogue_kind(path) != ""
 
 
 def _refusal(path: Path) -> str:
@@ -236,6 +260,8 @@ def note_on(path: Path) -> str:
     """
     if any(part.startswith(".") or part == "__MACOSX" for part in path.parts):
         return _HIDDEN
+    if path.name == CATALOGUE or kind_of(path.name, b""):
+        return _CATALOGUE
     return _BESIDE.get(path.name) or (_DOCUMENT if _DOCUMENTS.search(path.name) else "")
 
 

@@ -26,8 +26,9 @@ class _Known(IntEnum):
 OUTCOMES: Final = ("no_uplift", "safe", "overturned")
 
 # fmt: off
+_DISTANCES: Final = ("epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral")
 _NUMBERS: Final = (
-    *(replace(RECORDS_NC[name], source="", valid="") for name in ("magnitude", "epicentral_distance", "vs30", "azimuth", "pga", "pgv")),
+    *(replace(RECORDS_NC[name], source="", valid="") for name in ("magnitude", *_DISTANCES, "vs30", "azimuth", "pga", "pgv")),
     Variable("a_p", "record", float, "m s-2", "amplitude of the best acceleration pulse"),
     Variable("T_p", "record", float, "s", "period of the best acceleration pulse"),
     Variable("L_p", "record", float, "m", "length scale of the best pulse, a_p T_p^2"),

@@ -127,6 +127,9 @@ class Motions:
         reason = self.filters.refusal(
             magnitude=numbers["magnitude"],
             epicentral_distance_km=numbers["epicentral_distance"],
+            distance_rrup_km=numbers["distance_rrup"],
+            distance_rjb_km=numbers["distance_rjb"],
+            distance_hypocentral_km=numbers["distance_hypocentral"],
             vs30_m_s=numbers["vs30"],
             pga_g=numbers["pga"] / GRAVITY,
             pgv_m_s=numbers["pgv"],

@@ -1,0 +1,291 @@
+"""Metadata from the catalogues of archives: PEER, NGA-West2 and ESM tables, ComCat and QuakeML."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import warnings
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.cells import decimal
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.entry import CatalogueEntry
+from rockframe.provenance import read_json
+
+_Rows = Iterator[tuple[int, dict[str, str]]]
+
+#: Largest catalogue in an archive [bytes].
+_LARGEST: Final = 10_000_000
+#: Fields of an entry, by the column of each table in lower case.
+_PEER: Final = {
+    "magnitude": "magnitude",
+    "rjb (km)": "distance_rjb",
+    "rrup (km)": "distance_rrup",
+    "vs30 (m/sec)": "vs30",
+    "lowest useable frequency (hz)": "lowest_usable_frequency",
+    "lowest usable frequency (hz)": "lowest_usable_frequency",
+    "tp-pulse period (sec)": "archive_pulse_period",
+}
+_NGA: Final = {
+    "magnitude": "magnitude",
+    "epicentral distance (km)": "epicentral_distance",
+    "hypocentral distance (km)": "distance_hypocentral",
+    "joyner-boore distance (km)": "distance_rjb",
+    "rupture distance (km)": "distance_rrup",
+    "preferred vs30 (m/s)": "vs30",
+    "lowest usable freq - ave. component (hz)": "lowest_usable_frequency",
+}
+_ESM: Final = {
+    "ml": "magnitude",
+    "mw": "magnitude",
+    "epi_dist": "epicentral_distance",
+    "jb_dist": "distance_rjb",
+    "rup_dist": "distance_rrup",
+    "vs30_m_sec": "vs30",
+}
+_FAULTING: Final = {
+    "S": "strike slip", "SS": "strike slip", "R": "reverse", "TF": "reverse", "N": "normal",
+    "NF": "normal", "O": "oblique",
+}  # fmt: skip
+
+
+def kind_of(name: str, head: bytes) -> str:
+    """Return which catalogue of an archive a file is, from its name and beginning; or "".
+
+    Examples
+    --------
+    >>> kind_of("_SearchResults.csv", b""), kind_of("notes.csv", b"a,b")
+    ('PEER search results', '')
+    """
+    text = head.decode("utf-8-sig", "replace")
+    first = text.lstrip().split("\n", 1)[0].replace('"', "").lower()
+    if name.lower().endswith("searchresults.csv"):
+        return "PEER search results"
+    if first.startswith("record sequence number,eqid"):
+        return "NGA-West2 flatfile"
+    if first.startswith("event_id;event_time;"):
+        return "ESM flatfile"
+    if first.startswith("{") and '"Feature"' in text and "earthquake.usgs.gov" in text:
+        return "ComCat event"
+    return "QuakeML" if "quakeml" in text[:500].lower() and "<" in text else ""
+
+
+def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry]:
+    r"""Return the entries of a catalogue of an archive.
+
+    Keys are names of record files, ``RSN`` and the record number, and otherwise unique texts.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for error messages.
+    kind : str
+        From `kind_of`.
+    data : bytes
+        Contents of the file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read as this kind.
+
+    Examples
+    --------
+    >>> names = b"Result ID,Earthquake Name,Rrup (km),Horizontal-1 Acc. Filename"
+    >>> entries = read_entries(Path("a"), "PEER search results", names + b"\n1,Kobe,0.9,a.AT2")
+    >>> entries["a.AT2"].distance_rrup
+    0.9
+    """
+    try:
+        found = dict(_READERS[kind](path, data))
+    except (ValueError, LookupError, TypeError, OverflowError, csv.Error) as error:
+        if isinstance(error, InputError):
+            raise
+        shown = " ".join(str(error).split())[:100]
+        raise InputError(path, f"cannot be read as {kind}: {shown}.") from error
+    if not found:
+        raise InputError(path, f"{kind} without records or events.")
+    return {key: replace(entry, source=entry.source or kind) for key, entry in found.items()}
+
+
+def entries_within(path: Path) -> dict[str, CatalogueEntry]:
+    """Return the entries of PEER's search results in a ZIP archive."""
+    if path.suffix.lower() != ".zip":
+        return {}
+    entries: dict[str, CatalogueEntry] = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for member in archive.infolist():
+                if kind_of(member.filename, b"") and member.file_size <= _LARGEST:
+                    entries |= read_entries(
+                        path, kind_of(member.filename, b""), archive.read(member)
+                    )
+    except (OSError, ValueError, RuntimeError, zipfile.BadZipFile, zlib.error):
+        return entries  # reading the archive says what is wrong with it
+    return entries
+
+
+def _peer(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+    rows = csv.reader(io.StringIO(_text(data)), skipinitialspace=True)
+    names: list[str] = []
+    for cells in rows:
+        row = [cell.strip().strip('"').strip() for cell in cells]
+        if not names:
+            lower = [cell.lower() for cell in row]
+            names = lower if lower[:1] == ["result id"] and "earthquake name" in lower else []
+            continue
+        if not row[:1] or not row[0].isdigit():
+            return
+        values = dict(zip(names, row, strict=False))
+        year = values.get("year", "")
+        entry = CatalogueEntry(
+            file="",
+            event=f"{_name(values['earthquake name'])} {year}".strip(),
+            station=_name(values.get("station name", "")),
+            mechanism=values.get("mechanism", ""),
+            **_numbers(path, rows.line_num, values, _PEER),
+        )
+        number = values.get("record sequence number", "")
+        files = [value for name, value in values.items() if name.endswith("acc. filename")]
+        yield from _under(files, number, entry)
+
+
+def _nga(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+    for line, row in _table(data, ","):
+        entry = CatalogueEntry(
+            file="",
+            event=f"{_name(row['earthquake name'])} {row['year']}",
+            mechanism=_FAULTING.get(row["style-of-faulting (s, r, n, u)"], ""),
+            **_numbers(path, line, row, _NGA),
+        )
+        files = [row[name] for name in row if name.startswith("file name (")]
+        yield from _under(files, row["record sequence number"], entry)
+
+
+def _esm(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+    for line, row in _table(data, ";"):
+        yield (
+            f"{row['event_id']} {row['network_code']}.{row['station_code']}",
+            CatalogueEntry(
+                file="",
+                event=row["event_id"],
+                network=row["network_code"],
+                station=row["station_code"],
+                mechanism=_FAULTING.get(row.get("fm_type_code", ""), ""),
+                origin_time=row["event_time"].replace(" ", "T"),
+                **_numbers(path, line, row, _ESM),
+            ),
+        )
+
+
+def _comcat(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+    feature = read_json(data)
+    properties = feature["properties"]
+    yield (
+        str(feature["id"]),
+        CatalogueEntry(
+            file="",
+            event=str(properties["place"] or properties["title"]),
+            magnitude=_finite(path, properties["mag"]),
+            origin_time=datetime.fromtimestamp(properties["time"] / 1000.0, UTC).isoformat(),
+        ),
+    )
+
+
+def _quakeml(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise InputError(path, "XML with a document type. Must be plain QuakeML.")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from obspy import read_events
+
+        try:
+            events = read_events(io.BytesIO(data), format="QUAKEML")
+        except Exception as error:
+            # lxml and obspy raise classes of their own, whose base is Exception.
+            raise ValueError(str(error)) from error
+    for event in events:
+        origin = event.preferred_origin() or (event.origins or [None])[0]
+        size = event.preferred_magnitude() or (event.magnitudes or [None])[0]
+        names = [one.text for one in event.event_descriptions if one.text]
+        yield (
+            str(event.resource_id),
+            CatalogueEntry(
+                file="",
+                event=names[0] if names else "",
+                magnitude=_finite(path, size.mag) if size else math.nan,
+                origin_time=str(origin.time) if origin else "",
+            ),
+        )
+
+
+_READERS: Final[Mapping[str, Callable[[Path, bytes], Iterator[tuple[str, CatalogueEntry]]]]] = {
+    "PEER search results": _peer,
+    "NGA-West2 flatfile": _nga,
+    "ESM flatfile": _esm,
+    "ComCat event": _comcat,
+    "QuakeML": _quakeml,
+}
+
+
+def _text(data: bytes) -> str:
+    return data.decode("utf-8-sig", "replace").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _table(data: bytes, separator: str) -> _Rows:
+    """Yield line number and cells of each row, by the names of the columns in lower case."""
+    text = _text(data)
+    first, _, _ = text.partition("\n")
+    # The header of NGA-West2 is not quoted: its names hold commas, in brackets or before a blank.
+    names = re.split(r",(?! )(?![^()]*\))", first) if '"' not in first else []
+    rows = csv.reader(io.StringIO(text), delimiter=separator)
+    cells = next(rows)
+    names = [name.strip().lower() for name in (names if separator == "," and names else cells)]
+    for row in rows:
+        if any(row):
+            yield rows.line_num, dict(zip(names, map(str.strip, row), strict=False))
+
+
+def _under(
+    files: list[str], number: str, entry: CatalogueEntry
+) -> Iterator[tuple[str, CatalogueEntry]]:
+    if number.isdigit():
+        yield f"RSN{int(number)}", entry
+    for file in files:
+        name = re.split(r"[/\\]", file)[-1]
+        if "." in name:
+            yield name, replace(entry, file=name)
+
+
+def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str, str]) -> Any:
+    """Return the numbers of a row by field; -, N/A, -999 and the like are unknown."""
+    found = {}
+    for column, field in columns.items():
+        token = row.get(column, "")
+        if token.strip("-") and token.upper() not in {"N/A", "NA", "NAN"}:
+            try:
+                value = decimal(token)
+            except ValueError:
+                raise InputError(path, f"{column} {token!r}. Must be a number.", line) from None
+            if value >= 0.0 or (field == "magnitude" and value > -10.0):
+                found[field] = value
+    return found
+
+
+def _finite(path: Path, value: object) -> float:
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(path, f"magnitude {value!r}. Must be a number.")
+    return float(value)
+
+
+def _name(text: str) -> str:
+    # PEER writes underscores for commas.
+    return text.replace("_ ", ", ")

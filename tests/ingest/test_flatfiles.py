@@ -1,0 +1,161 @@
+"""Catalogues of archives fill in what their records do not say."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rockframe.errors import InputError
+from rockframe.ingest import collect, read_catalogue, sorted_out
+from rockframe.ingest.metadata.catalogue import facts_of
+from rockframe.record import Record
+
+HERE = "RSN864_LANDERS_JOS000.AT2"
+At2 = Callable[..., bytes]
+
+
+@pytest.fixture
+def catalogues(shared_records: Path) -> Path:
+    folder = shared_records.parent / "catalogues"
+    if not folder.is_dir():
+        pytest.skip("the folder of catalogues is absent")
+    return folder
+
+
+def as_delivered(text: str) -> str:
+    """The table as PEER writes it: names in plain quotes, fields separated by comma and blank."""
+    lines = [line.rstrip(",") for line in text.split("\n")]
+    return "\n".join(lines).replace('" ""', ' "').replace('"""', '"').replace(",", ", ")
+
+
+SPELLINGS: dict[str, Callable[[str], bytes]] = {
+    "re-saved by a spreadsheet": str.encode,
+    "as delivered": lambda text: as_delivered(text).encode(),
+    "BOM": lambda text: b"\xef\xbb\xbf" + text.encode(),
+    "CRLF": lambda text: text.replace("\n", "\r\n").encode(),
+}
+
+
+@pytest.mark.parametrize("spelling", SPELLINGS)
+def test_peer_search_results(catalogues: Path, tmp_path: Path, spelling: str) -> None:
+    text = (catalogues / "peer_SearchResults.csv").read_text()
+    path = tmp_path / "_SearchResults.csv"
+    path.write_bytes(SPELLINGS[spelling](text))
+    entries = read_catalogue(path)
+    assert len(entries) == 40  # ten records of three components, and by record number
+    entry = entries[HERE]
+    assert (entry.event, entry.station, entry.mechanism) == (
+        "Landers 1992", "Joshua Tree", "strike slip",
+    )  # fmt: skip
+    assert (entry.magnitude, entry.distance_rjb, entry.distance_rrup) == (7.28, 11.03, 11.03)
+    assert (entry.vs30, entry.lowest_usable_frequency) == (379.32, 0.07)
+    assert np.isnan(entry.archive_pulse_period)  # printed as -
+    assert entries["RSN1614_DUZCE_1061-V.AT2"].event == "Duzce, Turkey 1999"
+    assert entry.source == "PEER search results"
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_download_of_peer_keeps_its_metadata(
+    catalogues: Path, tmp_path: Path, at2: At2, packed: bool
+) -> None:
+    table = (catalogues / "peer_SearchResults.csv").read_bytes()
+    if packed:
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w") as archive:
+            archive.writestr("_SearchResults.csv", table)
+            archive.writestr(HERE, at2())
+        (tmp_path / "PEERNGARecords_Unscaled.zip").write_bytes(stream.getvalue())
+        path = tmp_path / "PEERNGARecords_Unscaled.zip"
+    else:
+        (tmp_path / "_SearchResults.csv").write_bytes(table)
+        (tmp_path / HERE).write_bytes(at2())
+        path = tmp_path
+    [record], rejections = sorted_out(collect([path]))
+    assert not rejections
+    assert (record.magnitude, record.distance_rrup, record.vs30) == (7.28, 11.03, 379.32)
+
+
+def test_nga_west2_flatfile(catalogues: Path) -> None:
+    entries = read_catalogue(catalogues / "ngawest2_flatfile_sample.csv")
+    entry = entries["RSN1"]
+    assert (entry.event, entry.magnitude, entry.vs30) == ("Helena, Montana-01 1935", 6.0, 593.35)
+    assert (entry.epicentral_distance, entry.distance_hypocentral) == (6.31, 8.71)
+    assert (entry.distance_rjb, entry.distance_rrup) == (2.07, 2.86)
+    assert (entry.mechanism, entry.lowest_usable_frequency) == ("strike slip", 0.1625)
+    # Other databases name the files without the record number.
+    assert entries["A-HMC180.AT2"].magnitude == 6.0
+    record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
+    assert facts_of(entries, record, ["RSN1_HELENA.A_A-HMC180.AT2"])["distance_rrup"] == 2.86
+    assert facts_of(entries, record, ["RSN999_X.AT2"]) == {}
+
+
+def test_esm_flatfile_by_station_and_time(catalogues: Path) -> None:
+    entries = read_catalogue(catalogues / "esm_flatfile_2018_sample.csv")
+    record = Record(
+        record_id="a", acceleration=np.zeros(2), time_step=0.01,
+        network="AC", station="FIER", start_time="2014-01-20T14:40:41.5Z",
+    )  # fmt: skip
+    facts = facts_of(entries, record, ["a.asc"])
+    assert (facts["magnitude"], facts["epicentral_distance"], facts["vs30"]) == (4.07, 65.3, 374.0)
+    assert facts_of(entries, replace(record, station="KKS2"), ["a.asc"]) == {}
+    assert facts_of(entries, replace(record, start_time="2014-01-21T14:40:41Z"), ["a"]) == {}
+
+
+QUAKEML = """<?xml version="1.0"?>
+<q:quakeml xmlns="http://quakeml.org/xmlns/bed/1.2" xmlns:q="http://quakeml.org/xmlns/quakeml/1.2">
+<eventParameters publicID="quakeml:a/b"><event publicID="quakeml:a/c">
+<description><text>Ridgecrest</text></description>
+<origin publicID="quakeml:a/o"><time><value>2019-07-06T03:19:53.040Z</value></time>
+<latitude><value>35.77</value></latitude><longitude><value>-117.6</value></longitude></origin>
+<magnitude publicID="quakeml:a/m"><mag><value>7.1</value></mag></magnitude>
+</event></eventParameters></q:quakeml>"""
+
+
+@pytest.mark.parametrize("kind", ["comcat", "quakeml"])
+def test_an_event_applies_to_the_records_of_its_time(
+    catalogues: Path, tmp_path: Path, kind: str
+) -> None:
+    path = catalogues / "comcat_event_ci38457511.json"
+    if kind == "quakeml":
+        path = tmp_path / "event.xml"
+        path.write_text(QUAKEML)
+    entries = read_catalogue(path)
+    record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
+    during = replace(record, start_time="2019-07-06T03:19:40.04Z")
+    facts = facts_of(entries, during, ["a"])
+    assert facts["magnitude"] == 7.1
+    assert "Ridgecrest" in facts["event"]
+    assert facts_of(entries, record, ["a"]) == {}
+    assert facts_of(entries, replace(record, start_time="2019-07-06T02:19:40Z"), ["a"]) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("_SearchResults.csv", "Result ID,Earthquake Name\n", "without records or events"),
+        ("_SearchResults.csv", "nothing\n", "without records or events"),
+        ("a.csv", "Record Sequence Number,EQID\n1,1\n", "cannot be read as NGA-West2 flatfile"),
+        ("a.csv", "event_id;event_time;Mw\nA;B;x\n", "cannot be read as ESM flatfile|number"),
+        ("a.json", '{"type": "Feature", "u": "earthquake.usgs.gov"}', "cannot be read as ComCat"),
+        ("a.xml", "<q:quakeml><broken", "cannot be read as QuakeML"),
+        ("a.xml", "<!DOCTYPE a><q:quakeml/>", "XML with a document type"),
+    ],
+)
+def test_corrupted_catalogues_say_so(tmp_path: Path, name: str, text: str, message: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_catalogue(tmp_path / name)
+
+
+def test_other_json_is_no_catalogue(tmp_path: Path, at2: At2) -> None:
+    (tmp_path / "notes.json").write_text(json.dumps({"type": "Feature"}))
+    (tmp_path / "a.AT2").write_bytes(at2())
+    records, _ = sorted_out(collect([tmp_path]))
+    assert np.isnan(records[0].magnitude)
