@@ -77,6 +77,14 @@ def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None
     assert drawn == set(shown)
 
 
+def test_the_report_shows_the_screening(made: Path) -> None:
+    page = (made / "report.html").read_text(encoding="utf-8")
+    section = page.partition('<section id="screening"')[2].partition("</section>")[0]
+    for words in ("Fragility", "Ranking", "Design", "overturning", "slender-column", "<svg"):
+        assert words in section
+    assert "style=" not in section  # which the page's policy forbids
+
+
 def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_path: Path) -> None:
     """Those under which a frame turns furthest and stands come first."""
     words = ["draw", str(made / "rocking_spectrum.nc"), "--most", "1", "--output"]

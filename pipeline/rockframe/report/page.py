@@ -7,11 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import xarray as xr
 from markupsafe import Markup
 
 from rockframe.provenance import source_code_hash, versions
 from rockframe.report.columns import shown
 from rockframe.report.payload import checks, payload
+from rockframe.report.screening import screening_content
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run
 from rockframe.results.tables.table import pulse_mark, stated_verdict
@@ -27,7 +29,11 @@ _MOST_ENTRIES: Final = 2000
 _GLANCE: Final = 40
 
 
-def render(run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]) -> str:
+def render(
+    run: Run,
+    motions: Iterable[tuple[Ground, Sequence[History]]],
+    screening: xr.Dataset | None = None,
+) -> str:
     """Return the report of a run. The same run gives the same text.
 
     Parameters
@@ -36,6 +42,8 @@ def render(run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]) -> str
         As returned by `rockframe.results.read_run`.
     motions : iterable of (Ground, sequence of History)
         As returned by `rockframe.results.read_histories` for the histories on the page.
+    screening : Dataset, optional
+        As returned by `rockframe.results.read_screening`, if the run has a screening.
 
     Returns
     -------
@@ -55,6 +63,7 @@ def render(run: Run, motions: Iterable[tuple[Ground, Sequence[History]]]) -> str
             facts=facts,
             samples=samples,
             pair_of={pair["row"]: i for i, pair in enumerate(facts["pairs"])},
+            screening=None if screening is None else screening_content(screening),
             **_overview(run),
             **_provenance(run),
         )

@@ -15,6 +15,7 @@ from rockframe.report.payload import choose
 from rockframe.report.seal import is_whole, sealed
 from rockframe.results.motions import read_histories
 from rockframe.results.run import read_run
+from rockframe.results.screening.screen import read_screening
 from rockframe.stages.verify import verify_run
 
 #: File name of the page, in the folder of its run.
@@ -53,7 +54,9 @@ def report_stage(
     outputs = [folder / name for name in content.manifest["outputs"]]
     refuse_overwriting([output], [folder / MANIFEST, *outputs])
     shown = choose(content, limits.histories)
-    page = render(content, read_histories(folder, shown))
+    screened = folder / "screen.nc"
+    screening = read_screening(screened) if screened in outputs else None
+    page = render(content, read_histories(folder, shown), screening)
     with whole_file(output) as partial:
         partial.write_bytes(sealed(page))
     total = sum(content.counts.values())

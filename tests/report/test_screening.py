@@ -1,0 +1,48 @@
+"""The section of the report on a screening: paths beside the numbers they draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.testing import assert_allclose
+from tests.screening import site
+
+from rockframe.options.respond import DesignOptions
+from rockframe.report.screening import HEIGHT, WIDTH, Plot, screening_content
+
+Screen = Callable[..., xr.Dataset]
+
+
+def points_of(path: str) -> np.ndarray:
+    return np.array([pair.split() for pair in path.strip("MZ").split("L")], dtype=float)
+
+
+def test_curves_are_the_probabilities(screen: Screen, tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)
+    asked = {"hazard": hazard, "design": design, "limit_u_m": (0.1,)}
+    found = screen(site(6), scales=np.geomspace(0.5, 3.0, 8), **asked)
+    content = screening_content(found)
+    plots: dict[str, list[Plot]] = dict(content["fragility"])
+    pga = plots["slender"][0]
+    assert (pga.title, [name for name, _ in pga.curves]) == (
+        "PGA [g]",
+        ["overturning", "u ≥ 0.1 m"],
+    )
+    for k, (_, path) in enumerate(pga.curves):
+        fit = found.sel(structure="slender", measure="pga").isel(limit_state=k)
+        if np.isfinite(fit["fragility"]).all():
+            x, y = points_of(path).T
+            assert_allclose(1.0 - y / HEIGHT, fit["fragility"], atol=1e-3)
+            assert_allclose(np.diff(x), WIDTH / 100.0, atol=0.11)
+        band = points_of(pga.bands[k])[:, 1]
+        assert_allclose(1.0 - band[:101] / HEIGHT, fit["fragility_low"], atol=1e-3)
+    shares = points_of(dict(content["design"]["plot"].curves)["stout"])[:, 1]
+    assert_allclose(1.0 - shares / HEIGHT, found["design_share"].sel(structure="stout"), atol=1e-3)
+    assert [len(one["rates"]) for one in content["summary"]] == [2, 2]
+    ranks = [motion[0]["mean_rank"] for motion in content["ranking"]]
+    assert ranks == sorted(found["mean_rank"].values)
