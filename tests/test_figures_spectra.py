@@ -60,6 +60,19 @@ def test_figure_9_has_a_panel_for_each_pulse_and_slenderness(spectrum: xr.Datase
         assert_array_equal(image.get_array(), overturning.T)
 
 
+def test_a_curve_of_many_points_leaves_its_panel_at_the_top() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0)
+    asked = (np.radians([10.0]), [0.0], np.linspace(2.0, 8.0, 31), np.linspace(1.0, 12.0, 12))
+    spectrum = spectrum_dataset(overturning_spectrum([pulse], *asked))
+    (axes,) = draw_overturning_spectra(spectrum).figure.axes
+    (line,) = axes.get_lines()
+    least = spectrum["minimum_overturning_amplitude"].values.ravel()
+    above = int(np.argmin(np.isfinite(least)))  # the first ratio at which nothing overturns
+    assert line.get_ydata()[-1] == axes.get_ylim()[1] == 12.0
+    ratio = spectrum["frequency_ratio"].values
+    assert ratio[above - 1] < line.get_xdata()[-1] < ratio[above]
+
+
 def test_map_of_unevenly_spaced_points_has_its_cells_around_them() -> None:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0)
     ratios = np.asarray([1.0, 2.0, 2.5, 7.0])

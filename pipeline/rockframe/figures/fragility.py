@@ -6,6 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
@@ -28,7 +30,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
     limits = [LimitState.named(str(name)) for name in screening["limit_state"].values]
     rows = max(1, (len(known) + 1) // 2)
     with styled():
-        figure = Figure(figsize=(PAGE_WIDTH, 0.4 + 2.3 * rows), layout="constrained")
+        figure = Figure(figsize=(PAGE_WIDTH, 0.8 + 2.3 * rows), layout="constrained")
         panels = figure.subplots(rows, 2, squeeze=False, sharey=True).ravel()
         for axes in panels[len(known) :]:
             axes.set_visible(False)
@@ -36,12 +38,22 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
             for k, limit in enumerate(limits):
                 _draw_curve(axes, screening.isel(limit_state=k).sel(measure=measure.name), limit, k)
             _set_axes(axes, screening.sel(measure=measure.name), measure)
-        if len(limits) > 1 and known:
-            panels[0].legend(fontsize=7)
+        structure = str(screening["structure"].item())
+        figure.suptitle(structure, fontsize=9)
+        if known:
+            handles, _ = panels[0].get_legend_handles_labels()
+            shade = Patch(facecolor="C0", alpha=0.2, linewidth=0, label="90 % confidence")
+            shares = Line2D([], [], linestyle="", marker="o", color="0.35", markersize=3.5,
+                            label="observed shares")  # fmt: skip
+            figure.legend(
+                handles=[*handles, shade, shares],
+                loc="outside lower center",
+                ncols=len(handles) + 2,
+                fontsize=7,
+            )
         for axes in panels[::2]:
             several = "reaching the limit state" if len(limits) > 1 else "overturning"
             axes.set_ylabel(f"probability of {several}")
-    structure = str(screening["structure"].item())
     told = [part for limit in limits for part in _told(screening, limit, known)]
     title = (
         f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
@@ -141,7 +153,8 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
         )
         axes.step(level, screening["peak_share"], where="post")
         axes.axvline(1.0, color="0.6", linewidth=0.8, linestyle=":")
-        axes.set_xlim(float(level[0]), float(level[-1]))
+        axes.set_xlim(float(level[0]), _furthest(screening))
+        axes.set_title(str(screening["structure"].item()), fontsize=8)
         axes.set_ylim(0.0, 1.0)
         axes.set_xlabel(r"peak rotation  $\theta\,/\,\alpha$")
         axes.set_ylabel("share of motions at or below")
@@ -158,3 +171,11 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
         "recordings with replacement, and at least Wilson's interval for so many of them."
     )
     return Captioned(figure, f"Peak rotations of {structure}", caption)
+
+
+def _furthest(screening: xr.Dataset) -> float:
+    """Return the end of the axis: all levels if some motion overturns, else beyond the largest."""
+    level, share = screening["level"].values, screening["peak_share"].values
+    if share[-1] < 1.0:
+        return float(level[-1])
+    return min(float(level[-1]), 1.5 * float(level[int(np.argmax(share >= share[-1]))]) + 0.05)

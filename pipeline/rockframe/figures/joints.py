@@ -36,7 +36,7 @@ def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
     time = dataset["time"].values
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.2, 1.2])
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.0, 1.0])
         panels[0].plot(time, dataset["theta"] / float(dataset["slenderness"]), color="0.35")
         panels[0].set_ylabel("θ/α")
         furthest = min(float(dataset["peak_rotation_ratio"]), DRAWN_TO)
@@ -63,8 +63,8 @@ def _draw_friction(panel: Axes, dataset: xr.Dataset, friction: float) -> None:
     panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label="at uplift, tan α")
     panel.set_ylabel("friction demand")
     shown = min(_number(dataset, "base_friction_demand"), _SHOWN * friction)
-    panel.set_ylim(0.0, 1.75 * max(friction, uplift, shown))
-    panel.legend(loc="upper right", ncols=2, fontsize=7)
+    panel.set_ylim(0.0, 1.1 * max(friction, uplift, shown))
+    _legend_above(panel, 2)
 
 
 def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
@@ -73,13 +73,20 @@ def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
     if "column_top_vertical" in dataset:
         each = dataset["column_top_vertical"]
         for values, word in ((each.max("column"), "more"), (each.min("column"), "less")):
-            label = f"beam on the {word} loaded column"
-            panel.plot(time, values, linewidth=0.7, label=label)
+            panel.plot(time, values, linewidth=0.7, label=f"{word} loaded column")
     panel.axhline(0.0, color="black", linestyle="--", linewidth=0.9, label="lift-off")
     panel.set_ylabel("vertical force / static")
-    highest = float(np.nanmax(dataset["base_vertical"].values))
-    panel.set_ylim(-0.1, 2.3 * max(highest, 1.0))
-    panel.legend(loc="upper right", fontsize=7)
+    drawn = [line.get_ydata() for line in panel.get_lines()]
+    highest = max(float(np.nanmax(np.asarray(values))) for values in drawn)
+    panel.set_ylim(-0.1, 1.1 * max(highest, 1.0))
+    _legend_above(panel, 2)
+
+
+def _legend_above(panel: Axes, columns: int) -> None:
+    """Put the legend between the panels, where it hides nothing."""
+    panel.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, fontsize=7, borderpad=0
+    )
 
 
 def _number(dataset: xr.Dataset, name: str) -> float:

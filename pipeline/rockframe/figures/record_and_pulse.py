@@ -30,12 +30,16 @@ def draw_record_and_pulse(datasets: Sequence[xr.Dataset], titles: Mapping[str, s
         Title of each record, by its identifier.
     """
     with styled():
-        size = (PRINT_WIDTH, 0.4 + 1.55 * len(datasets))
+        size = (PRINT_WIDTH, 0.4 + 1.65 * len(datasets))
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(len(datasets), 1, squeeze=False)[:, 0]
         for panel, dataset in zip(panels, datasets, strict=True):
             _draw(panel, dataset)
-            panel.set_title(titles[str(dataset["record_id"].item())], fontsize=8)
+            pulse = (
+                f"{wavelet_in(dataset)}, $a_p$ = {float(dataset['a_p']) / GRAVITY:.3f} g, "
+                f"$T_p$ = {float(dataset['T_p']):.3f} s"
+            )
+            panel.set_title(f"{titles[str(dataset['record_id'].item())]}\n{pulse}", fontsize=7)
         panels[-1].set_xlabel("time [s]")
     told = " ".join(_words(dataset) for dataset in datasets)
     caption = (

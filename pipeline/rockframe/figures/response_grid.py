@@ -57,11 +57,16 @@ def draw_response_grid(
     across = min(_ACROSS, len(histories))
     with styled():
         figure = Figure(figsize=(PAGE_WIDTH, 0.3 + 4.2 * bands), layout="constrained")
+        above = None
         for band, part in enumerate(figure.subfigures(bands, 1, squeeze=False)[:, 0]):
             shown = histories[band * across : (band + 1) * across]
             panels = part.subplots(
                 4, across, sharex="col", sharey="row", squeeze=False, height_ratios=_HEIGHTS
             )
+            if above is not None:  # panels of one kind have one scale in all bands
+                for panel, other in zip(panels[:, 0], above[:, 0], strict=True):
+                    panel.sharey(other)
+            above = panels
             for column in range(across):
                 if column >= len(shown):
                     for panel in panels[:, column]:
@@ -129,7 +134,7 @@ def _caption(histories: Sequence[xr.Dataset], vertical: bool) -> str:
         parts.append(f"{history['record_id'].item()}: {fate}")
     return (
         "Ground acceleration, rotation θ over slenderness α, uplift v and drift u of the beam; "
-        "a row of panels has one scale. "
+        "panels of one kind have one scale. "
         f"{of_structure(histories[0])} {ground} ground motion; eq (26), with the "
         "restitution of eq (43) at each impact. Largest values, free rocking after the record "
         f"included: {'; '.join(parts)}."

@@ -40,7 +40,15 @@ def draw_stability_map(dataset: xr.Dataset) -> Captioned:
             shading="nearest",
             rasterized=True,
         )
-        axes.plot(float(dataset["height"]), 1.0, marker="+", color="black", markersize=9)
+        (cross,) = axes.plot(
+            float(dataset["height"]),
+            1.0,
+            marker="+",
+            color="black",
+            markersize=9,
+            linestyle="",
+            label="the structure, the motion itself",
+        )
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
@@ -52,7 +60,7 @@ def draw_stability_map(dataset: xr.Dataset) -> Captioned:
             Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=word)
             for colour, word in zip(_COLOURS, _WORDS, strict=True)
         ]
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=7)
+        figure.legend(handles=[*handles, cross], loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         f"Verdict of frames of all sizes under multiples of record {dataset['record_id'].item()} "
         f"(PGA {float(dataset['pga']) / GRAVITY:.2f} g): columns from {heights[0]:.3g} to "
