@@ -85,8 +85,9 @@ def test_killed_thirty_times_at_random_moments(home: Path, tmp_path: Path) -> No
     require_whole(folder, home)
 
 
-@pytest.mark.parametrize("module", ["rockframe.engines.worker", "rockframe.ingest.reading.worker"])
+@pytest.mark.parametrize("module", ["engines.worker", "engines.worker 60.0"])
 def test_killed_worker_costs_no_result(home: Path, tmp_path: Path, module: str) -> None:
+    """Of the workers that compute, and of those that read, which have limits."""
     process = start(home / "small.toml", tmp_path / "run", pool=True)
     victims: list[int] = []
 

@@ -1,4 +1,4 @@
-"""A pool of worker processes: a worker that is killed costs its batch, which is repeated."""
+"""A pool of worker processes behind the interface of `concurrent.futures`."""
 
 from __future__ import annotations
 
@@ -9,25 +9,30 @@ import subprocess
 import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
 from queue import SimpleQueue
 from threading import Lock
-from typing import Any, Final, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
-from rockframe.engines.framing import put, take
-from rockframe.errors import EngineError
+from rockframe.errors import EngineError, ParameterError
 
-Batch = TypeVar("Batch")
-Result = TypeVar("Result")
+T = TypeVar("T")
+P = ParamSpec("P")
 
-#: How an answer of a worker begins.
-DONE: Final = 0
-REFUSED: Final = 1
-FAILED: Final = 2
-#: So often a batch whose worker dies is given to a new one, before the batch is to blame.
+#: How a reply of a worker begins: a further value, the end, a `RockframeError`, a traceback.
+VALUE: Final = 0
+DONE: Final = 1
+REFUSED: Final = 2
+FAILED: Final = 3
+#: Exit status of a worker that ran out of memory.
+OUT_OF_MEMORY: Final = 86
+_MEGABYTE: Final = 1 << 20
+_KILLED: Final = -getattr(signal, "SIGKILL", 9)
+#: Number of attempts at a call whose worker dies: the call may not be the cause.
 _ATTEMPTS: Final = 3
-#: Batches that may be done before their results are asked for, a worker; the memory they take.
-_AHEAD: Final = 2
+_LONGEST_REASON: Final = 200
 #: The pool is the parallel part; threads of libraries below it would only fight for the cores.
 _ONE_THREAD: Final = {
     "NUMBA_NUM_THREADS": "1",
@@ -38,19 +43,171 @@ _ONE_THREAD: Final = {
 }
 
 
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a worker; they need POSIX timers and resource limits.
+
+    Parameters
+    ----------
+    seconds : float
+        Time for a file or an archive member [s].
+    memory : int
+        Memory in addition to that of an idle worker [bytes].
+
+    Raises
+    ------
+    ParameterError
+        If a limit is not positive.
+
+    Examples
+    --------
+    >>> Limits(seconds=10.0).seconds
+    10.0
+    """
+
+    seconds: float = 60.0
+    memory: int = 2048 * _MEGABYTE
+
+    def __post_init__(self) -> None:
+        if not (self.seconds > 0.0 and self.memory > 0):
+            raise ParameterError(
+                f"Invalid limits {self.seconds!r} s, {self.memory!r} bytes. Must be positive."
+            )
+
+
+class WorkerDiedError(Exception):
+    """A worker ended during a call.
+
+    Parameters
+    ----------
+    status : int
+        Its exit status.
+    said : str
+        Its traceback, if it could send one.
+    values : sequence
+        Values that the call yielded before.
+    """
+
+    def __init__(self, status: int, said: str = "", values: Iterable[Any] = ()) -> None:
+        super().__init__(status, said)
+        self.status, self.said, self.values = status, said, tuple(values)
+
+    @property
+    def how(self) -> str:
+        """How the process ended."""
+        if self.status < 0:
+            return f"signal {-self.status}, {signal.strsignal(-self.status)}"
+        return f"exit status {self.status}"
+
+    def reason(self, limits: Limits) -> str:
+        """Return the cause in words, for a call that reads a file."""
+        if self.status == -getattr(signal, "SIGALRM", 0):
+            return f"timed out after {limits.seconds:g} s while reading."
+        if self.status == OUT_OF_MEMORY:
+            return f"ran out of memory ({limits.memory // _MEGABYTE} MB) while reading."
+        said = self.said.strip().splitlines()[-1] if self.said else self.how
+        return f"the reader crashed ({said[:_LONGEST_REASON]})."
+
+
+class WorkerPool(Executor):
+    """An executor of worker processes; a call whose worker is killed is repeated in a new one.
+
+    The death of this process ends the workers, however it dies.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes; each is started when there is a call for it.
+    limits : Limits, optional
+        Limits of each call. With limits, functions return iterables, and the result of a call is
+        the list of their values.
+
+    Examples
+    --------
+    >>> import math
+    >>> with WorkerPool(1) as pool:
+    ...     pool.submit(math.sqrt, 9.0).result()
+    3.0
+    """
+
+    def __init__(self, workers: int, limits: Limits | None = None) -> None:
+        self._threads = ThreadPoolExecutor(workers)
+        self._team = [_Worker(limits) for _ in range(workers)]
+        self._idle: SimpleQueue[_Worker] = SimpleQueue()
+        for worker in self._team:
+            self._idle.put(worker)
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Schedule a call; function, arguments and results can be pickled.
+
+        The future raises a `RockframeError` of the function as it is, and `WorkerDiedError` if
+        the function raises anything else, or the worker ends otherwise.
+        """
+        return self._threads.submit(self._call, partial(fn, *args, **kwargs))
+
+    def _call(self, call: partial[Any]) -> Any:
+        worker = self._idle.get()
+        try:
+            for _ in range(_ATTEMPTS - 1):
+                try:
+                    return worker.call(call)
+                except WorkerDiedError as death:
+                    if not worker.may_repeat(death):
+                        raise
+            return worker.call(call)
+        finally:
+            self._idle.put(worker)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers; with `cancel_futures` also those that are at work."""
+        self._threads.shutdown(wait=wait and not cancel_futures, cancel_futures=cancel_futures)
+        for worker in self._team:
+            worker.close()
+        self._threads.shutdown(wait=wait)
+
+    def __exit__(self, *_: object) -> None:
+        self.shutdown(cancel_futures=True)
+
+
+Submitted = TypeVar("Submitted")
+
+
+def in_order(
+    submit: Callable[..., Submitted], calls: Iterable[tuple[Any, ...]], ahead: int
+) -> Generator[Submitted, None, None]:
+    """Submit calls as they are needed, and yield their futures in order.
+
+    Parameters
+    ----------
+    submit : callable
+        Takes the arguments of a call, and returns its future.
+    calls : iterable of tuple
+        The arguments of each call.
+    ahead : int
+        Number of calls that may be submitted before their results are asked for.
+    """
+    waiting: deque[Submitted] = deque()
+    for arguments in calls:
+        waiting.append(submit(*arguments))
+        if len(waiting) >= ahead:
+            yield waiting.popleft()
+    while waiting:
+        yield waiting.popleft()
+
+
 def serve(
-    function: Callable[[Batch], Result], batches: Iterable[Batch], workers: int, first: int = 1
-) -> Generator[Result, None, None]:
+    function: Callable[..., T], batches: Iterable[Any], workers: int, first: int = 1
+) -> Generator[T, None, None]:
     """Call a function in worker processes, and give its results in the order of the batches.
 
     Parameters
     ----------
     function : callable
-        Of a module that the workers can import; batches and results can be pickled.
+        Of a module that the workers can import.
     batches : iterable
         Taken as they are needed.
     workers : int
-        Processes, 1 or more; each is started when there is a batch for it.
+        Processes, 1 or more.
     first : int
         Number of the first batch, for errors.
 
@@ -69,83 +226,56 @@ def serve(
     >>> list(serve(math.sqrt, [4.0, 9.0], workers=1))
     [2.0, 3.0]
     """
-    idle: SimpleQueue[_Worker] = SimpleQueue()
-    team = [_Worker() for _ in range(workers)]
-    for worker in team:
-        idle.put(worker)
-
-    def call(number: int, batch: Batch) -> Any:
-        worker = idle.get()
-        try:
-            return _repeated(worker, function, batch, number)
-        finally:
-            idle.put(worker)
-
-    threads = ThreadPoolExecutor(workers)
-    waiting: deque[Future[Any]] = deque()
-    try:
-        for number, batch in enumerate(batches, start=first):
-            waiting.append(threads.submit(call, number, batch))
-            if len(waiting) >= workers * _AHEAD:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    finally:
-        threads.shutdown(wait=False, cancel_futures=True)
-        for worker in team:
-            worker.close()
-        threads.shutdown()
-
-
-def _repeated(worker: _Worker, function: Callable[..., Any], batch: object, number: int) -> Any:
-    status = 0
-    for _ in range(_ATTEMPTS):
-        try:
-            kind, value = worker.call(function, batch)
-        except EOFError:
-            status = worker.wait()
-            continue
-        if kind == DONE:
-            return value
-        if kind == REFUSED:
-            raise value
-        raise RuntimeError(f"batch {number} failed in its worker:\n{value}")
-    how = f"signal {-status}, {signal.strsignal(-status)}" if status < 0 else f"status {status}"
-    raise EngineError(
-        f"batch {number} ended its worker {_ATTEMPTS} times (the last: {how}). Must leave it "
-        "running: is there memory for so many workers?"
-    )
+    with WorkerPool(workers) as pool:
+        futures = in_order(partial(pool.submit, function), ((b,) for b in batches), 2 * workers)
+        for number, future in enumerate(futures, first):
+            try:
+                yield future.result()
+            except WorkerDiedError as death:
+                if death.said:
+                    failed = f"batch {number} failed in its worker:\n{death.said}"
+                    raise RuntimeError(failed) from None
+                raise EngineError(
+                    f"batch {number} ended its worker {_ATTEMPTS} times (the last: {death.how}). "
+                    "Must leave it running: is there memory for so many workers?"
+                ) from None
 
 
 class _Worker:
-    """A process that is replaced when it dies; a class because it holds that process."""
+    """A process that is replaced when it dies."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: Limits | None) -> None:
+        self._limits = limits
         self._lock = Lock()
         self._closed = False
         self._process: subprocess.Popen[bytes] | None = None
 
-    def call(self, function: Callable[..., Any], batch: object) -> tuple[int, Any]:
-        """Return the answer to a batch; EOFError if the process ends without one."""
-        message = pickle.dumps((function, batch), pickle.HIGHEST_PROTOCOL)
-        process = self._started()
-        if process.stdin is None or process.stdout is None:
-            raise EOFError
-        try:
-            put(process.stdin, message)
-        except OSError:
-            raise EOFError from None
-        kind, value = pickle.loads(take(process.stdout))  # noqa: S301 - from our own worker
-        return int(kind), value
+    def may_repeat(self, death: WorkerDiedError) -> bool:
+        """Return True if a call may not be the cause of a death; of files only a kill."""
+        return death.status == _KILLED if self._limits else not death.said
 
-    def wait(self) -> int:
-        """Return the exit status of a process that has given up its pipes; 0 if there is none."""
-        with self._lock:
-            process = self._process
-        return 0 if process is None else process.wait()
+    def call(self, function: partial[Any]) -> Any:
+        """Return the result of a call, or with limits the list of its values."""
+        process, values = self._started(), list[Any]()
+        if process.stdin is None or process.stdout is None:
+            raise WorkerDiedError(_KILLED)
+        try:
+            pickle.dump(pickle.dumps(function, pickle.HIGHEST_PROTOCOL), process.stdin)
+            process.stdin.flush()
+            while True:
+                kind, value = pickle.load(process.stdout)  # noqa: S301 - from our own worker
+                if kind == DONE:
+                    return value if self._limits is None else values
+                if kind == REFUSED:
+                    raise value
+                if kind == FAILED:
+                    raise WorkerDiedError(process.wait(), value, values)
+                values.append(value)
+        except (EOFError, BrokenPipeError, ValueError, pickle.UnpicklingError):
+            raise WorkerDiedError(process.wait(), values=values) from None
 
     def close(self) -> None:
-        """End the process for good; a call that waits for it ends."""
+        """End the process permanently; a call that waits for it ends."""
         with self._lock:
             self._closed = True
             if self._process is not None:
@@ -156,16 +286,19 @@ class _Worker:
     def _started(self) -> subprocess.Popen[bytes]:
         with self._lock:
             if self._closed:
-                raise EOFError
+                raise WorkerDiedError(_KILLED)
             if self._process is not None and self._process.poll() is not None:
                 _forget(self._process)
                 self._process = None
             if self._process is None:
+                limits = self._limits
+                words = [] if limits is None else [str(limits.seconds), str(limits.memory)]
                 self._process = subprocess.Popen(
                     # -P: a module of the user's folder must not stand in for one of Python's.
-                    [sys.executable, "-P", "-m", "rockframe.engines.worker"],
+                    [sys.executable, "-P", "-m", "rockframe.engines.worker", *words],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
+                    stderr=None if limits is None else subprocess.DEVNULL,
                     env={**os.environ, **_ONE_THREAD},
                     process_group=0,  # Ctrl-C is for the parent, which ends its workers
                 )
@@ -178,5 +311,5 @@ def _forget(process: subprocess.Popen[bytes]) -> None:
         if stream is not None:
             try:
                 stream.close()
-            except OSError:  # what was not sent to it is of no use any more
+            except OSError:  # unsent data are no longer needed
                 continue

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import socket
-from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
+from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
 
 from rockframe.engines.engine import Engine
+from rockframe.engines.pool import in_order
 from rockframe.errors import EngineError
 from rockframe.provenance import source_code_hash
 
@@ -61,14 +62,10 @@ class DaskScheduler(Engine):
         """Give the results of a function in the order of the batches."""
         with _connected(self.address) as client:
             ahead = _AHEAD * _threads(client, self.address)
-            waiting: deque[tuple[int, Any]] = deque()
-            for number, batch in enumerate(batches, start=1):
-                # pure: equal batches would share one result, at the price of hashing each
-                waiting.append((number, client.submit(function, batch, pure=False)))
-                if len(waiting) >= ahead:
-                    yield self._result(client, *waiting.popleft())
-            while waiting:
-                yield self._result(client, *waiting.popleft())
+            # pure: equal batches would share one result, at the price of hashing each
+            submit = partial(client.submit, function, pure=False)
+            for number, future in enumerate(in_order(submit, ((b,) for b in batches), ahead), 1):
+                yield self._result(client, number, future)
 
     def _result(self, client: Client, number: int, future: Any) -> Any:
         from concurrent.futures import CancelledError

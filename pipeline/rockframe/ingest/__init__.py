@@ -1,5 +1,6 @@
 """Read the files of strong-motion archives: identify the format, check the file, build records."""
 
+from rockframe.engines.pool import Limits as Limits
 from rockframe.ingest.metadata.catalogue import CATALOGUE as CATALOGUE
 from rockframe.ingest.metadata.catalogue import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.metadata.catalogue import read_catalogue as read_catalogue
@@ -14,7 +15,6 @@ from rockframe.ingest.reading.containers import contents as contents
 from rockframe.ingest.reading.containers import is_archive as is_archive
 from rockframe.ingest.reading.files import load as load
 from rockframe.ingest.reading.files import read_file as read_file
-from rockframe.ingest.reading.isolation import Limits as Limits
 from rockframe.ingest.reading.members import printable as printable
 from rockframe.ingest.reading.read_outcome import Rejection as Rejection
 from rockframe.ingest.reading.read_outcome import Unread as Unread

@@ -7,11 +7,12 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+from rockframe.engines.pool import Limits
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.catalogue import facts_of
 from rockframe.ingest.metadata.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.reading.isolation import Limits, Served, serve, worker_count
+from rockframe.ingest.reading.isolation import Served, serve, worker_count
 from rockframe.ingest.reading.members import printable
 from rockframe.ingest.reading.read_outcome import Outcome, Rejection, Unread, read_outcomes
 from rockframe.ingest.reading.sources import Catalogue, Source, sources_of
