@@ -133,7 +133,7 @@ def screen(tmp_path: Path) -> Callable[..., xr.Dataset]:
         screen_stage(
             stored(records, tmp_path),
             output,
-            ScreenOptions(**{"margins": False, "scales": [0.5, 1.0, 2.0], **options}),
+            ScreenOptions(**{"margins": "none", "scales": [0.5, 1.0, 2.0], **options}),
             structures_path=structures(tmp_path),
             **stage,
         )

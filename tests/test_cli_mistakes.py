@@ -317,3 +317,41 @@ def test_a_file_in_the_folder_that_is_no_netcdf_is_not_replaced(
     output.write_text("time_s,acc_g\n0.0,0.1\n0.1,0.2\n")
     assert run("ingest", motion.parent, "--output", output) == 2
     assert "mine.nc: is an input of this command" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["respond", "screen"])
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--ensemble-members", "31"), "--ensemble-members 31. Must be at least 32."),
+        (("--ensemble-height", "-0.1"), "--ensemble-height -0.1. Must be zero or positive."),
+        (("--ensemble-width", "0.99"), "Invalid spreads of an ensemble of frame 'wide':"),
+    ],
+)
+def test_ensembles_that_cannot_be(
+    motion: Path,
+    capsys: pytest.CaptureFixture[str],
+    verb: str,
+    words: tuple[str, str],
+    told: str,
+) -> None:
+    structures, output = motion.with_name("wide.toml"), motion.with_name(f"{verb}.nc")
+    structures.write_text(STRUCTURE.replace("portico", "wide").replace("0.8", "3.9"))
+    asked = (ingested(motion), "--structures", structures, "--margins", "robust", *words)
+    capsys.readouterr()
+    assert run(verb, *asked, "--output", output) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count("\n") == 1
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("verb", ["respond", "screen", "table1"])
+def test_the_old_option_names_the_new_one(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, verb: str
+) -> None:
+    output = tmp_path / ("run" if verb == "table1" else "file.nc")
+    first = [] if verb == "table1" else ["records.nc"]
+    with pytest.raises(SystemExit, match="2"):
+        run(verb, *first, "--output", output, "--no-margins")
+    assert "--no-margins. Use --margins none." in capsys.readouterr().err

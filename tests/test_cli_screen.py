@@ -18,7 +18,7 @@ def bundled(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> 
     """The bundled records, screened by the command, with their figures."""
     folder = tmp_path_factory.mktemp("bundled")
     words = ["screen", str(bundled_records), "--output", str(folder / "screen.nc")]
-    assert main([*words, "--structure", "slender-frame", "--no-margins"]) == 0
+    assert main([*words, "--structure", "slender-frame", "--margins", "none"]) == 0
     assert main(["draw", str(folder / "screen.nc"), "--output", str(folder / "figures")]) == 0
     return folder
 
@@ -38,7 +38,7 @@ def test_few_recordings_are_said_to_be_few(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     records = stored(site(3), tmp_path)
-    words = ["screen", str(records), "--output", str(tmp_path / "s.nc"), "--no-margins"]
+    words = ["screen", str(records), "--output", str(tmp_path / "s.nc"), "--margins", "none"]
     assert main(words) == 0
     assert "3 recordings are few" in capsys.readouterr().out
     assert main([*words, "--json"]) == 0
@@ -93,7 +93,7 @@ def test_mistakes_are_one_line(
 ) -> None:
     records = stored(site(2), tmp_path)
     output = tmp_path / "s.nc"
-    status = main(["screen", str(records), "--output", str(output), "--no-margins", *words])
+    status = main(["screen", str(records), "--output", str(output), "--margins", "none", *words])
     told = capsys.readouterr().err
     assert status == 2
     assert told.count("\n") == 1

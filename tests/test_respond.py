@@ -40,7 +40,7 @@ def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> Non
         paths.append(tmp_path / f"response-{len(paths)}.nc")
         assert (
             respond_stage(
-                records_file, paths[-1], engine=engine, options=RespondOptions(margins=False)
+                records_file, paths[-1], engine=engine, options=RespondOptions(margins="none")
             )
             == ()
         )
@@ -51,11 +51,11 @@ def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> Non
 def test_verdicts_are_the_same_whatever_is_kept(
     records_file: Path, tmp_path: Path, histories: Histories
 ) -> None:
-    respond_stage(records_file, tmp_path / "all.nc", options=RespondOptions(margins=False))
+    respond_stage(records_file, tmp_path / "all.nc", options=RespondOptions(margins="none"))
     respond_stage(
         records_file,
         tmp_path / "some.nc",
-        options=RespondOptions(histories=histories, margins=False),
+        options=RespondOptions(histories=histories, margins="none"),
     )
     with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
         for name in ("verdict", "peak_rotation_ratio", "peak_u", "impacts", "overturning_time"):
@@ -65,11 +65,11 @@ def test_verdicts_are_the_same_whatever_is_kept(
 def test_selected_histories_are_those_that_overturn_or_come_near(
     records_file: Path, tmp_path: Path
 ) -> None:
-    respond_stage(records_file, tmp_path / "all.nc", options=RespondOptions(margins=False))
+    respond_stage(records_file, tmp_path / "all.nc", options=RespondOptions(margins="none"))
     respond_stage(
         records_file,
         tmp_path / "some.nc",
-        options=RespondOptions(histories="selected", margins=False),
+        options=RespondOptions(histories="selected", margins="none"),
     )
     with open_response(tmp_path / "all.nc") as full, open_response(tmp_path / "some.nc") as some:
         near = full.dataset["peak_rotation_ratio"].values >= 0.5
@@ -85,7 +85,7 @@ def test_selected_histories_are_those_that_overturn_or_come_near(
 
 def test_history_that_was_not_kept_is_refused(records_file: Path, tmp_path: Path) -> None:
     path = tmp_path / "response.nc"
-    respond_stage(records_file, path, options=RespondOptions(histories="none", margins=False))
+    respond_stage(records_file, path, options=RespondOptions(histories="none", margins="none"))
     with (
         open_response(path) as response,
         pytest.raises(ParameterError, match=r"no history of 'bridge-bent' under 'sine-1' was kept"),
@@ -95,7 +95,16 @@ def test_history_that_was_not_kept_is_refused(records_file: Path, tmp_path: Path
 
 def test_command_without_histories(records_file: Path, tmp_path: Path) -> None:
     output = tmp_path / "response.nc"
-    words = ["--histories", "none", "--workers", "1", "--structure", "bridge-bent", "--no-margins"]
+    words = [
+        "--histories",
+        "none",
+        "--workers",
+        "1",
+        "--structure",
+        "bridge-bent",
+        "--margins",
+        "none",
+    ]
     assert main(["respond", str(records_file), "--output", str(output), *words]) == 0
     with open_response(output) as response:
         assert response.dataset.sizes["obs"] == 0

@@ -14,12 +14,12 @@ from numpy.testing import assert_array_equal
 from rockframe.cli.main import main
 from rockframe.engines.engine import ProcessPool
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import RespondOptions
+from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.record import Record
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.table import response_rows
-from rockframe.rocking import Margin, Verdict, margins
+from rockframe.rocking import VERDICT_RULE, Margin, Verdict, margins
 from rockframe.stages.common import Batch
 from rockframe.stages.merge import merge_stage
 from rockframe.stages.respond import respond_stage
@@ -57,7 +57,7 @@ def response_file(records_file: Path) -> Path:
 
 
 def test_the_file_holds_what_was_found(records: list[Record], response_file: Path) -> None:
-    found: list[list[Margin]] = margins(records, [BENT])
+    found: list[list[Margin]] = margins(records, [BENT], ensemble=Ensemble())
     with open_response(response_file) as response:
         dataset = response.dataset
         for i, (margin,) in enumerate(found):
@@ -65,6 +65,11 @@ def test_the_file_holds_what_was_found(records: list[Record], response_file: Pat
             assert_array_equal(one["critical_scale"], margin.critical_scale)
             assert int(one["safe_islands"]) == margin.safe_islands
             assert int(one["undecided_by"]) == margin.undecided_by
+            assert margin.robust is not None
+            for name in ("10", "25", "50"):
+                for stored, prefix in (("scale", "s"), ("error", "error")):
+                    value = getattr(margin.robust, f"{prefix}{name}")
+                    assert_array_equal(one[f"robust_{stored}_{name}"], value)
             starts = one["safe_island_start"].values
             assert np.isfinite(starts).sum() == margin.safe_islands
             ends = starts + one["safe_island_width"].values
@@ -79,8 +84,10 @@ def test_a_verdict_that_a_hundredth_turns_is_undecided(response_file: Path) -> N
         assert int(flag[0, 0]) == Verdict.UNDECIDED
         assert "undecided" in flag.attrs["flag_meanings"].split()
         bits = response.dataset["undecided_by"].attrs
-        assert bits["flag_masks"].tolist() == [1, 2, 4]
-        assert bits["flag_meanings"].split() == ["amplitude", "restitution", "time_step"]
+        assert bits["flag_masks"].tolist() == [1, 2, 4, 8]
+        assert bits["flag_meanings"].split() == [
+            *("amplitude", "restitution", "sampling", "dimensions")
+        ]
 
 
 def test_the_command_says_it(
@@ -88,11 +95,14 @@ def test_the_command_says_it(
 ) -> None:
     words = ["--structure", "bridge-bent", "--output", str(tmp_path / "response.nc")]
     assert main(["respond", str(records_file), *words]) == 0
-    near, fallen, weak = capsys.readouterr().out.splitlines()[-4:-1]
-    assert "1.01  undecided, stands" in near
+    out = capsys.readouterr().out
+    lines = {line.split()[0]: line for line in out.splitlines() if line.strip()}
+    near, fallen, weak = (lines[name] for name in ("near", "fallen", "weak"))
+    assert near.split()[-6:] == ["1.01", "0.97", "0.99", "1.01", "undecided,", "stands"]
+    assert VERDICT_RULE in " ".join(out.split())
     assert "overturned" in fallen
     assert "no uplift" in weak
-    assert main(["respond", str(records_file), *words, "--no-margins", "--json"]) == 0
+    assert main(["respond", str(records_file), *words, "--margins", "none", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["responses"]
     assert [row["verdict"] for row in rows] == ["safe", "overturned", "no_uplift"]
     assert {row["critical_scale"] for row in rows} == {None}
@@ -118,7 +128,7 @@ def test_table1_without_margins(tmp_path: Path) -> None:
     record = tmp_path / "motion.csv"
     np.savetxt(record, np.sin(np.arange(400.0)), fmt="%.6f")
     words = ["--units", "m/s2", "--time-step", "0.01", "--output", str(tmp_path / "run")]
-    assert main(["table1", "--records", str(record), "--no-margins", *words]) == 0
+    assert main(["table1", "--records", str(record), "--margins", "none", *words]) == 0
     with (tmp_path / "run" / "table.csv").open(newline="") as stream:
         for row in csv.DictReader(stream):
             margin = (row["critical_scale"], row["safe_islands"], row["undecided_by"])

@@ -44,7 +44,7 @@ def test_scenarios_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> No
 
 def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
     records = site(3)[1:]
-    found = screen(records, margins=True)
+    found = screen(records, margins="first")
     expected = margins(records, read_structures(tmp_path / "structures.toml"))
     for i, row in enumerate(expected):
         for k, margin in enumerate(row):
@@ -65,7 +65,7 @@ def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> No
             records,
             output,
             options=ScreenOptions(
-                scales=scales, margins=False, histories="selected" if len(scales) == 1 else "none"
+                scales=scales, margins="none", histories="selected" if len(scales) == 1 else "none"
             ),
             engine=engine,
         )
@@ -78,7 +78,7 @@ def test_interrupted_run_leaves_batches_and_goes_on(
 ) -> None:
     """Stopped in its fifth batch: four are kept, and computed no second time."""
     records, calls = stored(site(3), tmp_path), list[Any]()
-    options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins=False)
+    options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins="none")
 
     def stop(*asked: Any) -> Any:
         calls.append(asked)
@@ -107,7 +107,7 @@ def test_interrupted_run_leaves_batches_and_goes_on(
 
 def test_killed_worker_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     records = stored(site(3), tmp_path)
-    options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins=False)
+    options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins="none")
     screen_stage(records, tmp_path / "whole.nc", options, engine=OneProcess())
     workers: list[subprocess.Popen[bytes]] = []
 
@@ -141,12 +141,12 @@ def test_batches_of_other_inputs_are_not_taken(
             screen_stage(
                 stored(site(2), tmp_path),
                 output,
-                options=ScreenOptions(scales=(1.0,), margins=False),
+                options=ScreenOptions(scales=(1.0,), margins="none"),
             )
     assert len(list(tmp_path.glob(".screen-*.batches"))) == 1
     strong = [sine(f"s{n:02d}", 6.0) for n in range(2)]
     screen_stage(
-        stored(strong, tmp_path), output, options=ScreenOptions(scales=(1.0,), margins=False)
+        stored(strong, tmp_path), output, options=ScreenOptions(scales=(1.0,), margins="none")
     )
     assert (read_screening(output)["verdict"].sel(structure="slender-column") == 2).all()
     assert not list(tmp_path.glob(".screen-*.batches"))
@@ -228,7 +228,7 @@ def test_strange_table_is_not_replaced(screen: Screen, tmp_path: Path) -> None:
 
 
 def test_every_variable_explains_itself(screen: Screen) -> None:
-    found = screen(site(3), margins=True)
+    found = screen(site(3), margins="first")
     for name, variable in found.variables.items():
         assert variable.attrs["long_name"], name
         assert variable.attrs["units"], name
@@ -251,7 +251,7 @@ def test_azimuths_of_one_name_do_not_share_batches(
 ) -> None:
     """A run that ended before its file was whole left batches of another azimuth."""
     records = stored(three("a"), tmp_path)
-    exact = ScreenOptions(margins=False, scales=(0.4, 0.6, 0.8), azimuths_degree=(10.0,))
+    exact = ScreenOptions(margins="none", scales=(0.4, 0.6, 0.8), azimuths_degree=(10.0,))
     near = exact.replaced(azimuths_degree=(10.00004,))
     screen_stage(records, tmp_path / "whole.nc", exact, engine=OneProcess())
 

@@ -33,7 +33,7 @@ def screening(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
         stored(records, folder),
         folder / "screen.nc",
         structures_path=structures(folder),
-        options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 8), margins=False),
+        options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 8), margins="none"),
     )
     return read_screening(folder / "screen.nc")
 

@@ -35,7 +35,7 @@ def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
         stored(records, tmp_path),
         tmp_path / "screen.nc",
         filters=Filters(magnitude=(5.25, 9.0), vs30_m_s=(0.0, 330.0)),
-        options=ScreenOptions(scales=(1.0,), margins=False),
+        options=ScreenOptions(scales=(1.0,), margins="none"),
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == ["s03", "s04", "s05", "s06"]
@@ -113,7 +113,7 @@ def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
     done = screen_stage(
         records,
         output,
-        options=ScreenOptions(azimuths_degree=(45.0,), scales=(1.0,), margins=False),
+        options=ScreenOptions(azimuths_degree=(45.0,), scales=(1.0,), margins="none"),
     )
     assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
     assert json.loads(read_screening(output).attrs["left_out"])["alone"]
@@ -146,7 +146,7 @@ def test_vertical_of_another_length_is_named(tmp_path: Path) -> None:
 
 def test_vertical_that_would_fall_at_the_largest_scale_is_left_out(tmp_path: Path) -> None:
     records = stored([*three("a"), *three("b", upward=6.0)], tmp_path)
-    options = ScreenOptions(vertical=True, scales=(1.0, 2.0), margins=False)
+    options = ScreenOptions(vertical=True, scales=(1.0, 2.0), margins="none")
     done = screen_stage(records, tmp_path / "s.nc", options)
     assert [r.file for r in done.rejections] == ["b-e", "b-n"]
     assert "lose contact" in done.rejections[0].reason
@@ -156,7 +156,7 @@ def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> 
     records, output = stored(site(4), tmp_path), tmp_path / "screen.nc"
     pulses = tmp_path / "pulses.nc"
     pulse_stage(records, pulses)
-    options = ScreenOptions(scales=(1.0,), margins=False, pulse_period_s=(0.5, 2.0))
+    options = ScreenOptions(scales=(1.0,), margins="none", pulse_period_s=(0.5, 2.0))
     screen_stage(records, output, options, pulses_path=pulses)
     found = read_screening(output)
     assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
@@ -180,7 +180,7 @@ def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> 
             path,
             tmp_path / "screen.nc",
             pulses_path=pulses,
-            options=ScreenOptions(margins=False, pulse_like=like),
+            options=ScreenOptions(margins="none", pulse_like=like),
         )
         found = read_screening(tmp_path / "screen.nc")
         assert found["record_id"].values.tolist() == [name]

@@ -19,7 +19,7 @@ from rockframe.explorer.settings import read_settings
 from rockframe.figures.response_history import draw_response_history
 from rockframe.results.run import read_run
 from rockframe.results.tables.table import stated_verdict, table_rows
-from rockframe.rocking import StatedVerdict, Verdict, VerdictKind
+from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
 
 RECORD = "Ridgecrest2019-CCC-360"
 #: Structures, and what becomes of them under the record: with 0.91 of it the first falls.
@@ -53,8 +53,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         )
     )
     record = Path(__file__).parents[1] / "records" / "ridgecrest2019" / "Ridgecrest2019-CCC.V1"
-    words = ("--records", record, "--structures", structures, "--output", home / "run")
-    assert run("table1", *words) == 0
+    words = ("--records", record, "--structures", structures, "--margins", "first")
+    assert run("table1", *words, "--output", home / "run") == 0
     assert run("report", home / "run") == 0
     return home / "run"
 
@@ -180,3 +180,14 @@ def test_a_damaged_verdict_is_named(folder: Path, tmp_path: Path) -> None:
     table.write_text(table.read_text().replace(",safe,", ",save,"))
     with pytest.raises(InputError, match=r"table\.csv: invalid verdict or margin 'SAVE'\."):
         read_run(copy)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/theory.md"])
+def test_the_rule_is_stated_in_the_same_words_everywhere(page: str) -> None:
+    stated = (Path(__file__).parents[1] / page).read_text(encoding="utf-8")
+    assert VERDICT_RULE in " ".join(stated.split())
+    assert VERDICT_RULE in " ".join(str(Margin.verdict.__doc__).split())
+
+
+def test_the_report_states_the_rule(folder: Path) -> None:
+    assert VERDICT_RULE in html.unescape((folder / "report.html").read_text(encoding="utf-8"))

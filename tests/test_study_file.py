@@ -260,7 +260,7 @@ def test_template_states_the_defaults_and_every_key(tmp_path: Path) -> None:
     keys = [line.lstrip("# ").split(" = ")[0] for line in text.splitlines() if " = " in line]
     words = re.findall(r"\w+", text.partition("# Columns of other shapes:")[2])
     for model in StudyTables.model_json_schema()["$defs"].values():
-        assert set(model["properties"]) <= {*keys, *words, "design"}
+        assert set(model["properties"]) <= {*keys, *words, "design", "ensemble"}
 
 
 def test_schema_of_the_shipped_studies_is_the_present_one() -> None:

@@ -181,7 +181,14 @@ def test_numbers_agree_within_the_tolerance_and_counts_exactly(
 
 def test_response_to_other_pulses_is_of_another_run(run: Path) -> None:
     """With `--pulses` it holds what the pulse alone does: that pulse must be the run's."""
-    words = ["--structure", "bridge-bent", "--no-margins", "--output", str(run / "response.nc")]
+    words = [
+        "--structure",
+        "bridge-bent",
+        "--margins",
+        "none",
+        "--output",
+        str(run / "response.nc"),
+    ]
     pulses = ["--pulses", str(run / "pulses.nc")]
     assert main(["respond", str(run / "records.nc"), *pulses, *words]) == 0
     restated(run, "response.nc")
@@ -206,7 +213,7 @@ def test_record_that_is_lost_between_two_stages_is_a_fault(tmp_path: Path) -> No
     for name, height in (("one", 0.4), ("two", 0.5)):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=height, T_p=1.0, time=3.0)
         np.savetxt(tmp_path / f"{name}.csv", pulse.acceleration(0.01 * np.arange(601)), fmt="%.8f")
-    folder, words = tmp_path / "run", ["--structure", "bridge-bent", "--no-margins"]
+    folder, words = tmp_path / "run", ["--structure", "bridge-bent", "--margins", "none"]
     given = ["--records", str(tmp_path / "one.csv"), str(tmp_path / "two.csv")]
     given += ["--units", "g", "--time-step", "0.01", "--surrogates", "0", "--output", str(folder)]
     assert main(["table1", *given, *words]) == 0

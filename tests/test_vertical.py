@@ -35,7 +35,7 @@ def stored(records: list[Record], folder: Path) -> Path:
 
 def peaks(path: Path, *words: str) -> dict[str, float]:
     output = path.with_name("response.nc")
-    words = ("--structure", "bridge-bent", *words)
+    words = ("--structure", "bridge-bent", "--margins", "none", *words)
     assert main(["respond", str(path), "--output", str(output), *words]) == 0
     with open_response(output) as response:
         found = response.dataset["peak_rotation_ratio"].values[:, 0]

@@ -32,6 +32,7 @@ from .options.ingest import Filters as Filters
 from .options.ingest import IngestOptions as IngestOptions
 from .options.pulse import PulseOptions as PulseOptions
 from .options.respond import DesignOptions as DesignOptions
+from .options.respond import Ensemble as Ensemble
 from .options.respond import RespondOptions as RespondOptions
 from .options.respond import ScreenOptions as ScreenOptions
 from .options.spectrum import RockingSpectrumOptions as RockingSpectrumOptions

@@ -34,11 +34,11 @@ time_step_s = 0.01
 
 [respond]
 histories = "none"
-margins = false
+margins = "none"
 
 [screen]
 scales = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
-margins = false
+margins = "none"
 hazard = "hazard.csv"
 
 [figures]

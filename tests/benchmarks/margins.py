@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 
 from rockframe.components.pairing import vertical_beside
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.results.records import read_records
 from rockframe.rocking import (
-    Ensemble,
     FirstOverturning,
     GroundAcceleration,
     Verdict,

@@ -41,7 +41,7 @@ def timed(words: Sequence[str]) -> dict[str, float]:
 
 def screened(folder: Path, scales: int, *words: str) -> dict[str, float]:
     """A screening at so many scales."""
-    output = ["--output", str(folder / "screen.nc"), "--no-margins"]
+    output = ["--output", str(folder / "screen.nc"), "--margins", "none"]
     stated = ["--scales", f"0.25:3:{scales}"] if scales > 1 else ["--scales", "1"]
     return timed(["screen", str(folder / "records.nc"), *output, *stated, *words])
 

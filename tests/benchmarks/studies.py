@@ -37,7 +37,7 @@ surrogates = 0
 
 [respond]
 histories = "selected"
-margins = false
+margins = "none"
 
 [figures]
 most = 12

@@ -48,7 +48,7 @@ def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
             records,
             tmp_path / "screen.nc",
             options=ScreenOptions(
-                scales=np.linspace(0.5, 2.0, 800), margins=False, histories="none"
+                scales=np.linspace(0.5, 2.0, 800), margins="none", histories="none"
             ),
             engine=engine,
         )

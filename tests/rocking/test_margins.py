@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +15,19 @@ from numpy.testing import assert_allclose
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import read_file
+from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.results.records import read_records
 from rockframe.rocking import (
     GroundAcceleration,
     Margin,
+    RobustMargin,
     Sensitivity,
     Verdict,
     margins,
     respond,
     respond_many,
+    robust_margins,
 )
 from rockframe.rocking.margins.perturbed import resampled
 from rockframe.stages.ingest import ingest_stage
@@ -37,7 +41,7 @@ COLUMN = RockingFrame(height=9.6, width=1.6)
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
 
 
-def margin(frame: RockingFrame, motion: Pulse | GroundAcceleration) -> Margin:
+def margin(frame: RockingFrame, motion: Record | Pulse | GroundAcceleration) -> Margin:
     return margins([motion], [frame])[0][0]
 
 
@@ -154,12 +158,61 @@ def test_undecided_by_the_restitution() -> None:
     assert margin(frame, motion).undecided_by == Sensitivity.RESTITUTION
 
 
-def test_undecided_by_the_time_step() -> None:
+@pytest.mark.parametrize(
+    ("name", "structure", "overturns"),
+    [("CCC-090", "slender-frame", True), ("CLC-090", "slender-column", False)],
+)
+def test_undecided_by_a_restitution_between_the_ends(
+    ridgecrest: dict[str, Record], name: str, structure: str, overturns: bool
+) -> None:
+    """With eq (43) and with 1 % less it ends alike, and between them otherwise."""
+    motion = ridgecrest[f"Ridgecrest2019-{name}"]
+    frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}[structure]
+    for factor in (1.0, 0.99):
+        other = replace(frame, restitution_factor=factor)
+        fallen = respond(other, motion).verdict is Verdict.OVERTURNED
+        assert fallen == overturns
+    assert Sensitivity.RESTITUTION in margin(frame, motion).undecided_by
+
+
+def member(s10: float, s50: float) -> RobustMargin:
+    return RobustMargin(s10, 0.5 * (s10 + s50), s50, 0.01, 0.01, 0.01, 0)
+
+
+@pytest.mark.parametrize(
+    ("s10", "s50", "if_it_stands", "if_it_overturns"),
+    [
+        (1.01, 1.3, False, True),
+        (1.0, 1.3, True, True),
+        (0.8, 1.0, True, True),
+        (0.8, 0.99, True, False),
+        (math.nan, math.nan, False, True),
+    ],
+)
+def test_an_ensemble_contradicts(
+    s10: float, s50: float, if_it_stands: bool, if_it_overturns: bool
+) -> None:
+    robust = member(s10, s50)
+    assert robust.contradicts(overturns=False) == if_it_stands
+    assert robust.contradicts(overturns=True) == if_it_overturns
+
+
+def test_undecided_by_the_dimensions() -> None:
+    """A motion that stands 3 % below its critical scale: a tenth of an ensemble overturns."""
+    motion = stronger(0.97 * margin(BENT, PULSE).critical_scale)
+    [[found]] = margins([motion], [BENT], ensemble=Ensemble())
+    assert found.robust == robust_margins([motion], [BENT])[0][0]
+    assert found.robust.s10 < 1.0 < found.robust.s50
+    assert found.undecided_by == Sensitivity.DIMENSIONS
+    assert margin(BENT, motion).undecided_by == 0
+
+
+def test_undecided_by_the_sampling() -> None:
     """Straight lines over a quarter of a second take the top off the pulse."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=1.16 * PULSE.a_p, T_p=PULSE.T_p, time=5.0)
     coarse = GroundAcceleration.from_samples(pulse.acceleration(np.arange(0.0, 10.1, 0.25)), 0.25)
     assert respond(BENT, coarse).verdict is Verdict.SAFE
-    assert margin(BENT, coarse).undecided_by == Sensitivity.TIME_STEP
+    assert margin(BENT, coarse).undecided_by == Sensitivity.SAMPLING
 
 
 def test_a_continuous_pulse_has_no_time_step_to_change() -> None:

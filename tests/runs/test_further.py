@@ -21,7 +21,7 @@ from rockframe.stages.figures import figures_stage
 FURTHER = """
 [screen]
 scales = [1.0, 3.0]
-margins = false
+margins = "none"
 
 [screen.design]
 dimension = "height"
@@ -270,7 +270,7 @@ def test_record_that_a_screening_is_not_asked_for_is_not_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """As with filters of the study, and as `rockframe screen` itself says."""
-    asked = "[screen]\nscales = [1.0]\nmargins = false\npulse_period_s = [0.0, 0.85]\n[figures]"
+    asked = "[screen]\nscales = [1.0]\nmargins = 'none'\npulse_period_s = [0.0, 0.85]\n[figures]"
     study = make_study(tmp_path, 2, STUDY.replace("[figures]", asked))
     assert run(study, tmp_path / "run") == 0
     assert "rejected" not in capsys.readouterr().err
@@ -297,7 +297,7 @@ def test_run_that_was_moved_says_what_it_cannot_compute_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The hazard curve stayed where the run was made; pulses and responses need nothing more."""
-    asked = '[screen]\nscales = [1.0]\nmargins = false\nhazard = "hazard.csv"\n[figures]'
+    asked = '[screen]\nscales = [1.0]\nmargins = "none"\nhazard = "hazard.csv"\n[figures]'
     study = make_study(tmp_path / "home", 2, STUDY.replace("[figures]", asked))
     hazard = tmp_path / "home" / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")

@@ -67,6 +67,8 @@ _OF_SYSTEM: Final = {
 #: The same for streams only; for files, the code that writes them reports these errors.
 _OF_STREAM: Final = frozenset([errno.EBADF, errno.EFBIG, errno.EIO, errno.ENOSPC])
 
+#: Options that have another name now.
+_RENAMED: Final = {"--no-margins": "--margins none"}
 #: Negative numbers; argparse takes -1e-5 and -inf for options.
 _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
 
@@ -78,6 +80,9 @@ class _Parser(argparse.ArgumentParser):
         return None if _NEGATIVE.fullmatch(word) else super()._parse_optional(word)
 
     def error(self, message: str) -> NoReturn:
+        for old, new in _RENAMED.items():
+            if message.endswith(old):
+                message += f". Use {new}"
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
 
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:

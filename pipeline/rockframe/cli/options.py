@@ -44,7 +44,7 @@ def add_options(
             continue
         within = options_within(field.annotation)
         if within is not None:
-            heading = (within.__doc__ or name).strip().rstrip(".").lower()
+            heading = (within.__doc__ or name).split("\n")[0].rstrip(".").lower()
             add_options(parser, within, title=heading, prefix=f"{prefix}{name}-")
             continue
         stated = group.add_argument(

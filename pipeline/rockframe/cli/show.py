@@ -144,7 +144,8 @@ def _show_responses(rows: Sequence[Mapping[str, str]]) -> None:
     for row in rows:
         numbers = {name: _number(text) for name, text in row.items()}
         cells.append([row["structure"], *response_cells(numbers | {"verdict": row["verdict"]})])
-    heads = ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "critical scale>", "verdict"]
+    heads = ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "critical scale>"]
+    heads += ["10 25 50 % overturn>", "verdict"]
     show_table("", heads, cells)
 
 

@@ -180,3 +180,5 @@ Wavelets = Annotated[
 ]
 #: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]
+#: Margins of verdicts: none, the first overturning, or also robust margins.
+Margins = Literal["none", "first", "robust"]

@@ -107,6 +107,8 @@ def must_be(error: ErrorDetails) -> str:
     if kind == "greater_than_equal":
         least = context["ge"]
         return f"at least {least:g}" if least else "zero or positive"
+    if kind == "less_than":
+        return f"below {context['lt']:g}"
     if kind == "less_than_equal":
         return f"at most {context['le']:g}"
     return _MUST_BE.get(kind, "valid")

@@ -12,12 +12,40 @@ from rockframe.options.fields import (
     File,
     Finite,
     Kept,
+    Margins,
     Numbers,
     Positive,
     PositiveNumbers,
     Seed,
 )
 from rockframe.options.model import RULE, VALUE, Options
+
+_Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
+
+
+class Ensemble(Options):
+    """Plausible structures and motions about the stated ones, for robust margins.
+
+    The members are drawn uniformly within the spreads, stratified in each (a Latin hypercube).
+
+    Examples
+    --------
+    >>> Ensemble(height=0.02).members
+    64
+    """
+
+    members: Annotated[int, Field(ge=32, le=10_000)] = 64
+    """Number of members, at least 32."""
+    height: _Spread = 0.01
+    """Largest deviation of the columns' height, as a share of it."""
+    width: _Spread = 0.01
+    """Largest deviation of the columns' width, as a share of it."""
+    restitution: _Spread = 0.03
+    """Largest loss of the velocity ratio of impacts beyond the stated one, as a share of it."""
+    amplitude: _Spread = 0.01
+    """Largest deviation of the motion's amplitude, as a share of it."""
+    seed: Seed = 0
+    """Random seed of the members."""
 
 
 class RespondOptions(Options):
@@ -30,8 +58,11 @@ class RespondOptions(Options):
     histories: Kept = "all"
     """Responses whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
-    margins: bool = True
-    """Find critical scales and undecided verdicts, which takes most of the time."""
+    margins: Margins = "robust"
+    """Margins of the verdicts: none; first (critical scales and undecided verdicts; some 50 ms for
+    each record and structure); or robust (also the scales at which 10, 25 and 50 % of an ensemble
+    of plausible structures overturn; some 150 ms)."""
+    ensemble: Ensemble = Ensemble()
 
 
 class DesignOptions(Options):
@@ -87,8 +118,11 @@ class ScreenOptions(Options):
     histories: Kept = "none"
     """Scenarios whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
-    margins: bool = True
-    """Find critical scales and safe islands, which takes most of the time."""
+    margins: Margins = "first"
+    """Margins of the verdicts under the records as they are: none; first (critical scales, safe
+    islands and undecided verdicts; some 50 ms for each record and structure); or robust (also the
+    scales at which 10, 25, 50 % of an ensemble of plausible structures overturn; some 150 ms)."""
+    ensemble: Ensemble = Ensemble()
     pulse_period_s: Annotated[Bounds | None, Field(examples=[(0.5, 5.0)])] = None
     """Only records whose selected pulse has a period from and to [s]."""
     pulse_length_m: Annotated[Bounds | None, Field(examples=[(0.1, 9.0)])] = None

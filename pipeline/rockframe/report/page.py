@@ -17,8 +17,9 @@ from rockframe.report.screening import screening_content
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run
 from rockframe.results.tables.table import pulse_mark, stated_verdict
-from rockframe.rocking import VerdictKind
+from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, VerdictKind
 from rockframe.web.assets import UPLOT, environment, policy, script, style
+from rockframe.web.strips import strip_svg
 
 _HOME: Final = Path(__file__).parent
 #: Parts of the page's own script; each may use those before it.
@@ -84,7 +85,10 @@ def _overview(run: Run) -> dict[str, Any]:
         "count": count,
         "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNED],
         "kinds": [kind for kind in VerdictKind if count[kind]],
+        "rule": VERDICT_RULE,
+        "legend": MARGIN_LEGEND,
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
+        "strips": _strips(run),
         "stated": [stated_verdict(row) for row in run.rows],
         "counts": run.counts,
         "total": total,
@@ -96,6 +100,12 @@ def _overview(run: Run) -> dict[str, Any]:
         "entries": [(entry, checks(entry)) for entry in _looked_at_first(run)],
         "all_entries": len(run.entries),
     }
+
+
+def _strips(run: Run) -> list[Markup]:
+    """Return the strip of each row; none if margins were not computed."""
+    found = [run.strips.get((row["record_id"], row["structure"])) for row in run.rows]
+    return [Markup(strip_svg(one)) for one in found if one]  # noqa: S704 -- our own picture
 
 
 def _looked_at_first(run: Run) -> list[Mapping[str, str]]:

@@ -21,6 +21,7 @@ from rockframe.results.tables.table import stated_pulse, stated_verdict
 from rockframe.rocking import StatedVerdict
 from rockframe.signals.checks import CHECKS
 from rockframe.units import GRAVITY
+from rockframe.web.strips import strip_svg
 
 #: Printed form of exponents in CF units.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
@@ -140,6 +141,7 @@ def payload(
                     "kind": stated.kind,
                     "words": stated.words,
                     "overturns": stated.overturns,
+                    "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
                     "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }

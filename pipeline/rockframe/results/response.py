@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.results.margins import margin_values, strips_of
 from rockframe.results.merging import no_records
 from rockframe.results.reading import opened
 from rockframe.results.schema import RESPONSE, RESPONSE_NC
-from rockframe.results.schema.response import ISLANDS, FateUnderPulse
+from rockframe.results.schema.response import FateUnderPulse
 from rockframe.results.writing import growing, named, put
 from rockframe.rocking import ToPulse
-from rockframe.rocking.margins.margins import Margin
+from rockframe.rocking.margins.strip import Strip
 from rockframe.rocking.response import Response
 
 _HISTORIES: Final = ("theta", "u", "v")
@@ -176,6 +177,12 @@ class ResponseFile:
         kept = self.dataset["history"].values[_position(self.records, record, "record")]
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 
+    def strips(self, record: str) -> dict[str, Strip]:
+        """Return the strip of each structure under a record; none without margins."""
+        return {
+            structure: strip for (_, structure), strip in strips_of(self.dataset, [record]).items()
+        }
+
     def sel(self, *, record: str, structure: str) -> xr.Dataset:
         """Return the histories of one record and structure on ``time``, with their verdict.
 
@@ -244,24 +251,3 @@ def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:
         for row in values["verdict_to_pulse"]
     ]
     return values
-
-
-def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:
-    """Return the values of margins, by variable.
-
-    Parameters
-    ----------
-    margins : list of list of Margin
-        For each record those of its structures.
-    """
-    islands = np.full((len(margins), len(margins[0]), ISLANDS, 2), np.nan)
-    for i, row in enumerate(margins):
-        for k, margin in enumerate(row):
-            kept = np.array(margin.islands[:ISLANDS]).reshape(-1, 2)
-            islands[i, k, : len(kept)] = kept
-    return {
-        **RESPONSE_NC.filled("margin", margins),
-        "largest_scale": [row[0].largest_scale for row in margins],
-        "safe_island_start": islands[..., 0],
-        "safe_island_width": islands[..., 1] - islands[..., 0],
-    }

@@ -5,19 +5,21 @@ from __future__ import annotations
 import heapq
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
 from rockframe.results.manifest import read_manifest
+from rockframe.results.margins import strips_of
 from rockframe.results.motions import Pair
 from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.tables.known import Facts, FactsOf
 from rockframe.results.tables.rejections import rows_of
 from rockframe.results.tables.table import stated_verdict
+from rockframe.rocking import Strip
 
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.
 _NEEDED: Final = (
@@ -47,6 +49,8 @@ class Run:
     records, structures, pairs : mapping to tuple of Fact
         What is known of each record and its pulse, each structure, and each record with each
         structure.
+    strips : mapping of (str, str) to Strip
+        By record and structure of the rows; none if margins were not computed.
     """
 
     folder: Path
@@ -58,6 +62,7 @@ class Run:
     records: Mapping[str, Facts]
     structures: Mapping[str, Facts]
     pairs: Mapping[Pair, Facts]
+    strips: Mapping[Pair, Strip] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -105,6 +110,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             FactsOf(records, pulses, keys=["record_id"]),
             FactsOf(response, keys=["structure"]),
             FactsOf(response, keys=["record_id", "structure"]),
+            strips_of(response, {row["record_id"] for row in rows}),
         )
 
 

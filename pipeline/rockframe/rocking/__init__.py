@@ -15,7 +15,7 @@ from rockframe.rocking.impulses import Impulses as Impulses
 from rockframe.rocking.impulses import impact_friction_demand as impact_friction_demand
 from rockframe.rocking.impulses import impact_impulses as impact_impulses
 from rockframe.rocking.impulses import least_spacing as least_spacing
-from rockframe.rocking.margins.ensemble import Ensemble as Ensemble
+from rockframe.rocking.margins.ensemble import chosen_ensemble as chosen_ensemble
 from rockframe.rocking.margins.margins import Margin as Margin
 from rockframe.rocking.margins.margins import margins as margins
 from rockframe.rocking.margins.margins import with_margins as with_margins
@@ -23,6 +23,7 @@ from rockframe.rocking.margins.perturbed import Sensitivity as Sensitivity
 from rockframe.rocking.margins.robust import RobustMargin as RobustMargin
 from rockframe.rocking.margins.robust import robust_margins as robust_margins
 from rockframe.rocking.margins.sliver_search import FirstOverturning as FirstOverturning
+from rockframe.rocking.margins.strip import Strip as Strip
 from rockframe.rocking.portrait import barrier_rate as barrier_rate
 from rockframe.rocking.portrait import restoring_moment as restoring_moment
 from rockframe.rocking.portrait import trajectory as trajectory
@@ -45,6 +46,8 @@ from rockframe.rocking.spectra.overturning import OverturningSpectrum as Overtur
 from rockframe.rocking.spectra.overturning import overturning_spectrum as overturning_spectrum
 from rockframe.rocking.spectra.rocking import RockingSpectrum as RockingSpectrum
 from rockframe.rocking.spectra.rocking import rocking_spectrum as rocking_spectrum
+from rockframe.rocking.stated_verdict import MARGIN_LEGEND as MARGIN_LEGEND
+from rockframe.rocking.stated_verdict import VERDICT_RULE as VERDICT_RULE
 from rockframe.rocking.stated_verdict import StatedVerdict as StatedVerdict
 from rockframe.rocking.stated_verdict import VerdictKind as VerdictKind
 from rockframe.rocking.surrogate import ToPulse as ToPulse

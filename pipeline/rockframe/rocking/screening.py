@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
@@ -30,11 +31,14 @@ class Part:
         The structures.
     scales : tuple of float
         Multiples of the motions [1].
+    ensemble : Ensemble, optional
+        The ensemble of robust margins, if they are asked for.
     """
 
     motions: tuple[Record | GroundAcceleration, ...]
     frames: tuple[RockingFrame, ...]
     scales: tuple[float, ...] = (1.0,)
+    ensemble: Ensemble | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,8 @@ def margins_of(part: Part) -> Arrays:
     Returns
     -------
     dict of str to array, shape (motions, frames)
-        ``critical_scale``, ``safe_islands`` and ``undecided``.
+        ``critical_scale``, ``safe_islands`` and ``undecided``; with an ensemble also
+        ``robust_scale_10`` and ``robust_error_10``, and those of 25 and 50.
 
     Examples
     --------
@@ -93,8 +98,15 @@ def margins_of(part: Part) -> Arrays:
     >>> margins_of(part)["undecided"].tolist()
     [[False]]
     """
-    found = margins(part.motions, part.frames)
-    return {
+    found = margins(part.motions, part.frames, ensemble=part.ensemble)
+    robust = {
+        f"robust_{what}_{share}": np.array(
+            [[getattr(margin.robust, f"{prefix}{share}") for margin in row] for row in found]
+        )
+        for share in (() if part.ensemble is None else (10, 25, 50))
+        for what, prefix in (("scale", "s"), ("error", "error"))
+    }
+    return robust | {
         "critical_scale": np.array([[margin.critical_scale for margin in row] for row in found]),
         "safe_islands": np.array(
             [[margin.safe_islands for margin in row] for row in found], dtype=np.int32

@@ -5,8 +5,26 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Final
 
 from rockframe.rocking.response import Verdict
+
+#: The rule of `Margin.verdict`, in the words of its docstring: the tables, pages and documents that
+#: show verdicts state it.
+VERDICT_RULE: Final = (
+    "A verdict is undecided if it changes when the amplitude of the motion or the restitution of "
+    "impacts changes by up to 1 %, or when the record is sampled twice as finely (amplitude, "
+    "restitution, sampling); or if the robust margin contradicts it: the structure stands, but 10 "
+    "% of the ensemble overturn under the motion or less of it, or it overturns, but half of the "
+    "ensemble overturn only under more (dimensions). Any other verdict is that of the response to "
+    "the motion itself: no uplift, safe or overturned."
+)
+#: What the tables show beside the verdict.
+MARGIN_LEGEND: Final = (
+    "Critical scale: least multiple of the motion found to overturn the structure. 10, 25, 50 % "
+    "overturn: the robust margin, the least multiples at which these shares of an ensemble of "
+    "plausible structures overturn."
+)
 
 
 class VerdictKind(StrEnum):

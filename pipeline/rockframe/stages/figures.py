@@ -9,7 +9,8 @@ from typing import Final
 
 from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import save
+from rockframe.figures.captioned import save, save_captioned
+from rockframe.figures.margin_strips import draw_margin_strips
 from rockframe.figures.response_history import draw_response_history
 from rockframe.options.showing import FigureOptions
 from rockframe.provenance import replaced_folder
@@ -120,8 +121,7 @@ def _draw_furthest(
             yield row
 
     chosen = _furthest(rows(), given["response"], most)
-    draw_records(first.values(), files, folder, chosen, progress)
-    return {f"{name}.png": name for name in chosen}
+    return draw_records(first.values(), files, folder, chosen, progress)
 
 
 def draw_records(
@@ -130,21 +130,36 @@ def draw_records(
     folder: Path,
     chosen: Sequence[str],
     progress: Progress = silent,
-) -> None:
-    """Draw a figure of each chosen record with its responses."""
+) -> dict[str, str]:
+    """Draw each chosen record with its responses, and its margins if they are known.
+
+    Returns
+    -------
+    dict of str to str
+        The record of each figure by its file, relative to the folder.
+    """
+    drawn: dict[str, str] = {}
     by_record = {row.record_id: vars(row) for row in rows}
     pulses = best_pulses(files[1])
     with open_records(files[0]) as records, open_response(files[2]) as response:
         for i, name in enumerate(chosen):
+            title = f"{by_record[name]['event']}, {by_record[name]['record']}".removeprefix(", ")
             figure = draw_response_history(
                 records.read(name).acceleration,
                 pulses.get(name),
                 [response.sel(record=name, structure=s) for s in response.kept(name)],
-                f"{by_record[name]['event']}, {by_record[name]['record']}".removeprefix(", "),
+                title,
                 tested=stated_pulse(by_record[name]),
             )
             save(figure, folder / f"{name}.png")
+            drawn[f"{name}.png"] = name
+            strips = response.strips(name)
+            if strips:
+                file = f"margins/{name}.png"
+                save_captioned(draw_margin_strips(strips, title), folder / file)
+                drawn[file] = name
             progress(i + 1, len(chosen))
+    return drawn
 
 
 def _furthest(rows: Iterable[TableRow], response: Path, most: int) -> list[str]:

@@ -26,6 +26,7 @@ from rockframe.rocking import (
     GroundAcceleration,
     Histories,
     Response,
+    chosen_ensemble,
     respond,
     with_margins,
     with_pulse,
@@ -89,7 +90,8 @@ def respond_stage(
         If records, structures or pulses cannot be read, the pulses are of other samples, or the
         output cannot be written.
     ParameterError
-        If there is no structure of that name, no record is horizontal, or none is left.
+        If there is no structure of that name, the spreads of the ensemble leave a frame that does
+        not rock, no record is horizontal, or none is left.
     EngineError
         If the engine is not there.
     """
@@ -97,6 +99,7 @@ def respond_stage(
     beside = [pulses_path] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, options.structure)
+    chosen_ensemble(options, frames)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
@@ -211,8 +214,8 @@ def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
         responses = [respond(frame, motion) for frame in task.frames]
         if name in task.pulses:
             responses = [with_pulse(response, task.pulses[name]) for response in responses]
-        if task.options.margins:
-            responses = with_margins(responses, motion)
+        if task.options.margins != "none":
+            responses = with_margins(responses, motion, chosen_ensemble(task.options))
     except ParameterError as error:
         return name, [], str(error)
     histories = Histories(task.options.histories)

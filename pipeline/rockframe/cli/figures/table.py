@@ -79,7 +79,7 @@ def _draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
         unanswered = respond_stage(
             given,
             response_file,
-            RespondOptions(structure=frame.name, vertical=options.vertical, margins=False),
+            RespondOptions(structure=frame.name, vertical=options.vertical, margins="none"),
             structures_path=chosen_structures(options),
         )
         show_rejections(unanswered)

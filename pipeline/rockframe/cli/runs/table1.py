@@ -19,7 +19,7 @@ from rockframe.cli.arguments import (
 )
 from rockframe.cli.console import number, show_table, table_width
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
-from rockframe.cli.stages.respond import response_cells
+from rockframe.cli.stages.respond import margin_notes, response_cells
 from rockframe.matching.likeness import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
@@ -170,10 +170,11 @@ _OF_RESPONSE: Final = (
     "u_max\n[cm]>",
     "v_max\n[cm]>",
     "critical\nscale>",
+    "10 25 50 %\noverturn>",
     "Verdict",
 )
 #: Least width for one table of records and responses [characters]; in less, there are two.
-_WIDE: Final = 142
+_WIDE: Final = 157
 
 
 def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
@@ -201,6 +202,8 @@ def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequ
 
 def _show_notes(rows: Sequence[TableRow]) -> None:
     notes = []
+    if any(row.largest_scale > 0.0 for row in rows):
+        notes.append(margin_notes())
     if any(row.at_period_bound for row in rows):
         notes.append("* the end of the range of periods searched, not a maximum")
     mark = max((pulse_mark(vars(row)) for row in rows), default="")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import textwrap
 from collections.abc import Mapping
 from typing import Any, Final
 
@@ -70,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
             f"Responses in {options.output}",
             [
                 *("record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>"),
-                *("critical scale>", "verdict", *(["pulse alone"] if options.pulses else [])),
+                *("critical scale>", "10 25 50 % overturn>", "verdict"),
+                *(["pulse alone"] if options.pulses else []),
             ],
             (
                 [
@@ -80,6 +82,8 @@ def run(options: argparse.Namespace) -> int:
                 for row in rows
             ),
         )
+        if chosen(options, RespondOptions).margins != "none":
+            print(margin_notes())
     show_rejections(rejections)
     return 1 if rejections else 0
 
@@ -102,7 +106,7 @@ def pulse_cell(row: Mapping[str, Any]) -> str:
 
 
 def response_cells(row: Mapping[str, Any]) -> list[str]:
-    """Return theta/alpha, u, v, critical scale and verdict as text.
+    """Return theta/alpha, u, v, critical scale, robust margin and verdict as text.
 
     The first three are dashes for structures that overturn.
     """
@@ -116,6 +120,7 @@ def response_cells(row: Mapping[str, Any]) -> list[str]:
             for name, factor, decimals in _OF_MOTION
         ),
         critical_scale(row),
+        robust_scales(row),
         stated.words,
     ]
 
@@ -133,3 +138,27 @@ def critical_scale(row: Mapping[str, Any]) -> str:
     if math.isnan(row["critical_scale"]) and math.isfinite(row["largest_scale"]):
         return f"> {row['largest_scale']:.3g}"
     return number(row["critical_scale"], 2)
+
+
+def robust_scales(row: Mapping[str, Any]) -> str:
+    """Return the scales at which 10, 25 and 50 % of the ensemble overturn, to two decimals.
+
+    Examples
+    --------
+    >>> robust_scales({f"robust_scale_{share}": 0.1043 * share for share in (10, 25)}
+    ...     | {"robust_scale_50": math.nan})
+    '1.04 2.61 –'
+    """
+    from rockframe.cli.console import number
+
+    scales = [row[f"robust_scale_{share}"] for share in (10, 25, 50)]
+    return "–" if all(map(math.isnan, scales)) else " ".join(number(one, 2) for one in scales)
+
+
+def margin_notes() -> str:
+    """Return what the columns of margins and verdicts mean, in lines of the table's width."""
+    from rockframe.cli.console import table_width
+    from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
+
+    width = max(40, min(table_width(), 120))
+    return "\n".join(textwrap.fill(each, width) for each in (MARGIN_LEGEND, VERDICT_RULE))

@@ -27,6 +27,7 @@ class Detail {
     at("verdict-line").className = `verdict-line ${pair.kind}`;
     at("pulse-key").textContent = ground.pulse || "matched pulse";
     this.player.describe(`${pair.structure} under ${pair.record}`, line);
+    showStrip(pair.strip);
     list(at("pair-facts"), pair.facts);
     list(at("structure-facts"), structure.facts);
     list(at("record-facts"), ground.facts);

@@ -75,6 +75,18 @@ def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
     )
 
 
+#: The robust margins, in this file and in the screening's.
+ROBUST_MARGINS: Final = tuple(
+    variable
+    for share in (10, 25, 50)
+    for variable in (
+        Variable(f"robust_scale_{share}", "record structure", float, "1", f"multiple of the motion that overturns {share} % of an ensemble of plausible structures", f"robust.s{share}", comment="the least, of means over the multiples within 4 %; NaN: not so many overturn up to largest_scale. The ensemble is stated in parameters"),
+        Variable(f"robust_error_{share}", "record structure", float, "1", f"sampling error of robust_scale_{share}, as a share of it", f"robust.error{share}", comment="half the range that holds the middle 68 % of ensembles drawn again from the members"),
+    )
+)
+ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
+
+
 RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
@@ -98,8 +110,9 @@ RESPONSE_NC: Final = FileKind(
             Variable("safe_islands", "record structure", np.int32, "1", "number of safe islands above the critical scale", "margin", comment="as far as samples 0.64 to 2.56 % apart show them"),
             Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion from which on the structure stands again", comment=_KEPT_ISLANDS),
             Variable("safe_island_width", "record structure island", float, "1", "how much larger the multiple is that overturns it again", comment=f"{_KEPT_ISLANDS}; to 1.3 % of the multiple; the last may end at largest_scale"),
-            Variable("undecided_by", "record structure", Sensitivity, "1", "small changes that turn the verdict", "margin", comment=f"amplitude by {AMPLITUDE_PERTURBATION:.0%} or less; velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%}; record sampled twice as finely"),
+            Variable("undecided_by", "record structure", Sensitivity, "1", "what turns the verdict", "margin", comment=f"amplitude by {AMPLITUDE_PERTURBATION:.0%} or less; velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%} or less; sampling: record sampled twice as finely; dimensions: the structure stands with robust_scale_10 at most 1, or overturns with robust_scale_50 not below 1"),
         ),
+        *optional("robust margins", *ROBUST_MARGINS),
         *OF_FRAME,
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
     ),

@@ -10,7 +10,7 @@ import numpy as np
 
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.results.schema.records import RECORDS_NC
-from rockframe.results.schema.response import OF_FRAME, histories, peaks
+from rockframe.results.schema.response import OF_FRAME, ROBUST_MARGINS, histories, peaks
 from rockframe.risk import MEASURES, Outcome
 from rockframe.risk.limits import QUANTITIES
 from rockframe.rocking import DIMENSIONS
@@ -97,8 +97,9 @@ SCREEN_NC: Final = FileKind(
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns"),
             Variable("safe_islands", "record structure", np.int32, "1", "number of safe intervals above it"),
-            Variable("undecided", "record structure", _Known, "1", "whether the verdict under the motion as recorded changes with small perturbations"),
+            Variable("undecided", "record structure", _Known, "1", "whether the verdict under the motion as recorded changes with small perturbations, or an ensemble of plausible structures contradicts it"),
         ),
+        *optional("robust margins", *(replace(one, source="") for one in ROBUST_MARGINS)),
         *optional("hazard",
             Variable("hazard_measure", "", str, "1", "measure of intensity of the hazard curve", refers_to="measure"),
             Variable("hazard_intensity", "hazard_point", float, "1", "intensity, in the unit of the measure"),

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockframe.results.schema.response import ROBUST
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
@@ -175,6 +176,7 @@ def _margins(columns: dict[Any, Any], i: int, k: int) -> dict[str, Any]:
         "critical_scale": float(columns["critical_scale"][i, k]),
         "safe_islands": int(columns["safe_islands"][i, k]),
         "undecided": bool(columns["undecided"][i, k]),
+        **{name: float(columns[name][i, k]) for name in ROBUST if name in columns},
     }
 
 

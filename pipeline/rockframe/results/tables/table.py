@@ -15,7 +15,7 @@ from rockframe.errors import InputError
 from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
-from rockframe.results.schema.response import FateUnderPulse
+from rockframe.results.schema.response import ROBUST, FateUnderPulse
 from rockframe.results.tables.pulse_rows import pulse_rows
 from rockframe.rocking.margins.perturbed import Sensitivity
 from rockframe.rocking.response import Verdict
@@ -69,6 +69,12 @@ class TableRow:
     critical_scale: float = math.nan
     largest_scale: float = math.nan
     safe_islands: float = math.nan
+    robust_scale_10: float = math.nan
+    robust_scale_25: float = math.nan
+    robust_scale_50: float = math.nan
+    robust_error_10: float = math.nan
+    robust_error_25: float = math.nan
+    robust_error_50: float = math.nan
     uplift_time_s: float
     overturning_time_s: float
     record_id: str
@@ -217,11 +223,12 @@ def _margin(columns: Mapping[str, NDArray[Any]], i: int, k: int) -> dict[str, An
     """What a file has of margins; not known if they were not asked for."""
     if "critical_scale" not in columns:
         unknown = ("critical_scale", "largest_scale", "safe_islands")
-        return {"undecided_by": "", **dict.fromkeys(unknown, math.nan)}
+        return {"undecided_by": "", **dict.fromkeys((*unknown, *ROBUST), math.nan)}
     bits = Sensitivity(int(columns["undecided_by"][i, k]))
     return {
-        "undecided_by": ", ".join(str(bit.name).lower().replace("_", " ") for bit in bits),
+        "undecided_by": ", ".join(str(bit.name).lower() for bit in bits),
         "critical_scale": float(columns["critical_scale"][i, k]),
         "largest_scale": float(columns["largest_scale"][i, 0]),
         "safe_islands": int(columns["safe_islands"][i, k]),
+        **{name: float(columns[name][i, k]) if name in columns else math.nan for name in ROBUST},
     }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,6 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.gathering import Prepared
 from rockframe.rocking.margins.sliver_search import (
     KEPT,
-    Answer,
-    Asking,
     FirstOverturning,
     SliverSearch,
 )
@@ -22,6 +21,9 @@ from rockframe.rocking.response import Verdict
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
+Wanted = TypeVar("Wanted")
+Told = TypeVar("Told")
+Found = TypeVar("Found")
 
 
 def first_overturnings(
@@ -56,7 +58,7 @@ def first_overturnings(
     ]
     wanted: dict[int, Float] = {}
     for line, one in enumerate(searches):
-        _ask(one, None, line, wanted, found)
+        advance(one, None, line, wanted, found)
     while wanted:
         lines = np.repeat([*wanted], [scales.size for scales in wanted.values()])
         answers = respond_scenarios(
@@ -76,18 +78,18 @@ def first_overturnings(
                 answers.peak_rotation_ratio[part],
                 answers.excursions[part],
             )
-            _ask(searches[line], answer, line, wanted, found)
+            advance(searches[line], answer, line, wanted, found)
     return [found[line] for line in range(len(searches))]
 
 
-def _ask(
-    search: Asking,
-    answer: Answer | None,
+def advance(
+    search: Generator[Wanted, Told, Found],
+    answer: Told | None,
     line: int,
-    wanted: dict[int, Float],
-    found: dict[int, FirstOverturning],
+    wanted: dict[int, Wanted],
+    found: dict[int, Found],
 ) -> None:
-    """Go on with a search until it asks for scales or has found what it sought."""
+    """Resume a search with an answer until it asks for more, or has found what it sought."""
     try:
         wanted[line] = next(search) if answer is None else search.send(answer)
     except StopIteration as end:

@@ -5,18 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.first_overturning import first_overturnings
 from rockframe.rocking.margins.perturbed import Sensitivity, sensitivities
+from rockframe.rocking.margins.robust import RobustMargin, robust_margins
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.rocking.margins.sliver_search import FirstOverturning
+from rockframe.rocking.margins.strip import Strip, strip_of
 from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
 from rockframe.wavelets.pulse import Pulse
 
@@ -34,12 +38,15 @@ class Margin:
     largest_scale : float
         Largest multiple of the motion that was searched [1].
     undecided_by : Sensitivity
-        Perturbations that change whether it overturns under the motion itself.
+        What changes whether it overturns under the motion itself.
+    robust : RobustMargin, optional
+        The scales at which 10, 25 and 50 % of an ensemble overturn, if they were asked for.
     """
 
     first: FirstOverturning
     largest_scale: float
     undecided_by: Sensitivity
+    robust: RobustMargin | None = None
 
     @property
     def critical_scale(self) -> float:
@@ -56,8 +63,22 @@ class Margin:
         """Number of these islands; finer samples would show more."""
         return len(self.first.islands)
 
+    @property
+    def strip(self) -> Strip:
+        """The scales that overturn and the robust margin, as figures and pages show them."""
+        robust = self.robust and (self.robust.s10, self.robust.s25, self.robust.s50)
+        return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
+
     def verdict(self, unperturbed: Verdict) -> Verdict:
-        """Return the verdict, given that of the motion as it is."""
+        """Return the verdict, given that of the response to the motion itself.
+
+        A verdict is undecided if it changes when the amplitude of the motion or the restitution of
+        impacts changes by up to 1 %, or when the record is sampled twice as finely (amplitude,
+        restitution, sampling); or if the robust margin contradicts it: the structure stands, but 10
+        % of the ensemble overturn under the motion or less of it, or it overturns, but half of the
+        ensemble overturn only under more (dimensions). Any other verdict is that of the response to
+        the motion itself: no uplift, safe or overturned.
+        """
         return Verdict.UNDECIDED if self.undecided_by else unperturbed
 
 
@@ -66,6 +87,7 @@ def margins(
     frames: Sequence[RockingFrame],
     *,
     largest_scale: float = LARGEST_SCALE,
+    ensemble: Ensemble | None = None,
 ) -> list[list[Margin]]:
     """Search for the first overturning of each frame under each motion.
 
@@ -83,6 +105,8 @@ def margins(
     largest_scale : float
         Where the search ends [1]; earlier for a vertical acceleration that would then fall faster
         than gravity.
+    ensemble : Ensemble, optional
+        Find the robust margins too, of this ensemble.
 
     Returns
     -------
@@ -92,14 +116,9 @@ def margins(
     Raises
     ------
     ParameterError
-        If there is no motion or frame, the largest scale is below 1 or not finite, or a vertical
-        acceleration falls faster than gravity.
-
-    Notes
-    -----
-    A verdict is undecided if it changes when the amplitude is changed by 1 % or less, when the
-    velocity ratio of impacts is changed by 1 % (never beyond eq (43)), or when a record is sampled
-    twice as finely, by band-limited interpolation, before its samples are joined by lines.
+        If there is no motion or frame, the largest scale is below 1 or not finite, a vertical
+        acceleration falls faster than gravity, or the ensemble's spreads leave a frame that does
+        not rock.
 
     Examples
     --------
@@ -127,17 +146,22 @@ def margins(
     intervals = [
         np.array([[one.lower, one.upper]])[: 0 if math.isnan(one.lower) else 1] for one in found
     ]
-    sensitive = sensitivities(grounds, frames, ground, frame, intervals, largest)
+    robust: list[RobustMargin | None] = [None] * len(found)
+    if ensemble is not None:
+        robust = [*chain(*robust_margins(grounds, frames, ensemble, largest_scale=largest_scale))]
+    sensitive = sensitivities(grounds, frames, ground, frame, intervals, largest, robust)
     every = [
-        Margin(first=one, largest_scale=float(end), undecided_by=by)
-        for one, end, by in zip(found, largest, sensitive, strict=True)
+        Margin(first=one, largest_scale=float(end), undecided_by=by, robust=members)
+        for one, end, by, members in zip(found, largest, sensitive, robust, strict=True)
     ]
     width = len(frames)
     return [every[start : start + width] for start in range(0, len(every), width)]
 
 
 def with_margins(
-    responses: Sequence[Response], motion: Record | Pulse | GroundAcceleration
+    responses: Sequence[Response],
+    motion: Record | Pulse | GroundAcceleration,
+    ensemble: Ensemble | None = None,
 ) -> list[Response]:
     """Add margins to responses; a verdict that small changes would turn becomes undecided.
 
@@ -147,11 +171,14 @@ def with_margins(
         What `respond` returned.
     motion : Record, Pulse or GroundAcceleration
         The motion of all of them.
+    ensemble : Ensemble, optional
+        Find the robust margins too, of this ensemble.
 
     Raises
     ------
     ParameterError
-        If its vertical acceleration falls faster than gravity.
+        If its vertical acceleration falls faster than gravity, or the ensemble's spreads leave a
+        frame that does not rock.
 
     Examples
     --------
@@ -162,7 +189,7 @@ def with_margins(
     >>> response.verdict.name, round(response.margin.critical_scale, 4)
     ('UNDECIDED', 1.0001)
     """
-    found = margins([motion], [response.frame for response in responses])[0]
+    found = margins([motion], [response.frame for response in responses], ensemble=ensemble)[0]
     return [
         replace(response, verdict=margin.verdict(response.verdict), margin=margin)
         for response, margin in zip(responses, found, strict=True)

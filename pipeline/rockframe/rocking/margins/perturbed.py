@@ -1,10 +1,11 @@
-"""Verdicts that small changes of the motion, of the impacts or of the sampling would turn."""
+"""Verdicts that small changes of the motion, the impacts, the sampling or the dimensions turn."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import IntFlag
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -13,17 +14,19 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.margins.robust import RobustMargin
 from rockframe.rocking.response import Verdict
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
+Bool = NDArray[np.bool_]
 
 #: A verdict is undecided if it changes with the amplitude within this share of it [1].
 AMPLITUDE_PERTURBATION: Final = 0.01
-#: So many amplitudes on either side are tried, beside the edges that are known.
-_AMPLITUDES: Final = 10
-#: So it is if it changes with the velocity ratio of impacts, changed by this share [1].
+#: So it is if it changes with the velocity ratio of impacts within this share of it [1].
 RESTITUTION_PERTURBATION: Final = 0.01
+#: So many values on either side are tried of both, beside the edges that are known.
+_VALUES: Final = 10
 
 #: Half the length [samples] and the shape of the window of the interpolation between samples: up
 #: to 0.9 of the highest frequency that is sampled it is exact to 1e-4.
@@ -36,7 +39,8 @@ class Sensitivity(IntFlag):
 
     AMPLITUDE = 1
     RESTITUTION = 2
-    TIME_STEP = 4
+    SAMPLING = 4
+    DIMENSIONS = 8
 
 
 def sensitivities(
@@ -46,6 +50,7 @@ def sensitivities(
     frame: Int,
     intervals: Sequence[Float],
     largest: Float,
+    robust: Sequence[RobustMargin | None],
 ) -> list[Sensitivity]:
     """Find the perturbations that change whether frames overturn.
 
@@ -59,41 +64,52 @@ def sensitivities(
         For each of these the scales between which it overturns, as far as they are known.
     largest : array, shape (lines,)
         Scales that the ground may have at most.
+    robust : sequence of RobustMargin or None, shape (lines,)
+        Their robust margins, if they were asked for.
 
     Returns
     -------
     list of Sensitivity
         By the amplitude: it overturns at some scales within 1 % of 1 and not at others. By the
-        restitution: with sqrt(r) 1 % smaller, or larger if eq (43) allows. By the time step: with
-        the record sampled twice as finely, by band-limited interpolation.
+        restitution: with some sqrt(r) within 1 %, never beyond eq (43). By the sampling: with the
+        record sampled twice as finely, by band-limited interpolation. By the dimensions: the robust
+        margin contradicts it.
     """
-    others = [*frames, *(_duller(one) for one in frames), *(_livelier(one) for one in frames)]
-    of_frame = np.concatenate([frame + k * len(frames) for k in range(3)])
     once = np.ones(ground.size)
-    as_it_is, duller, livelier = _overturns(
-        grounds, others, np.tile(ground, 3), of_frame, np.tile(once, 3)
-    ).reshape(3, -1)
+    as_it_is = _overturns(grounds, frames, ground, frame, once)
     finer = _overturns([resampled(one) for one in grounds], frames, ground, frame, once)
-    steps = np.arange(-_AMPLITUDES, _AMPLITUDES + 1) / _AMPLITUDES
-    near = np.minimum(1.0 + AMPLITUDE_PERTURBATION * steps[:, None], largest)
-    tile = (steps.size, 1)
-    beside = _overturns(
-        grounds,
-        frames,
-        np.tile(ground, tile).ravel(),
-        np.tile(frame, tile).ravel(),
-        near.ravel(),
-    ).reshape(near.shape)
+    steps = np.arange(-_VALUES, _VALUES + 1) / _VALUES
+    near = np.minimum(1.0 + AMPLITUDE_PERTURBATION * steps, largest[:, None])
+    line = np.repeat(np.arange(ground.size), steps.size)
+    scaled = _overturns(grounds, frames, ground[line], frame[line], near.ravel())
+    others = [_with_other_impacts(one, steps) for one in frames]
+    count = np.array([len(each) for each in others])
+    start = np.cumsum(count) - count
+    place = np.concatenate([np.arange(count[k]) + start[k] for k in frame.tolist()])
+    of = np.repeat(np.arange(ground.size), count[frame])
+    duller = _overturns(grounds, [*chain(*others)], ground[of], place, np.ones(of.size))
     changed = {
         Sensitivity.AMPLITUDE: np.array([_splits(found) for found in intervals], dtype=bool)
-        | (beside != as_it_is).any(axis=0),
-        Sensitivity.RESTITUTION: (duller != as_it_is) | (livelier != as_it_is),
-        Sensitivity.TIME_STEP: finer != as_it_is,
+        | _differ(scaled, as_it_is, line),
+        Sensitivity.RESTITUTION: _differ(duller, as_it_is, of),
+        Sensitivity.SAMPLING: finer != as_it_is,
+        Sensitivity.DIMENSIONS: np.array(
+            [
+                one is not None and one.contradicts(overturns)
+                for one, overturns in zip(robust, as_it_is.tolist(), strict=True)
+            ]
+        ),
     }
     found = [Sensitivity(0)] * ground.size
     for bit, lines in changed.items():
         found = [one | bit if line else one for one, line in zip(found, lines, strict=True)]
     return found
+
+
+def _differ(overturns: Bool, as_it_is: Bool, line: Int) -> Bool:
+    """Which lines have scenarios that do not end as the motion and frame themselves do."""
+    counts = np.bincount(line[overturns != as_it_is[line]], minlength=as_it_is.size)
+    return np.asarray(counts > 0)
 
 
 def _overturns(
@@ -102,7 +118,7 @@ def _overturns(
     ground: Int,
     frame: Int,
     scale: Float,
-) -> NDArray[np.bool_]:
+) -> Bool:
     found = respond_scenarios(grounds, frames, ground, frame, scale)
     return np.asarray(found.verdict == Verdict.OVERTURNED)
 
@@ -114,14 +130,13 @@ def _splits(intervals: Float) -> bool:
     return len(near) > 0 and not (len(near) == 1 and near[0, 0] <= low and not near[0, 1] < high)
 
 
-def _duller(frame: RockingFrame) -> RockingFrame:
-    factor = (1.0 - RESTITUTION_PERTURBATION) * frame.restitution_factor
-    return replace(frame, restitution_factor=factor)
-
-
-def _livelier(frame: RockingFrame) -> RockingFrame:
-    factor = (1.0 + RESTITUTION_PERTURBATION) * frame.restitution_factor
-    return replace(frame, restitution_factor=min(1.0, factor))
+def _with_other_impacts(frame: RockingFrame, steps: Float) -> list[RockingFrame]:
+    """Frames whose velocity ratio of impacts is within 1 %, and at most that of eq (43)."""
+    factors = frame.restitution_factor * (1.0 + RESTITUTION_PERTURBATION * steps)
+    return [
+        replace(frame, restitution_factor=factor)
+        for factor in np.unique(np.minimum(factors, 1.0)).tolist()
+    ]
 
 
 def resampled(ground: GroundAcceleration) -> GroundAcceleration:

@@ -7,25 +7,29 @@ differ by a hundredth overturns at a scale changes little, and is what an engine
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from itertools import chain
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.gathering import Prepared
-from rockframe.rocking.margins.ensemble import Ensemble
+from rockframe.rocking.margins.ensemble import draws, members
+from rockframe.rocking.margins.first_overturning import advance
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.rocking.response import Verdict, as_ground, refuse_flight
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
+Int = NDArray[np.int64]
 
 #: Shares of the ensemble whose scales are found [1].
 SHARES: Final = (0.10, 0.25, 0.50)
@@ -33,18 +37,21 @@ SHARES: Final = (0.10, 0.25, 0.50)
 SCALE_STEP: Final = 0.01
 #: A share is the mean over so many scales on either side: one scale shows the noise of the members.
 AVERAGED: Final = 4
-#: Where overturning begins is sought with every so many-th member, in so many steps at a time: a
-#: peak |theta| / alpha of so much first, then one that overturns.
-_EVERY: Final = 8
+#: A scale is the mean of those at which so many shares are reached, within so much of the stated
+#: one [1]: where the share hardly rises, one is reached far from the next.
+_LEVELS: Final = 9
+_NEAR: Final = 0.03
+#: Where overturning begins is sought with every so many-th member, other ones at each scale, in so
+#: many steps at a time: a peak |theta| / alpha of so much first, then one that overturns.
+_EVERY: Final = 16
 _TO_ROCK: Final = 8
 _ROCKS: Final = 0.3
-_TO_FALL: Final = 3
-#: Scales that are asked for at a time.
-_BLOCK: Final = 4
-#: Below this share the scales that matter have not begun [1].
-_BEGUN: Final = 0.05
+_TO_FALL: Final = 2
+#: Scales that are asked for at a time, by all members and by some.
+_BLOCK: Final = 3
+_SOME: Final = 8
 #: Ensembles that are drawn from the members again, for the sampling error.
-_RESAMPLED: Final = 200
+_RESAMPLED: Final = 100
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,7 @@ class RobustMargin:
     ----------
     s10, s25, s50 : float
         Least multiple of the motion at which 10, 25 and 50 % overturn [1], as the mean over the
-        scales within 4 %; NaN if so many do at none.
+        scales within 4 % and over shares within 3 % of the members; NaN if so many do at none.
     error10, error25, error50 : float
         Their sampling errors as a share of them [1]: half the range that holds the middle 68 % of
         the ensembles that are drawn again from the members. NaN where the scale is.
@@ -71,6 +78,15 @@ class RobustMargin:
     error50: float
     responses: int
 
+    def contradicts(self, overturns: bool) -> bool:
+        """Return True if the ensemble contradicts what becomes of the stated structure.
+
+        A structure that stands, though a tenth of the ensemble overturns under the motion or less
+        of it; or that overturns, though half of the ensemble does so only under more, or not at
+        all.
+        """
+        return not self.s50 < 1.0 if overturns else self.s10 <= 1.0
+
 
 def robust_margins(
     motions: Sequence[Record | Pulse | GroundAcceleration],
@@ -82,8 +98,8 @@ def robust_margins(
     """Find the scales at which 10, 25 and 50 % of an ensemble of each frame overturn.
 
     The draws of the ensemble are the same for all frames, motions and scales. Overturning is first
-    sought in steps of 3 % with an eighth of the members; from there on all members are tried in
-    steps of 1 %, until half of them overturn.
+    sought in steps of 2 % with a sixteenth of the members, other ones at each step; from there on
+    all members are tried in steps of 1 %, until half of them overturn.
 
     Parameters
     ----------
@@ -117,104 +133,135 @@ def robust_margins(
     (1.08, 1.1)
     """
     asked = ensemble or Ensemble()
-    families = [asked.frames(frame) for frame in frames]
-    amplitude = asked.draws()[:, 3]
+    families = [members(asked, frame) for frame in frames]
+    amplitude = draws(asked)[:, 3]
     found = []
     for motion in motions:
         ground = as_ground(motion)
         refuse_flight(ground)
         largest = largest_scale_of(ground, largest_scale)
-        prepared = Prepared(ground)
-        found.append(
-            [
-                _Family(prepared, family, amplitude, largest, asked.seed).margin()
-                for family in families
-            ]
-        )
+        weakest = [min(one, key=lambda frame: frame.uplift_acceleration) for one in families]
+        searches = [
+            _Family(amplitude, least_scale_of(ground, frame), largest, asked.seed).search()
+            for frame in weakest
+        ]
+        found.append(_side_by_side(Prepared(ground), families, searches))
     return found
+
+
+#: What a search asks for: members and scales; and what it is answered: verdicts and peaks.
+Answer: TypeAlias = tuple[Bool, Float]
+Asking: TypeAlias = Generator[tuple[Int, Float], Answer, RobustMargin]
+_Tried: TypeAlias = Generator[tuple[Int, Float], Answer, Answer]
+
+
+def _side_by_side(
+    ground: Prepared, families: list[list[RockingFrame]], searches: list[Asking]
+) -> list[RobustMargin]:
+    """Perform the searches on one ground in common batches."""
+    frames = [*chain(*families)]
+    count = len(families[0])
+    found: dict[int, RobustMargin] = {}
+    wanted: dict[int, tuple[Int, Float]] = {}
+    for line, search in enumerate(searches):
+        advance(search, None, line, wanted, found)
+    while wanted:
+        frame = np.concatenate([line * count + member for line, (member, _) in wanted.items()])
+        scale = np.concatenate([scales for _, scales in wanted.values()])
+        peaks = respond_scenarios([ground], frames, np.zeros_like(frame), frame, scale)
+        end = 0
+        for line, (member, _) in [*wanted.items()]:
+            part = slice(end, end := end + member.size)
+            fallen = peaks.verdict[part] == Verdict.OVERTURNED
+            answer = fallen, peaks.peak_rotation_ratio[part]
+            advance(searches[line], answer, line, wanted, found)
+    return [found[line] for line in range(len(searches))]
 
 
 @dataclass(eq=False)
 class _Family:
-    """An ensemble on one ground, and what is known of it at powers of 1 + SCALE_STEP."""
+    """The search for the robust margin of one ensemble, at powers of 1 + SCALE_STEP."""
 
-    ground: Prepared
-    frames: list[RockingFrame]
     amplitude: Float
+    least: float
     largest: float
     seed: int
     responses: int = 0
 
-    def margin(self) -> RobustMargin:
+    def search(self) -> Asking:
         """Walk up from where overturning begins until half of the members overturn."""
         growth = math.log1p(SCALE_STEP)
         last = math.floor(math.log(self.largest / self.amplitude.max()) / growth)
-        weakest = min(self.frames, key=lambda frame: frame.uplift_acceleration)
-        least = least_scale_of(self.ground.ground, weakest)
-        start = self._beginning(least, last)
-        if start is None:
-            nan = math.nan
-            return RobustMargin(nan, nan, nan, nan, nan, nan, self.responses)
-        lowest, falls = start, np.empty((0, len(self.frames)), dtype=bool)
+        lowest = yield from self._beginning(last)
+        if lowest is None:
+            return RobustMargin(*(math.nan,) * 6, self.responses)
+        falls = np.empty((0, self.amplitude.size), dtype=bool)
         while lowest + len(falls) <= last:
             top = lowest + len(falls)
-            falls = np.concatenate([falls, self._tried(top, min(top + _BLOCK, last + 1))[0]])
-            while _averaged(falls.mean(axis=1))[0] >= _BEGUN and self._scale(lowest) > least:
-                falls = np.concatenate([self._tried(lowest - _BLOCK, lowest)[0], falls])
+            more = yield from self._all(top, min(top + _BLOCK, last + 1))
+            falls = np.concatenate([falls, more])
+            while self._cut(falls) and self._scale(lowest) > self.least:
                 lowest -= _BLOCK
-            if (_averaged(falls.mean(axis=1))[:-AVERAGED] >= SHARES[-1]).any():
+                more = yield from self._all(lowest, lowest + _BLOCK)
+                falls = np.concatenate([more, falls])
+            if (_averaged(falls.mean(axis=1))[:-AVERAGED] >= SHARES[-1] + _NEAR).any():
                 break
         return self._told(lowest, falls)
+
+    @staticmethod
+    def _cut(falls: Bool) -> bool:
+        """Whether the least share is reached before, or just after, all neighbours are known."""
+        shares = _averaged(falls.mean(axis=1))[: AVERAGED + 1]
+        return bool((shares >= SHARES[0] - _NEAR).any())
 
     def _scale(self, power: float) -> float:
         return math.exp(math.log1p(SCALE_STEP) * power)
 
-    def _tried(self, start: int, end: int, step: int = 1, every: int = 1) -> tuple[Bool, Float]:
+    def _tried(self, powers: Int, member: Int) -> _Tried:
         """Which members overturn, and their peaks over alpha [1]; shape (powers, members)."""
-        powers = np.arange(start, end, step)
-        member = np.arange(0, len(self.frames), every)
         scale = np.exp(math.log1p(SCALE_STEP) * powers)[:, None] * self.amplitude[member]
-        found = respond_scenarios(
-            [self.ground],
-            self.frames,
-            np.zeros(scale.size, dtype=np.int64),
-            np.tile(member, powers.size),
-            scale.ravel(),
-        )
         self.responses += scale.size
-        falls = np.asarray(found.verdict == Verdict.OVERTURNED).reshape(scale.shape)
-        return falls, found.peak_rotation_ratio.reshape(scale.shape)
+        fallen, peaks = yield np.broadcast_to(member, scale.shape).ravel(), scale.ravel()
+        return fallen.reshape(scale.shape), peaks.reshape(scale.shape)
 
-    def _beginning(self, least: float, last: int) -> int | None:
+    def _all(self, start: int, end: int) -> Generator[tuple[Int, Float], Answer, Bool]:
+        """Which of all members overturn at powers from start to end."""
+        falls, _ = yield from self._tried(np.arange(start, end), np.arange(self.amplitude.size))
+        return falls
+
+    def _beginning(self, last: int) -> Generator[tuple[Int, Float], Answer, int | None]:
         """A power below which members hardly overturn; None if they do at none."""
-        if not least < self.largest:
+        if not self.least < self.largest:
             return None
-        start = math.floor(math.log(least) / math.log1p(SCALE_STEP))
-        rocks = self._first(start, last, _TO_ROCK, _ROCKS)
-        if rocks is None:
-            return None
-        falls = self._first(max(start, rocks - _TO_ROCK), last, _TO_FALL, math.inf)
-        return None if falls is None else falls - AVERAGED
+        start = math.floor(math.log(self.least) / math.log1p(SCALE_STEP))
+        rocks = yield from self._first(start, last, _TO_ROCK, _ROCKS)
+        start = last + 1 if rocks is None else max(start, rocks - _TO_ROCK)
+        return (yield from self._first(start, last, _TO_FALL, math.inf))
 
-    def _first(self, start: int, last: int, step: int, peak: float) -> int | None:
+    def _first(
+        self, start: int, last: int, step: int, peak: float
+    ) -> Generator[tuple[Int, Float], Answer, int | None]:
         """The first power, in steps, at which a member overturns or exceeds a peak over alpha."""
-        for low in range(start, last + 1, _BLOCK * step):
-            falls, peaks = self._tried(low, min(low + _BLOCK * step, last + 1), step, _EVERY)
+        count = self.amplitude.size
+        some = np.arange(0, count, _EVERY)
+        for low in range(start, last + 1, _SOME * step):
+            powers = np.arange(low, min(low + _SOME * step, last + 1), step)
+            falls, peaks = yield from self._tried(powers, (some + powers[:, None]) % count)
             found = (falls | (peaks > peak)).any(axis=1)
             if found.any():
-                return low + step * int(found.argmax())
+                return int(powers[found.argmax()])
         return None
 
     def _told(self, lowest: int, falls: Bool) -> RobustMargin:
         """Find the scales, and their errors by drawing from the members again."""
-        count = len(self.frames)
+        count = self.amplitude.size
         rng = np.random.default_rng(self.seed)
         again = rng.multinomial(count, np.full(count, 1.0 / count), _RESAMPLED)
         weights = np.concatenate([np.ones((1, count)), again]) / count
         shares = _averaged(falls.astype(np.float64) @ weights.T)
         told = []
         for share in SHARES:
-            crossing = _crossings(shares, share)
+            crossing = _crossing(shares, share)
             low, high = np.quantile(np.nan_to_num(crossing[1:], nan=len(falls)), (0.16, 0.84))
             error = self._scale(0.5 * float(high - low)) - 1.0
             found = not math.isnan(crossing[0])
@@ -233,7 +280,15 @@ def _averaged(shares: Float) -> Float:
     return means
 
 
-def _crossings(shares: Float, share: float) -> Float:
+def _crossing(shares: Float, share: float) -> Float:
+    """Where each column reaches a share, as the mean over shares near it; NaN if nowhere."""
+    levels = share + np.linspace(-_NEAR, _NEAR, _LEVELS)
+    places = np.array([_first_place(shares, level) for level in levels])
+    last: Float = np.nan_to_num(places, nan=len(shares) - 1.0).mean(axis=0)
+    return np.where(np.isnan(places[_LEVELS // 2]), math.nan, last)
+
+
+def _first_place(shares: Float, share: float) -> Float:
     """Where each column reaches a share for the first time, between its rows; NaN if nowhere."""
     reached = shares >= share
     first = reached.argmax(axis=0)

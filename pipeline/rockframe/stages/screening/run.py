@@ -24,6 +24,7 @@ from rockframe.rocking import (
     Scenario,
     Verdict,
     as_ground,
+    chosen_ensemble,
     margins_of,
     peaks_of,
     responses_of,
@@ -74,8 +75,9 @@ class ScreeningRequest:
         Raises
         ------
         ParameterError
-            If a candidate of the design cannot rock.
+            If a candidate of the design or a member of the ensemble cannot rock.
         """
+        chosen_ensemble(options, frames)
         design = None
         if options.design is not None:
             lowest, highest = options.design.range
@@ -100,6 +102,7 @@ class ScreeningRequest:
             "frames": [asdict(frame) for frame in self.frames],
             "candidates": [asdict(frame) for frame in self.candidates],
             "scales": self.scales.tolist(),
+            "margins": self.options.model_dump(mode="json", include={"margins", "ensemble"}),
         }
 
 
@@ -188,7 +191,7 @@ class Run:
 
     def _margins(self) -> Arrays:
         """Return margins, shape (motions, structures); empty if they were not requested."""
-        if not self._request.options.margins:
+        if self._request.options.margins == "none":
             return {}
         found = list(self._map(margins_of, "margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
@@ -244,10 +247,11 @@ class Run:
     def _maker(
         self, motions: Sequence[Motion], frames: tuple[RockingFrame, ...], scales: tuple[float, ...]
     ) -> Callable[[], Part]:
-        return lambda: Part(tuple(map(self._chosen.read, motions)), frames, scales)
+        ensemble = chosen_ensemble(self._request.options)
+        return lambda: Part(tuple(map(self._chosen.read, motions)), frames, scales, ensemble)
 
     def _step(self) -> None:
         self._done += 1
-        kinds = ["peaks", *(["margins"] if self._request.options.margins else [])]
+        kinds = ["peaks", *(["margins"] if self._request.options.margins != "none" else [])]
         kinds += ["design"] if self._request.candidates else []
         self._progress(self._done, sum(1 for kind in kinds for _ in self._tasks(kind)))

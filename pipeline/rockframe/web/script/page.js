@@ -28,6 +28,14 @@ function verdictLine(words, overturns, peak) {
     : `${start}. The largest rotation is ${peak.toFixed(3)} of the slenderness.`;
 }
 
+// The strip over the multiples of the motion, as the server or the run drew it; none if unknown.
+function showStrip(picture) {
+  at("strip").innerHTML = picture;
+  at("strip-words").textContent = at("strip").querySelector("title")?.textContent ?? "";
+  at("margin").hidden = !picture;
+  at("margin").classList.remove("stale");
+}
+
 // Index of the nearest value in ascending numbers.
 function nearest(numbers, value) {
   let low = 0;
