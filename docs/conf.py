@@ -35,6 +35,8 @@ napoleon_use_rtype = False
 default_role = "py:obj"
 
 html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 html_title = f"rockframe {version}"
 html_copy_source = False
 html_show_sourcelink = False

@@ -1,3 +1,8 @@
+// Tables wider than the screen say so.
+const markWide = () => document.querySelectorAll(".wide").forEach((box) =>
+  box.classList.toggle("scrolls", box.scrollWidth > box.clientWidth + 1));
+addEventListener("resize", markWide);
+
 // The address names the history that is shown, so that links, the back button and bookmarks work.
 const mark = resultsTable();
 const record = at("pick-record");
@@ -64,3 +69,5 @@ if (asked() === null && facts.pairs.length > 0) {
 } else {
   showAsked(true);
 }
+
+markWide();
