@@ -12,7 +12,16 @@ from tests.benchmarks.house import WIDEST, imports, in_circles
 PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 FLOORS = (
     {"errors"},
-    {"cells", "units", "provenance", "web", "column", "kinematics", "rocking.kernels.compiled"},
+    {
+        "cells",
+        "notebook",
+        "units",
+        "provenance",
+        "web",
+        "column",
+        "kinematics",
+        "rocking.kernels.compiled",
+    },
     {"frame", "wavelets", "engines", "rocking.kernels"},
     {"options"},
     {"record", "study"},

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from hashlib import sha256
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.notebook import Shown
+from rockframe.units import GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 #: Largest number of characters in a record identifier.
 LONGEST_ID: Final = 64
@@ -70,7 +76,7 @@ class SiteType(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Record:
+class Record(Shown):
     """One component of ground acceleration, evenly sampled. Unknown values are NaN or empty.
 
     Parameters
@@ -200,6 +206,53 @@ class Record:
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return self.time_step * (self.acceleration.size - 1)
+
+    def facts(self) -> dict[str, str]:
+        """Return what is known of the record, for the table in notebooks."""
+        said = {
+            "record": self.record_id,
+            "earthquake": self.event,
+            "station": self.station,
+            "component": self.component,
+            "magnitude": "" if math.isnan(self.magnitude) else f"{self.magnitude:g}",
+            "PGA": f"{self.pga / GRAVITY:.3f} g",
+            "samples": f"{self.acceleration.size} at {self.time_step:g} s",
+        }
+        return {name: value for name, value in said.items() if value}
+
+    def draw(self, axes: Axes) -> None:
+        """Draw the acceleration into axes."""
+        axes.plot(self.time, self.acceleration / GRAVITY, linewidth=0.7)
+        axes.set(xlabel="time [s]", ylabel="acceleration [g]", title=self.record_id)
+
+    def to_xarray(self) -> xr.DataArray:
+        """Return the acceleration [m s-2] over time [s], with the metadata as attributes."""
+        import xarray as xr
+
+        known = {k: v for k, v in vars(self).items() if isinstance(v, str) and v}
+        return xr.DataArray(
+            self.acceleration,
+            {"time": ("time", self.time, {"units": "s"})},
+            name="acceleration",
+            attrs={"units": "m s-2", "long_name": "ground acceleration", **known},
+        )
+
+    @property
+    def pga(self) -> float:
+        """Peak ground acceleration: the largest absolute sample [m s-2]."""
+        return float(np.abs(self.acceleration).max())
+
+    def scaled(self, factor: float) -> Record:
+        """Return the record times a factor, which `processing` states.
+
+        Examples
+        --------
+        >>> shake = Record(record_id="shake", acceleration=np.array([0.0, -2.0]), time_step=0.01)
+        >>> shake.scaled(1.5).pga, shake.scaled(1.5).processing
+        (3.0, ('scaled by 1.5',))
+        """
+        steps = (*self.processing, f"scaled by {factor:g}")
+        return replace(self, acceleration=factor * self.acceleration, processing=steps)
 
     @property
     def samples_sha256(self) -> str:

@@ -271,3 +271,37 @@ def test_first_overturning(number: int, expected: Expected) -> None:
 
     assert verdict(1.0 - 1e-9) is Verdict.SAFE
     assert verdict(1.0 + 1e-9) is Verdict.OVERTURNED
+
+
+# The same through a frame and the pulses of textbooks
+
+#: A column so large and slender that the linear theory holds: p of 1 rad/s, alpha of 1e-4.
+BLOCK = RockingFrame(
+    height=2.0 * 0.75 * 9.81, width=2.0 * 0.75 * 9.81 * ALPHA, restitution_factor=0.9
+)
+
+
+def falls(wavelet: str, ratio: float, amplitude: float) -> bool:
+    period = 2.0 * math.pi / (ratio * BLOCK.frequency_parameter)
+    a_p = amplitude * BLOCK.uplift_acceleration
+    return respond(BLOCK, Pulse(wavelet=wavelet, a_p=a_p, T_p=period)).verdict is Verdict.OVERTURNED
+
+
+@pytest.mark.parametrize("ratio", ["0.5", "2", "5", "8"])
+def test_half_sine_as_a_pulse(ratio: str, expected: Expected) -> None:
+    edge = float(expected("c2_linear_half_sine")["rows"][ratio])
+    assert not falls("half_sine", float(ratio), edge * (1.0 - MARGIN))
+    assert falls("half_sine", float(ratio), edge * (1.0 + MARGIN))
+
+
+@pytest.mark.parametrize("row", range(5))
+def test_full_sine_as_a_pulse(row: int, expected: Expected) -> None:
+    known = expected("c_linear_full_sine")["rows"][row]
+    ratio, alone = known["omega_p_over_p"], float(known["no_impact"])
+    for edge, falls_above in (
+        (known["with_one_impact_lower"], True),
+        (known["with_one_impact_upper"], False),
+        (alone, True),
+    ):
+        assert falls("full_sine", ratio, edge * (1.0 + MARGIN)) is falls_above
+        assert falls("full_sine", ratio, edge * (1.0 - MARGIN)) is not falls_above

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.matching.likeness import Likeness, likeness
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
 from rockframe.matching.resolution import period_range
 from rockframe.matching.velocity import VelocityPulse, velocity_pulse
 from rockframe.options.pulse import PulseOptions
+from rockframe.record import Record
 
 Float = NDArray[np.float64]
 
@@ -60,23 +62,26 @@ class RecordPulses:
 
 
 def find_pulses(
-    acceleration: Float, time_step: float, options: PulseOptions | None = None
+    acceleration: Float | Record,
+    time_step: float | None = None,
+    options: PulseOptions | None = None,
 ) -> RecordPulses:
     """Find the best pulse of each wavelet, test it against noise, and find its runners-up.
 
     Parameters
     ----------
-    acceleration : array, shape (samples,)
-        Acceleration [m s-2].
-    time_step : float
-        Interval between samples [s].
+    acceleration : Record, or array of shape (samples,)
+        A record, or its acceleration [m s-2].
+    time_step : float, optional
+        Interval between samples [s]; a record has its own.
     options : PulseOptions, optional
         Options of the search.
 
     Raises
     ------
     ParameterError
-        If the record is constant or not finite, or no period is left to search.
+        If the record is constant or not finite, no period is left to search, or an array is given
+        without a time step or a record with one.
 
     Examples
     --------
@@ -89,7 +94,15 @@ def find_pulses(
     >>> found.used, round(found.runners_up[0].match.pulse.a_p, 3)
     ('symmetric_ricker', 1.0)
     """
-    options = options or PulseOptions()
+    record = acceleration if isinstance(acceleration, Record) else None
+    if (record is None) == (time_step is None):
+        raise ParameterError("Invalid time_step. Must be stated for an array, not for a Record.")
+    samples = np.asarray(acceleration if record is None else record.acceleration)
+    step = time_step or (record.time_step if record else 0.0)
+    return _found_pulses(samples, step, options or PulseOptions())
+
+
+def _found_pulses(acceleration: Float, time_step: float, options: PulseOptions) -> RecordPulses:
     matches = match_pulses(acceleration, time_step, options)
     used = options.pulse_wavelet or best_ricker(matches)
     return RecordPulses(

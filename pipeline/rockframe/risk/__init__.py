@@ -9,8 +9,8 @@ from rockframe.risk.distribution import observed_shares as observed_shares
 from rockframe.risk.distribution import over_azimuths as over_azimuths
 from rockframe.risk.distribution import peak_distribution as peak_distribution
 from rockframe.risk.distribution import wilson as wilson
+from rockframe.risk.fitting import fit_fragility as fit_fragility
 from rockframe.risk.fragility import Fragility as Fragility
-from rockframe.risk.fragility import fit_fragility as fit_fragility
 from rockframe.risk.hazard import HazardCurve as HazardCurve
 from rockframe.risk.hazard import LognormalFragility as LognormalFragility
 from rockframe.risk.hazard import OverturningRate as OverturningRate

@@ -1,18 +1,21 @@
-"""Probability of overturning as a function of intensity, by logistic regression."""
+"""Probability of overturning as a function of intensity."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.errors import ParameterError
-from rockframe.risk.logistic_fit import maximum_likelihood
+from rockframe.notebook import Shown
 from rockframe.risk.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
 
@@ -22,7 +25,7 @@ _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.
 
 
 @dataclass(frozen=True, eq=False)
-class Fragility:
+class Fragility(Shown):
     """Share of motions that overturn a structure, as a function of an intensity measure.
 
     P = 1 / (1 + exp(-(intercept + slope ln x))).
@@ -53,6 +56,7 @@ class Fragility:
 
     Examples
     --------
+    >>> from rockframe.risk import fit_fragility
     >>> fit = fit_fragility([1.0, 2.0, 3.0], [1.0, 2.0], [[0, 0], [0, 1], [1, 1]])
     >>> fit.outcome.name, round(fit.median, 2)
     ('SEPARATED', nan)
@@ -78,6 +82,44 @@ class Fragility:
     pseudo_r2: float = math.nan
     concordance: float = math.nan
     brier: float = math.nan
+
+    def facts(self) -> dict[str, str]:
+        """Return median, spread and counts, for the table in notebooks."""
+        counts = {
+            "motions": str(self.motions),
+            "overturned": f"{self.overturned} of {self.observations}",
+        }
+        if self.outcome is not Outcome.FITTED:
+            return {"result": self.outcome.sentence, **counts}
+        (low, high), (least, most) = self.median_band, self.lognormal_beta_band
+        return {
+            "median": f"{self.median:.4g} ({low:.4g} to {high:.4g})",
+            "lognormal β": f"{self.lognormal_beta:.3g} ({least:.3g} to {most:.3g})",
+            "logistic scale": f"{self.logistic_scale:.3g}",
+            **counts,
+        }
+
+    def draw(self, axes: Axes) -> None:
+        """Draw the curve with its 90 % confidence band into axes."""
+        if not math.isnan(self.lowest):
+            x = np.geomspace(0.8 * self.lowest, 1.25 * self.highest, 101)
+            axes.fill_between(x, *self.band(x), alpha=0.2, linewidth=0)
+            axes.plot(x, self.probability(x))
+            axes.set_xscale("log")
+        axes.set(ylim=(0.0, 1.0), xlabel="intensity", ylabel="probability")
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the curve and its 90 % confidence band over the intensity."""
+        import xarray as xr
+
+        x = np.geomspace(0.8 * self.lowest, 1.25 * self.highest, 101)
+        curves = {
+            "probability": self.probability(x),
+            "low": self.band(x)[0],
+            "high": self.band(x)[1],
+        }
+        values = {name: ("intensity", curve, {"units": "1"}) for name, curve in curves.items()}
+        return xr.Dataset(values, {"intensity": x}, {"outcome": self.outcome.name.lower()})
 
     @property
     def median(self) -> float:
@@ -162,118 +204,3 @@ def logistic(logit: Float) -> Float:
     """Return 1 / (1 + exp(-logit)) without overflow."""
     small = np.exp(-np.abs(logit))
     return np.where(logit >= 0.0, 1.0, small) / (1.0 + small)
-
-
-def fit_fragility(
-    intensity: ArrayLike,
-    scales: ArrayLike,
-    overturned: ArrayLike,
-    clusters: ArrayLike | None = None,
-) -> Fragility:
-    """Fit the probability of overturning over the logarithm of an intensity.
-
-    Parameters
-    ----------
-    intensity : array_like, shape (motions,)
-        Of each motion as recorded; one that is not positive or not known is left out.
-    scales : array_like, shape (scales,)
-        Multiples of the motions [1].
-    overturned : array_like of bool, shape (motions, scales)
-        True if the motion at this scale overturns the structure.
-    clusters : array_like of int, shape (motions,), optional
-        Motions with the same number are not independent, for example azimuths of one record.
-
-    Raises
-    ------
-    ParameterError
-        If the shapes do not fit.
-
-    Examples
-    --------
-    >>> overturned = [[False], [True], [False], [True]]
-    >>> fragility = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], overturned)
-    >>> fragility.outcome.name, round(fragility.median, 3)
-    ('FITTED', 2.264)
-    """
-    strength = np.asarray(intensity, dtype=np.float64)
-    factors = np.asarray(scales, dtype=np.float64)
-    fell = np.asarray(overturned, dtype=bool)
-    if fell.shape != (strength.size, factors.size):
-        raise ParameterError(
-            f"Invalid verdicts of shape {fell.shape}. Must be {(strength.size, factors.size)}."
-        )
-    belongs = np.arange(strength.size) if clusters is None else np.asarray(clusters)
-    known = np.isfinite(strength) & (strength > 0.0)
-    strength, fell = strength[known], fell[known]
-    _, belongs = np.unique(belongs[known], return_inverse=True)
-    x = np.log(strength)[:, None] + np.log(factors)
-    tried = _tried(x, fell, belongs)
-    if tried.outcome is not Outcome.FITTED:
-        return tried
-    fit = maximum_likelihood(x, fell, belongs)
-    if not fit.slope > 0.0:
-        return replace(tried, outcome=Outcome.NOT_RISING)
-    return replace(
-        tried,
-        intercept=fit.intercept,
-        slope=fit.slope,
-        covariance=fit.covariance,
-        log_likelihood=fit.log_likelihood,
-        pseudo_r2=float(1.0 - fit.log_likelihood.sum() / _without_measure(fell)),
-        concordance=_concordance(x, fell),
-        brier=fit.brier,
-    )
-
-
-def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fragility:
-    """Return a fragility without a curve: the range tried, and the outcome."""
-    outcome = _outcome(x, fell)
-    motions = int(clusters.max(initial=-1)) + 1
-    stands, falls = np.full(motions, -np.inf), np.full(motions, np.inf)
-    if x.size:
-        np.maximum.at(stands, clusters, np.where(fell, -np.inf, x).max(axis=1))
-        np.minimum.at(falls, clusters, np.where(fell, x, np.inf).min(axis=1))
-    return Fragility(
-        outcome,
-        motions=motions,
-        observations=fell.size,
-        overturned=int(fell.sum()),
-        lowest=math.exp(x.min()) if x.size else math.nan,
-        highest=math.exp(x.max()) if x.size else math.nan,
-        safe_to=math.nan if fell.all() else math.exp(x[~fell].max()),
-        overturned_from=math.exp(x[fell].min()) if fell.any() else math.nan,
-        stood=np.exp(stands),
-        fell=np.exp(falls),
-        # a step explains separated verdicts completely, so the likelihood tends to 1
-        log_likelihood=np.zeros(motions if outcome is Outcome.SEPARATED else 0),
-    )
-
-
-def _outcome(x: Float, fell: NDArray[np.bool_]) -> Outcome:
-    if not fell.size:
-        return Outcome.UNKNOWN
-    if not fell.any():
-        return Outcome.NONE_OVERTURN
-    if fell.all():
-        return Outcome.ALL_OVERTURN
-    if x.min() == x.max():
-        return Outcome.UNKNOWN
-    if x[~fell].max() <= x[fell].min():
-        return Outcome.SEPARATED
-    if x[fell].max() <= x[~fell].min():
-        return Outcome.NOT_RISING
-    return Outcome.FITTED
-
-
-def _without_measure(fell: NDArray[np.bool_]) -> float:
-    share = float(fell.mean())
-    return fell.size * (share * math.log(share) + (1.0 - share) * math.log1p(-share))
-
-
-def _concordance(x: Float, fell: NDArray[np.bool_]) -> float:
-    """Return Mann and Whitney's U over the number of pairs; ties count half."""
-    safe = np.sort(x[~fell])
-    strong = x[fell]
-    below = np.searchsorted(safe, strong, side="left")
-    upto = np.searchsorted(safe, strong, side="right")
-    return float((below + upto).sum() / (2.0 * safe.size * strong.size))

@@ -42,7 +42,7 @@ from rockframe.rocking.screening import Scenario as Scenario
 from rockframe.rocking.screening import margins_of as margins_of
 from rockframe.rocking.screening import peaks_of as peaks_of
 from rockframe.rocking.screening import responses_of as responses_of
-from rockframe.rocking.spectra.overturning import OverturningSpectrum as OverturningSpectrum
+from rockframe.rocking.spectra.minimum import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra.overturning import overturning_spectrum as overturning_spectrum
 from rockframe.rocking.spectra.rocking import RockingSpectrum as RockingSpectrum
 from rockframe.rocking.spectra.rocking import rocking_spectrum as rocking_spectrum

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.notebook import Shown
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
@@ -19,6 +20,9 @@ from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
     from rockframe.rocking.margins.margins import Margin
     from rockframe.rocking.surrogate import ToPulse
 
@@ -40,9 +44,15 @@ class Verdict(IntEnum):
     OVERTURNED = kernel.OVERTURNED
     UNDECIDED = 3
 
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, format_spec: str) -> str:
+        return format(self.name, format_spec)
+
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(Shown):
     """Histories of a frame's rocking and what became of it.
 
     Parameters
@@ -85,6 +95,52 @@ class Response:
     impact_velocities: Float
     to_pulse: ToPulse | None = None
     margin: Margin | None = None
+
+    def facts(self) -> dict[str, str]:
+        """Return verdict and peaks, for the table in notebooks."""
+        said = {"structure": self.frame.name, "verdict": str(self.verdict)}
+        if self.verdict != Verdict.OVERTURNED:
+            said["largest θ/α"] = f"{self.peak_rotation_ratio:.3f}"
+            said["largest u"] = f"{self.peak_u:.3f} m"
+            said["largest v"] = f"{self.peak_v:.4f} m"
+        else:
+            said["overturns at"] = f"{self.overturning_time:.2f} s"
+        if self.margin is not None:
+            said["critical scale"] = f"{self.margin.critical_scale:.3f}"
+        return {
+            name: value for name, value in {**said, "impacts": str(self.impacts)}.items() if value
+        }
+
+    def draw(self, axes: Axes) -> None:
+        """Draw theta / alpha over time into axes."""
+        axes.axhspan(-1.0, 1.0, color="0.94", zorder=0)
+        axes.plot(self.time, self.theta / self.frame.slenderness, linewidth=0.9)
+        axes.set(xlabel="time [s]", ylabel="θ/α", ylim=(-1.5, 1.5))
+        axes.set_title(f"{self.frame.name or 'frame'}: {self.verdict}")
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the histories over time, with verdict and peaks as attributes."""
+        import xarray as xr
+
+        histories = {
+            "theta": (self.theta, "rad", "rotation of the columns"),
+            "omega": (self.omega, "rad s-1", "rate of the rotation"),
+            "u": (self.u, "m", "horizontal displacement of the beam relative to the ground"),
+            "v": (self.v, "m", "vertical lift of the beam"),
+        }
+        return xr.Dataset(
+            {
+                name: ("time", values, {"units": units, "long_name": words})
+                for name, (values, units, words) in histories.items()
+            },
+            {"time": ("time", self.time, {"units": "s"})},
+            {
+                "structure": self.frame.name,
+                "verdict": str(self.verdict),
+                "peak_rotation_ratio": self.peak_rotation_ratio,
+                "impacts": self.impacts,
+            },
+        )
 
     @property
     def u(self) -> Float:

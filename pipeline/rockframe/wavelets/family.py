@@ -19,6 +19,7 @@ from rockframe.wavelets.mavroeidis_papageorgiou import (
 )
 from rockframe.wavelets.mother import Complex, MotherWavelet, combined
 from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
+from rockframe.wavelets.sines import FULL_COSINE, FULL_SINE, HALF_SINE
 
 #: The two wavelets of Makris and Vassiliou (2013), by name.
 RICKERS: Final[Mapping[str, MotherWavelet]] = MappingProxyType(
@@ -100,6 +101,15 @@ WAVELETS: Final[Mapping[str, Family]] = MappingProxyType(
         )
     }
 )
+#: All shapes of a pulse: the wavelets, which are searched for in records, and the textbooks' sines.
+SHAPES: Final[Mapping[str, Family]] = MappingProxyType(
+    {
+        **WAVELETS,
+        HALF_SINE.name: Family(HALF_SINE.name, lambda _: (HALF_SINE,)),
+        FULL_SINE.name: Family(FULL_SINE.name, lambda _: (FULL_SINE,)),
+        FULL_COSINE.name: Family(FULL_COSINE.name, lambda _: (FULL_COSINE,)),
+    }
+)
 
 
 @lru_cache(maxsize=1024)
@@ -111,9 +121,9 @@ def mother_of(name: str, phase: float, half_cycles: float | None) -> MotherWavel
     ParameterError
         If the wavelet needs a number of half cycles and has none.
     """
-    if name in RICKERS:
-        return combined([RICKERS[name]], [1.0 if phase == 0.0 else -1.0])
-    parts = WAVELETS[name].parts(half_cycles)
+    parts = SHAPES[name].parts(half_cycles)
+    if len(parts) == 1:
+        return combined(parts, [1.0 if phase == 0.0 else -1.0])
     weights = np.array([math.cos(phase), math.sin(phase)])
     return combined(parts, list(weights / _largest(combined(parts, list(weights)))))
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.family import WAVELETS, mother_of
+from rockframe.wavelets.family import SHAPES, mother_of
 from rockframe.wavelets.mother import MotherWavelet
 
 Float = NDArray[np.float64]
@@ -22,7 +22,8 @@ class Pulse:
     Parameters
     ----------
     wavelet : str
-        Name of the wavelet, a key of ``WAVELETS``.
+        Name of the wavelet, a key of ``WAVELETS``; or ``half_sine``, ``full_sine`` or
+        ``full_cosine``, whose duration is half a period or one.
     a_p : float
         Amplitude: the largest absolute acceleration [m s-2].
     T_p : float
@@ -31,8 +32,8 @@ class Pulse:
     time : float
         Centre of the pulse [s].
     phase : float
-        From 0 to 2 pi [rad]. ``symmetric_ricker`` and ``antisymmetric_ricker``: 0, or pi for the
-        reversed pulse. ``ricker_any_phase``: 0 is the symmetric and pi / 2 the antisymmetric
+        From 0 to 2 pi [rad]. Rickers of fixed phase, sines and cosine: 0, or pi for the reversed
+        pulse. ``ricker_any_phase``: 0 is the symmetric and pi / 2 the antisymmetric
         wavelet. ``mavroeidis_papageorgiou``: phase of the cosine in the velocity.
     half_cycles : float, optional
         Number of half cycles of ``mavroeidis_papageorgiou``, 1 or more [1]; None for the others.
@@ -60,9 +61,9 @@ class Pulse:
     half_cycles: float | None = None
 
     def __post_init__(self) -> None:
-        if self.wavelet not in WAVELETS:
+        if self.wavelet not in SHAPES:
             raise ParameterError(
-                f"Invalid wavelet {self.wavelet!r}. Must be one of: {', '.join(WAVELETS)}."
+                f"Invalid wavelet {self.wavelet!r}. Must be one of: {', '.join(SHAPES)}."
             )
         if not (math.isfinite(self.a_p) and self.a_p >= 0.0):
             raise ParameterError(f"Invalid a_p {self.a_p!r}. Must be zero or positive, and finite.")
@@ -73,7 +74,7 @@ class Pulse:
         self._require_shape()
 
     def _require_shape(self) -> None:
-        family = WAVELETS[self.wavelet]
+        family = SHAPES[self.wavelet]
         if not family.free_phase and self.phase not in (0.0, math.pi):
             raise ParameterError(
                 f"Invalid phase {self.phase!r}. Must be 0 or pi for a pulse of {self.wavelet}."

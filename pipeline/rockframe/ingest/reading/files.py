@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
@@ -53,6 +54,9 @@ def read_file(
     path: str | Path,
     options: ReadOptions = NO_OPTIONS,
     file_format: Format | None = None,
+    *,
+    units: str | None = None,
+    time_step: float | None = None,
 ) -> list[Record]:
     r"""Return the records of a file, one per channel; of an archive, those of all members.
 
@@ -64,6 +68,10 @@ def read_file(
         Values that the file does not state, such as units and time step.
     file_format : Format, optional
         Format of the file (default: identified from its contents).
+    units : str, optional
+        Acceleration units of a file that does not state them, in short for `options`.
+    time_step : float, optional
+        Interval between samples [s] of a file that does not state it.
 
     Raises
     ------
@@ -81,6 +89,9 @@ def read_file(
     (0.01, array([0.   , 1.962]))
     """
     path = Path(path)
+    options = replace(
+        options, units=units or options.units, time_step=time_step or options.time_step
+    )
     return [
         record
         for content in contents(path, load(path))

@@ -6,12 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.notebook import Shown
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
@@ -24,11 +26,14 @@ from rockframe.rocking.margins.strip import Strip, strip_of
 from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
 from rockframe.wavelets.pulse import Pulse
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Margin:
+class Margin(Shown):
     """How far one frame is from overturning under one motion.
 
     Parameters
@@ -47,6 +52,29 @@ class Margin:
     largest_scale: float
     undecided_by: Sensitivity
     robust: RobustMargin | None = None
+
+    def facts(self) -> dict[str, str]:
+        """Return the critical scale and what surrounds it, for the table in notebooks."""
+        least, by = self.critical_scale, self.undecided_by
+        none = math.isnan(least)
+        return {
+            "critical scale": f"none up to {self.largest_scale:g}" if none else f"{least:.4f}",
+            "safe islands above it": str(self.safe_islands),
+            "undecided by": ", ".join(str(bit.name).lower() for bit in by) or "nothing",
+        }
+
+    def draw(self, axes: Axes) -> None:
+        """Draw into axes the scales at which the frame stands and overturns."""
+        least = self.critical_scale
+        end = self.largest_scale if math.isnan(least) else min(self.largest_scale, 3.0 * least)
+        axes.axvspan(0.0, end, color="C2", alpha=0.3, label="stands")
+        if not math.isnan(least):
+            axes.axvspan(least, end, color="C3", alpha=0.9, label="overturns")
+        for low, high in self.islands:
+            axes.axvspan(min(low, end), min(high, end), color="C2", alpha=0.9)
+        axes.axvline(1.0, color="black", linewidth=0.8, label="the motion itself")
+        axes.set(xlim=(0.0, max(end, 1.1)), yticks=[], xlabel="scale of the motion")
+        axes.legend(loc="upper left", fontsize=8)
 
     @property
     def critical_scale(self) -> float:
@@ -82,13 +110,46 @@ class Margin:
         return Verdict.UNDECIDED if self.undecided_by else unperturbed
 
 
+Motion = Record | Pulse | GroundAcceleration
+
+
+@overload
 def margins(
-    motions: Sequence[Record | Pulse | GroundAcceleration],
+    motions: Motion,
+    frames: RockingFrame,
+    *,
+    largest_scale: float = ...,
+    ensemble: Ensemble | None = ...,
+) -> Margin: ...
+
+
+@overload
+def margins(
+    motions: Motion,
     frames: Sequence[RockingFrame],
+    *,
+    largest_scale: float = ...,
+    ensemble: Ensemble | None = ...,
+) -> list[list[Margin]]: ...
+
+
+@overload
+def margins(
+    motions: Sequence[Motion],
+    frames: RockingFrame | Sequence[RockingFrame],
+    *,
+    largest_scale: float = ...,
+    ensemble: Ensemble | None = ...,
+) -> list[list[Margin]]: ...
+
+
+def margins(
+    motions: Motion | Sequence[Motion],
+    frames: RockingFrame | Sequence[RockingFrame],
     *,
     largest_scale: float = LARGEST_SCALE,
     ensemble: Ensemble | None = None,
-) -> list[list[Margin]]:
+) -> Margin | list[list[Margin]]:
     """Search for the first overturning of each frame under each motion.
 
     Stability is not monotone in the scale of the motion: below the scale from which on a frame
@@ -98,9 +159,9 @@ def margins(
 
     Parameters
     ----------
-    motions : sequence of Record, Pulse or GroundAcceleration
+    motions : Record, Pulse or GroundAcceleration, or a sequence of them
         Ground motions, as `respond` takes them.
-    frames : sequence of RockingFrame
+    frames : RockingFrame, or sequence of RockingFrame
         The frames.
     largest_scale : float
         Where the search ends [1]; earlier for a vertical acceleration that would then fall faster
@@ -110,8 +171,9 @@ def margins(
 
     Returns
     -------
-    list of list of Margin
-        For each motion those of the frames; the same whatever else is asked for.
+    Margin or list of list of Margin
+        For one motion and one frame their margin; for sequences, for each motion those of the
+        frames, the same whatever else is asked for.
 
     Raises
     ------
@@ -124,10 +186,24 @@ def margins(
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
-    >>> [[margin]] = margins([pulse], [bent])
+    >>> margin = margins(pulse, bent)
     >>> round(margin.critical_scale, 4), margin.safe_islands, margin.undecided_by.value
     (1.0941, 1, 0)
     """
+    one_motion = [motions] if isinstance(motions, Record | Pulse | GroundAcceleration) else None
+    one_frame = [frames] if isinstance(frames, RockingFrame) else None
+    row: Sequence[Motion] = one_motion or motions  # type: ignore[assignment]
+    column: Sequence[RockingFrame] = one_frame or frames  # type: ignore[assignment]
+    found = _margins(row, column, largest_scale, ensemble)
+    return found[0][0] if one_motion and one_frame else found
+
+
+def _margins(
+    motions: Sequence[Motion],
+    frames: Sequence[RockingFrame],
+    largest_scale: float,
+    ensemble: Ensemble | None,
+) -> list[list[Margin]]:
     for label, number in (("motions", len(motions)), ("frames", len(frames))):
         if number == 0:
             raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")

@@ -21,6 +21,7 @@ from rockframe.engines.threads import on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.spectra.minimum import OverturningSpectrum
 from rockframe.rocking.spectra.scan import Scan, scan
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -35,43 +36,6 @@ AMPLITUDE_STEP: Final = 0.005
 LEAST_FREQUENCY_RATIO: Final = 0.01
 #: Responses in a batch: half a second on one core.
 _BATCH: Final = 80_000
-
-
-@dataclass(frozen=True, eq=False)
-class OverturningSpectrum:
-    """Verdicts over pulse, slenderness, mass ratio, frequency ratio and amplitude.
-
-    A line is one pulse, slenderness, mass ratio and frequency ratio, in the order in which these
-    dimensions are named.
-
-    Parameters
-    ----------
-    pulses : tuple of Pulse
-        The pulses; amplitude, period and time of each do not matter.
-    slenderness, mass_ratio, frequency_ratio, amplitude : array
-        What the dimensions are [rad], [1], [1], [1].
-    found : Scan
-        Verdicts, impacts and intervals of the lines.
-    """
-
-    pulses: tuple[Pulse, ...]
-    slenderness: Float
-    mass_ratio: Float
-    frequency_ratio: Float
-    amplitude: Float
-    found: Scan
-
-    @property
-    def shape(self) -> tuple[int, int, int, int]:
-        """Number of pulses, slendernesses, mass ratios and frequency ratios."""
-        sizes = (self.slenderness.size, self.mass_ratio.size, self.frequency_ratio.size)
-        return len(self.pulses), *sizes
-
-    @property
-    def minimum_overturning_amplitude(self) -> Float:
-        """Least amplitude that overturns, a_p / (g tan slenderness) [1]; NaN if none does."""
-        least = [bounds[0, 0] if len(bounds) else math.nan for bounds in self.found.intervals()]
-        return np.array(least).reshape(self.shape)
 
 
 @dataclass(frozen=True)

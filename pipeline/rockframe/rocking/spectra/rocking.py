@@ -6,9 +6,11 @@ own p-hat where there is a beam.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,18 +18,24 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.engines.engine import Engine, OneProcess, map_batches
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.notebook import Shown
 from rockframe.record import Record
 from rockframe.rocking.batch import Scenarios, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import Verdict
 from rockframe.rocking.spectra.overturning import column_of, increasing
 from rockframe.wavelets.pulse import Pulse
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration
 
 
 @dataclass(frozen=True, eq=False)
-class RockingSpectrum:
+class RockingSpectrum(Shown):
     """Peaks over motion, slenderness, mass ratio and 2 pi / p.
 
     Parameters
@@ -47,6 +55,33 @@ class RockingSpectrum:
     verdict: NDArray[np.int8]
     peak_rotation_ratio: Float
     peak_velocity: Float
+
+    def facts(self) -> dict[str, str]:
+        """Return what was computed, for the table in notebooks."""
+        names = ("motions", "slendernesses", "mass ratios", "column periods")
+        said = {name: str(size) for name, size in zip(names, self.verdict.shape, strict=True)}
+        fallen = int((self.verdict == Verdict.OVERTURNED).sum())
+        return {**said, "overturned": f"{fallen} of {self.verdict.size}"}
+
+    def draw(self, axes: Axes) -> None:
+        """Draw the largest theta / alpha of the first motion over the period of the columns."""
+        for k, slenderness in enumerate(self.slenderness):
+            for m, ratio in enumerate(self.mass_ratio):
+                label = f"{math.degrees(slenderness):.3g}°, mass ratio {ratio:g}"
+                axes.plot(self.column_period, self.peak_rotation_ratio[0, k, m], label=label)
+        axes.set(xlabel="2π/p [s]", ylabel="largest θ/α", ylim=(0.0, 1.5))
+        axes.legend(fontsize=8)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return verdicts and peaks over motion, slenderness, mass ratio and column period."""
+        import xarray as xr
+
+        dims = ("motion", "slenderness", "mass_ratio", "column_period")
+        units = {"verdict": "1", "peak_rotation_ratio": "1", "peak_velocity": "rad s-1"}
+        return xr.Dataset(
+            {name: (dims, getattr(self, name), {"units": unit}) for name, unit in units.items()},
+            {name: getattr(self, name) for name in dims[1:]},
+        )
 
 
 def rocking_spectrum(

@@ -1,0 +1,56 @@
+"""Objects that notebooks show as a small table and a drawing."""
+
+from __future__ import annotations
+
+import base64
+import io
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Shown(ABC):
+    """An object that notebooks show as a table of its facts and a drawing."""
+
+    @abstractmethod
+    def facts(self) -> Mapping[str, str]:
+        """Return what the table says: values with their units, by name."""
+
+    @abstractmethod
+    def draw(self, axes: Axes) -> None:
+        """Draw the object into axes."""
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the object, and return the axes.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into; by default those of a new figure.
+        """
+        if ax is None:
+            from matplotlib import pyplot as plt
+
+            ax = plt.subplots(figsize=(6.4, 2.6), layout="constrained")[1]
+        self.draw(ax)
+        return ax
+
+    def _repr_html_(self) -> str:
+        from matplotlib.figure import Figure
+
+        figure, stream = Figure(figsize=(6.4, 2.6), layout="constrained"), io.BytesIO()
+        self.draw(figure.subplots())
+        figure.savefig(stream, format="png", dpi=100)
+        cells = (
+            f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>"
+            for name, value in self.facts().items()
+        )
+        image = base64.b64encode(stream.getvalue()).decode()
+        return (
+            f"<table><caption>{type(self).__name__}</caption>{''.join(cells)}</table>"
+            f'<img alt="{type(self).__name__}" src="data:image/png;base64,{image}">'
+        )
