@@ -102,7 +102,7 @@ def ridgecrest(
     bundled_records: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, Record]:
     path = tmp_path_factory.mktemp("ridgecrest") / "records.nc"
-    ingest_stage([bundled_records / f"Ridgecrest2019-{s}.V1" for s in ("CCC", "CLC")], path)
+    ingest_stage([bundled_records / f"Ridgecrest2019-{s}.V1" for s in ("CCC", "CLC", "TOW2")], path)
     return {record.record_id: record for record in read_records(path)}
 
 
@@ -156,6 +156,16 @@ def test_undecided_by_the_restitution() -> None:
     period = math.tau / (3.0 * frame.frequency_parameter)
     motion = Pulse(wavelet="antisymmetric_ricker", a_p=2.65 * frame.uplift_acceleration, T_p=period)
     assert margin(frame, motion).undecided_by == Sensitivity.RESTITUTION
+
+
+def test_undecided_by_one_amplitude_in_twenty(ridgecrest: dict[str, Record]) -> None:
+    """It overturns, and stands at 10 of 201 scales within 1 %, none beside another."""
+    motion = ridgecrest["Ridgecrest2019-TOW2-090"]
+    frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}["slender-column"]
+    fallen = respond_many([motion], [frame], np.linspace(0.99, 1.01, 201)).verdict
+    assert respond(frame, motion).verdict is Verdict.OVERTURNED
+    assert (fallen != Verdict.OVERTURNED).sum() == 10
+    assert Sensitivity.AMPLITUDE in margin(frame, motion).undecided_by
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,9 @@ AMPLITUDE_PERTURBATION: Final = 0.01
 RESTITUTION_PERTURBATION: Final = 0.01
 #: So many values on either side are tried of both, beside the edges that are known.
 _VALUES: Final = 10
+#: So many amplitudes where less than 1 + AMPLITUDE_PERTURBATION is known to overturn: there some
+#: twentieth of the scales may stand, one here and one there.
+_AMPLITUDES: Final = 50
 
 #: Half the length [samples] and the shape of the window of the interpolation between samples: up
 #: to 0.9 of the highest frequency that is sampled it is exact to 1e-4.
@@ -78,11 +81,9 @@ def sensitivities(
     once = np.ones(ground.size)
     as_it_is = _overturns(grounds, frames, ground, frame, once)
     finer = _overturns([resampled(one) for one in grounds], frames, ground, frame, once)
-    steps = np.arange(-_VALUES, _VALUES + 1) / _VALUES
-    near = np.minimum(1.0 + AMPLITUDE_PERTURBATION * steps, largest[:, None])
-    line = np.repeat(np.arange(ground.size), steps.size)
-    scaled = _overturns(grounds, frames, ground[line], frame[line], near.ravel())
-    others = [_with_other_impacts(one, steps) for one in frames]
+    line, near = _amplitudes(intervals, largest)
+    scaled = _overturns(grounds, frames, ground[line], frame[line], near)
+    others = [_with_other_impacts(one) for one in frames]
     count = np.array([len(each) for each in others])
     start = np.cumsum(count) - count
     place = np.concatenate([np.arange(count[k]) + start[k] for k in frame.tolist()])
@@ -104,6 +105,18 @@ def sensitivities(
     for bit, lines in changed.items():
         found = [one | bit if line else one for one, line in zip(found, lines, strict=True)]
     return found
+
+
+def _amplitudes(intervals: Sequence[Float], largest: Float) -> tuple[Int, Float]:
+    """Lines and the scales near 1 that are tried for each."""
+    known = [each.size > 0 and each[0, 0] <= 1.0 + AMPLITUDE_PERTURBATION for each in intervals]
+    steps = [_steps(_AMPLITUDES if one else _VALUES) for one in known]
+    line = np.repeat(np.arange(len(steps)), [each.size for each in steps])
+    return line, np.minimum(1.0 + AMPLITUDE_PERTURBATION * np.concatenate(steps), largest[line])
+
+
+def _steps(values: int) -> Float:
+    return np.arange(-values, values + 1) / values
 
 
 def _differ(overturns: Bool, as_it_is: Bool, line: Int) -> Bool:
@@ -130,9 +143,9 @@ def _splits(intervals: Float) -> bool:
     return len(near) > 0 and not (len(near) == 1 and near[0, 0] <= low and not near[0, 1] < high)
 
 
-def _with_other_impacts(frame: RockingFrame, steps: Float) -> list[RockingFrame]:
+def _with_other_impacts(frame: RockingFrame) -> list[RockingFrame]:
     """Frames whose velocity ratio of impacts is within 1 %, and at most that of eq (43)."""
-    factors = frame.restitution_factor * (1.0 + RESTITUTION_PERTURBATION * steps)
+    factors = frame.restitution_factor * (1.0 + RESTITUTION_PERTURBATION * _steps(_VALUES))
     return [
         replace(frame, restitution_factor=factor)
         for factor in np.unique(np.minimum(factors, 1.0)).tolist()
