@@ -15,7 +15,9 @@ from tests.commands import run
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli.stages.respond import response_cells
 from rockframe.explorer.answer import Motion, answer
+from rockframe.explorer.page import render
 from rockframe.explorer.settings import read_settings
+from rockframe.figures.margin_strips import draw_margin_strips
 from rockframe.figures.response_history import draw_response_history
 from rockframe.results.run import read_run
 from rockframe.results.tables.table import stated_verdict, table_rows
@@ -189,5 +191,31 @@ def test_the_rule_is_stated_in_the_same_words_everywhere(page: str) -> None:
     assert VERDICT_RULE in " ".join(str(Margin.verdict.__doc__).split())
 
 
-def test_the_report_states_the_rule(folder: Path) -> None:
-    assert VERDICT_RULE in html.unescape((folder / "report.html").read_text(encoding="utf-8"))
+def test_the_pages_state_the_rule(folder: Path) -> None:
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    explorer, _ = render([], [])
+    for page in (report, explorer):
+        assert VERDICT_RULE in html.unescape(page)
+
+
+def test_the_report_has_a_strip_for_each_pair(folder: Path) -> None:
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    rows = read_run(folder).rows
+    assert page.count('<td class="strips"') == len(rows)
+    assert "<title>overturns from 0.91</title>" in page  # doric-5m
+    facts = json.loads(re.findall(r'id="facts">(.*?)</script>', page)[0])
+    assert all(pair["strip"].startswith("<svg") for pair in facts["pairs"])
+
+
+def test_the_figure_of_margins_has_a_strip_for_each_structure(folder: Path) -> None:
+    with open_response(folder / "response.nc") as response:
+        strips = response.strips(RECORD)
+    assert list(strips) == [name for name, *_ in STRUCTURES]
+    drawn = draw_margin_strips(strips, "")
+    (axes,) = drawn.figure.axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == [*strips]
+    falling = axes.collections[1::2]  # after those of the scales that stand
+    for strip, bars in zip(strips.values(), falling, strict=True):
+        ends = [path.get_extents().intervalx for path in bars.get_paths()]
+        np.testing.assert_allclose(ends, np.reshape(strip.overturning, (-1, 2)))
+    assert (folder / "figures" / "margins" / f"{RECORD}.png").is_file()

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rockframe import GroundAcceleration, ParameterError, RockingFrame, respond
-from rockframe.explorer.answer import Motion, answer
+from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
+from rockframe.explorer.answer import Motion, answer, margin
 from rockframe.explorer.settings import read_settings
 
 BENT = {
@@ -52,6 +52,18 @@ def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
     np.testing.assert_allclose(v, expected.v, rtol=1e-6, atol=1e-12)
     np.testing.assert_allclose(acceleration, 1.5 * record.acceleration, rtol=1e-6)
     np.testing.assert_allclose(time, record.time, rtol=1e-6)
+
+
+def test_the_margin_is_that_of_margins(bundled: list[Motion]) -> None:
+    column = RockingFrame(height=2.0, width=0.2)
+    stated = {"height": "2", "width": "0.2", "mass_ratio": "0", "scale": "1"}
+    held = {motion.record.record_id: motion for motion in bundled}
+    name = bundled[0].record.record_id
+    found = margin(held, read_settings({"record": name, **BENT, **stated}))
+    [[expected]] = margins([bundled[0].record], [column], ensemble=Ensemble())
+    assert f"<title>{expected.strip.words}</title>" in found["strip"]
+    assert found["strip"].count("strip-falls") == len(expected.strip.overturning)
+    assert (found["kind"] == "undecided") == bool(expected.undecided_by)
 
 
 def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> None:

@@ -110,7 +110,7 @@ def test_a_wrong_value_is_named_and_mended(
     page: Any, explorer: Address, complaints: list[str]
 ) -> None:
     opened(page, explorer)
-    verdict = page.inner_text("#verdict-line")
+    rotation = page.inner_text("#verdict-line").split(". ")[1]  # the margin comes later
     page.fill("#width", "wide")
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
     assert all("400 (Bad Request)" in complaint for complaint in complaints)  # the browser's own
@@ -120,7 +120,17 @@ def test_a_wrong_value_is_named_and_mended(
     page.fill("#width", "1.6")
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
     assert not page.locator("#trouble").is_visible()
-    assert page.inner_text("#verdict-line") == verdict
+    assert page.inner_text("#verdict-line").split(". ")[1] == rotation
+
+
+def test_the_margin_comes_once_the_settings_rest(page: Any, explorer: Address) -> None:
+    opened(page, explorer)
+    page.wait_for_selector("#margin:not([hidden]) .strip-falls")
+    strip = page.inner_html("#strip")
+    slide(page, "scale", 1.5)
+    assert "stale" in page.get_attribute("#margin", "class")
+    page.wait_for_selector("#margin:not(.stale)")
+    assert page.inner_html("#strip") != strip
 
 
 def test_vertical_motion_where_there_is_one(page: Any, explorer: Address) -> None:
@@ -141,7 +151,7 @@ def test_a_structure_sets_the_sliders(page: Any, explorer: Address) -> None:
     assert page.input_value("#mass_ratio") == "0"
     slide(page, "scale", 3.0)
     assert page.input_value("#structure") == "slender-column"
-    assert "Overturned " in page.inner_text("#verdict-line")
+    assert "verturned " in page.inner_text("#verdict-line")
     assert page.locator("svg.frame .beam").count() == 0
 
 

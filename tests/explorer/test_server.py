@@ -12,6 +12,7 @@ import sys
 import time
 import urllib.parse
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,23 @@ def test_an_answer_is_bytes_that_the_page_unpacks(explorer: Address) -> None:
     assert abs(series[2]).max() / facts["slenderness"] == pytest.approx(
         facts["peak_rotation_ratio"], rel=1e-3
     )
+
+
+def test_a_margin_is_a_verdict_and_its_strip(explorer: Address) -> None:
+    status, _, content = ask(explorer, f"/{explorer.token}/margin?{STATED}")
+    assert status == 200
+    told = json.loads(content)
+    assert (told["kind"], told["words"]) == ("safe", "safe")
+    assert told["strip"].startswith("<svg ")
+
+
+def test_a_response_does_not_wait_for_a_margin(explorer: Address) -> None:
+    with ThreadPoolExecutor() as pool:
+        margin = pool.submit(ask, explorer, f"/{explorer.token}/margin?{STATED}")
+        status, _, _ = ask(explorer, f"/{explorer.token}/response?{STATED}")
+        assert status == 200
+        assert not margin.done()
+        assert margin.result()[0] == 200
 
 
 def test_a_table_can_be_had(explorer: Address) -> None:

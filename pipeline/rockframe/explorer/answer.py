@@ -12,9 +12,18 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.explorer.settings import Settings
+from rockframe.options.respond import Ensemble
 from rockframe.record import Record
-from rockframe.rocking import GroundAcceleration, Response, StatedVerdict, Verdict, respond
+from rockframe.rocking import (
+    GroundAcceleration,
+    Response,
+    StatedVerdict,
+    Verdict,
+    respond,
+    with_margins,
+)
 from rockframe.units import GRAVITY
+from rockframe.web.strips import strip_svg
 
 Float = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -138,6 +147,34 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
         If the record is unknown, lacks the requested vertical component, or accelerates downwards
         faster than gravity.
     """
+    scaled = _shaking(motions, settings)
+    response = respond(settings.frame, scaled)
+    return Answer(response, scaled, _places(response, scaled, settings.window))
+
+
+def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
+    """Search for the margin, which takes some tenths of a second: the verdict, and its strip.
+
+    Parameters
+    ----------
+    motions, settings
+        As of `answer`, which raises the same errors.
+    """
+    ground = _shaking(motions, settings)
+    [response] = with_margins([respond(settings.frame, ground)], ground, Ensemble())
+    found = response.margin
+    assert found is not None  # noqa: S101 -- with_margins adds it
+    stated = StatedVerdict(response.verdict, response.overturning_time, found.critical_scale)
+    by = ", ".join(str(bit.name).lower() for bit in found.undecided_by)
+    return {
+        "kind": stated.kind,
+        "words": stated.words + (f" (undecided by: {by})" if by else ""),
+        "strip": strip_svg(found.strip),
+    }
+
+
+def _shaking(motions: Mapping[str, Motion], settings: Settings) -> GroundAcceleration:
+    """Return the ground motion of the settings."""
     motion = motions.get(settings.record)
     if motion is None:
         known = ", ".join(motions)
@@ -150,9 +187,7 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
             f"Invalid vertical '1' of record {settings.record!r}. Must be 0: no vertical was "
             "recorded beside it."
         )
-    scaled = ground.scaled(settings.scale)
-    response = respond(settings.frame, scaled)
-    return Answer(response, scaled, _places(response, scaled, settings.window))
+    return ground.scaled(settings.scale)
 
 
 def _places(response: Response, ground: GroundAcceleration, window: tuple[float, float]) -> Places:

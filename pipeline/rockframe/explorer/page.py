@@ -12,6 +12,7 @@ from rockframe.column import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.explorer.answer import Motion
 from rockframe.frame import RockingFrame
 from rockframe.provenance import versions
+from rockframe.rocking.stated_verdict import MARGIN_LEGEND, VERDICT_RULE
 from rockframe.web.assets import UPLOT, environment, policy, script, style
 
 _HOME: Final = Path(__file__).parent
@@ -37,6 +38,8 @@ def render(motions: Sequence[Motion], frames: Sequence[RockingFrame]) -> tuple[s
             script=Markup(code),  # noqa: S704 -- our own files, no text of a record
             style=Markup(look),  # noqa: S704
             plotter=UPLOT,
+            rule=VERDICT_RULE,
+            legend=MARGIN_LEGEND,
             version=versions()["rockframe"],
             facts={
                 "records": [_record(motion) for motion in motions],

@@ -11,6 +11,7 @@ from typing import Final
 import h11
 import uvicorn
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
@@ -19,7 +20,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from rockframe.errors import ParameterError
-from rockframe.explorer.answer import Motion, answer
+from rockframe.explorer.answer import Motion, answer, margin
 from rockframe.explorer.page import render
 from rockframe.explorer.settings import read_settings
 from rockframe.frame import RockingFrame
@@ -27,7 +28,7 @@ from rockframe.frame import RockingFrame
 #: The only address that the server listens on.
 LOOPBACK: Final = "127.0.0.1"
 #: Last part of the paths that return a response.
-_FORMS: Final = ("response", "history.csv")
+_FORMS: Final = ("response", "margin", "history.csv")
 #: Time within which a request must arrive [s], and largest number of open connections; a browser
 #: opens six.
 _REQUEST_TIME: Final = 10.0
@@ -60,6 +61,7 @@ def application(
         Port that the server listens on; requests for another host return 403.
     """
     page, rules = render(motions, frames)
+    searching = asyncio.Lock()
     held = {motion.record.record_id: motion for motion in motions}
 
     def known(request: Request) -> bool:
@@ -75,7 +77,13 @@ def application(
         if not known(request) or request.path_params["form"] not in _FORMS:
             return _not_found()
         try:
-            found = answer(held, read_settings(_once(request)))
+            settings = read_settings(_once(request))
+            if request.path_params["form"] == "margin":
+                async with searching:  # one at a time; the page has left those it no longer needs
+                    gone = await request.is_disconnected()
+                    told = {} if gone else await run_in_threadpool(margin, held, settings)
+                return JSONResponse(told)
+            found = answer(held, settings)
         except ParameterError as error:
             return JSONResponse({"error": str(error)}, status_code=400)
         if request.path_params["form"] == "history.csv":

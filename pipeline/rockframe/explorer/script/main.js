@@ -83,7 +83,44 @@ function draw(motion, fresh) {
   trouble(null);
 }
 
+// The margin takes some tenths of a second, so it is asked for once the settings rest.
+const REST = 400;
+let resting = 0;
+let known = {};
+let margin = new AbortController();
+
+function forgetMargin() {
+  clearTimeout(resting);
+  margin.abort();
+  at("margin").classList.add("stale");
+}
+
+function showMargin(motion, { kind, words: told, strip }) {
+  if (told) words({ ...motion, kind, words: told });
+  showStrip(strip ?? "");
+}
+
+function awaitRest(motion) {
+  const key = settings.stated([0, 0]).toString();
+  if (key === known.key) return showMargin(motion, known.found);
+  resting = setTimeout(async () => {
+    margin = new AbortController();
+    const { signal } = margin;
+    try {
+      const response = await fetch(`margin?${key}`, { signal });
+      const found = await response.json();
+      if (signal.aborted) return;
+      known = { key, found };
+      showMargin(motion, found);
+    } catch (error) {
+      if (!(error instanceof TypeError) && error.name !== "AbortError") throw error;
+    }
+  }, REST);
+  return undefined;
+}
+
 async function ask(fresh) {
+  forgetMargin();
   next = { fresh: fresh || (next?.fresh ?? false) };
   if (asking) return;
   asking = true;
@@ -96,6 +133,7 @@ async function ask(fresh) {
     try {
       const motion = await answered(settings.stated(windowOf(wanted.fresh)));
       if (motion) draw(motion, wanted.fresh);
+      if (motion && !next) awaitRest(motion);
     } catch (error) {
       if (!(error instanceof TypeError)) throw error;
       trouble("The explorer does not answer. Start it again: rockframe explore.");
