@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import settings
 
 from rockframe.options.respond import ScreenOptions
 from rockframe.wavelets.pulse import Pulse
@@ -29,6 +30,9 @@ SWITCHES: Final = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 
+# No test depends on how long an example takes: the machine may be busy.
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 # Tables are as wide as where there is no terminal, whatever terminal the tests are started from.
 os.environ.pop("COLUMNS", None)
 # A shell that starts the tests in its background has Ctrl-C ignored, by their processes too.

@@ -27,7 +27,7 @@ from rockframe.rocking.response import Response
 
 _HISTORIES: Final = ("theta", "u", "v")
 #: Parts of a response that it may not have.
-_PARTS: Final = ("to_pulse", "margin")
+_PARTS: Final = ("to_pulse", "margin", "contact")
 
 
 def write_responses(
@@ -83,6 +83,7 @@ def write_responses(
                     columns[name].append(values)
                 columns["to_pulse"].append([response.to_pulse for response in responses])
                 columns["margin"].append([response.margin for response in responses])
+                columns["contact"].append([response.contact for response in responses])
         made = _dataset(columns, frames, parameters) if columns else no_records()
         put(
             made.assign_attrs(batch=batch) if batch else made,
@@ -129,6 +130,8 @@ def _dataset(
         values |= to_pulse_values(columns["to_pulse"])
     if all(margin is not None for row in columns["margin"] for margin in row):
         values |= margin_values(columns["margin"])
+    if all(contact is not None for row in columns["contact"] for contact in row):
+        values |= RESPONSE_NC.filled("contact", columns["contact"])
     return RESPONSE_NC.dataset(values)
 
 

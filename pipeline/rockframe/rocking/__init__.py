@@ -4,6 +4,8 @@ from rockframe.rocking.batch import Peaks as Peaks
 from rockframe.rocking.batch import Scenarios as Scenarios
 from rockframe.rocking.batch import respond_many as respond_many
 from rockframe.rocking.batch import respond_scenarios as respond_scenarios
+from rockframe.rocking.contact import ContactDemand as ContactDemand
+from rockframe.rocking.contact import with_contact as with_contact
 from rockframe.rocking.design import DIMENSIONS as DIMENSIONS
 from rockframe.rocking.design import Design as Design
 from rockframe.rocking.design import Found as Found

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+    from rockframe.rocking.contact import ContactDemand
     from rockframe.rocking.margins.margins import Margin
     from rockframe.rocking.surrogate import ToPulse
 
@@ -79,6 +80,8 @@ class Response(Shown):
         What the record's pulse alone does, if `with_pulse` has added it.
     margin : Margin, optional
         How far the verdict is from another one, if `with_margins` has added it.
+    contact : ContactDemand, optional
+        What the joints must bear, if `with_contact` has added it.
     """
 
     frame: RockingFrame
@@ -95,6 +98,7 @@ class Response(Shown):
     impact_velocities: Float
     to_pulse: ToPulse | None = None
     margin: Margin | None = None
+    contact: ContactDemand | None = None
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""

@@ -28,6 +28,7 @@ from rockframe.rocking import (
     Response,
     chosen_ensemble,
     respond,
+    with_contact,
     with_margins,
     with_pulse,
 )
@@ -211,7 +212,7 @@ def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
 def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
     motion = task.motions[name]
     try:
-        responses = [respond(frame, motion) for frame in task.frames]
+        responses = [with_contact(respond(frame, motion), motion) for frame in task.frames]
         if name in task.pulses:
             responses = [with_pulse(response, task.pulses[name]) for response in responses]
         if task.options.margins != "none":

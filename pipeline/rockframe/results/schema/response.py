@@ -87,6 +87,17 @@ ROBUST_MARGINS: Final = tuple(
 ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 
 
+#: What the joints must bear.
+OF_CONTACT: Final = optional("contact",
+    Variable("base_friction_demand", "record structure", float, "1", "coefficient of friction that the base joints need", "contact", comment="largest at the samples, of all columns together; NaN where the structure overturns"),
+    Variable("top_friction_demand", "record structure", float, "1", "coefficient of friction that the joints under the beam need", "contact", comment="as base_friction_demand; NaN without a beam"),
+    Variable("impact_friction_demand", "record structure", float, "1", "coefficient of friction that each impact needs", "contact", comment="NaN without impacts"),
+    Variable("least_base_vertical", "record structure", float, "1", "least vertical force at the base over the static one", "contact", comment="not positive: the columns would lift off"),
+    Variable("least_top_vertical", "record structure", float, "1", "least vertical force under the beam over the static one", "contact", comment="not positive: the beam would lift off; NaN without a beam"),
+)
+CONTACT: Final = tuple(one.name for one in OF_CONTACT)
+
+
 RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
@@ -104,6 +115,7 @@ RESPONSE_NC: Final = FileKind(
             Variable("surrogate_error", "record structure", float, "1", "largest rotation under the pulse alone over that under the record, less 1", "to_pulse.error", comment="NaN where either overturns or the record does not lift the structure"),
         ),
         Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter, are not counted"),
+        *OF_CONTACT,
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),

@@ -15,7 +15,7 @@ from rockframe.errors import InputError
 from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
-from rockframe.results.schema.response import ROBUST, FateUnderPulse
+from rockframe.results.schema.response import CONTACT, ROBUST, FateUnderPulse
 from rockframe.results.tables.pulse_rows import pulse_rows
 from rockframe.rocking.margins.perturbed import Sensitivity
 from rockframe.rocking.response import Verdict
@@ -85,6 +85,11 @@ class TableRow:
     verdict_to_pulse: str = ""
     peak_rotation_ratio_to_pulse: float = math.nan
     surrogate_error: float = math.nan
+    base_friction_demand: float = math.nan
+    top_friction_demand: float = math.nan
+    impact_friction_demand: float = math.nan
+    least_base_vertical: float = math.nan
+    least_top_vertical: float = math.nan
 
 
 def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> Iterator[TableRow]:
@@ -156,6 +161,7 @@ def response_rows(response_path: Path) -> Iterator[dict[str, Any]]:
                 "uplift_time_s": float(columns["uplift_time"][i, k]),
                 "overturning_time_s": float(columns["overturning_time"][i, k]),
                 **_to_pulse(columns, i, k),
+                **{name: float(columns[name][i, k]) for name in CONTACT if name in columns},
             }
             yield row | {"verdict_words": stated_verdict(row).words}
 

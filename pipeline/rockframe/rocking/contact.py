@@ -1,0 +1,82 @@
+"""What a response asks of the joints: does the assumption of no sliding and no lift-off hold?"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.record import Record
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.impulses import impact_friction_demand
+from rockframe.rocking.reactions import reactions
+from rockframe.rocking.response import Response, Verdict
+from rockframe.wavelets.pulse import Pulse
+
+
+@dataclass(frozen=True)
+class ContactDemand:
+    """Extremes of the forces at the joints of all columns together, at the nodes of a response.
+
+    Parameters
+    ----------
+    base_friction_demand, top_friction_demand : float
+        Largest shear over vertical force at the base and under the beam [1]; NaN without a beam.
+    impact_friction_demand : float
+        Coefficient of friction that each impact needs [1]; NaN without impacts.
+    least_base_vertical, least_top_vertical : float
+        Least vertical force at the base and under the beam over the static one [1]; not positive
+        where they would lift off.
+    """
+
+    base_friction_demand: float
+    top_friction_demand: float
+    impact_friction_demand: float
+    least_base_vertical: float
+    least_top_vertical: float
+
+
+def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration) -> Response:
+    """Add what the joints must bear to a response; NaN if it overturns.
+
+    Parameters
+    ----------
+    response : Response
+        What `respond` returned.
+    motion : Record, Pulse or GroundAcceleration
+        The motion it was computed for.
+
+    Raises
+    ------
+    ParameterError
+        If the nodes of the motion are not those of the response.
+
+    Examples
+    --------
+    >>> from rockframe import RockingFrame, respond
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> demand = with_contact(respond(bent, pulse), pulse).contact
+    >>> round(demand.base_friction_demand, 4), round(demand.impact_friction_demand, 4)
+    (0.1794, 0.1634)
+    """
+    if response.verdict is Verdict.OVERTURNED or np.isnan(response.theta).any():
+        return replace(response, contact=ContactDemand(*[math.nan] * len(fields(ContactDemand))))
+    forces = reactions(response, motion)
+    gamma = response.frame.mass_ratio
+
+    def least(force: NDArray[np.float64], weight: float) -> float:
+        return float(force.min()) / weight if weight > 0.0 else math.nan
+
+    demand = ContactDemand(
+        base_friction_demand=float(forces.base_friction_demand.max()),
+        top_friction_demand=float(forces.top_friction_demand.max()) if gamma > 0.0 else math.nan,
+        impact_friction_demand=impact_friction_demand(response.frame)
+        if response.impacts
+        else math.nan,
+        least_base_vertical=least(forces.base_vertical, 1.0 + gamma),
+        least_top_vertical=least(forces.top_vertical, gamma),
+    )
+    return replace(response, contact=demand)

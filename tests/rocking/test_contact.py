@@ -1,0 +1,58 @@
+"""What a response asks of the joints, as the store states it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rockframe.frame import RockingFrame
+from rockframe.rocking.contact import with_contact
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.impulses import impact_friction_demand
+from rockframe.rocking.reactions import reactions
+from rockframe.rocking.response import respond
+from rockframe.units import GRAVITY
+from rockframe.wavelets.pulse import Pulse
+
+
+def test_the_contact_demand_is_the_extreme_of_the_reactions() -> None:
+    bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+    response = respond(bent, pulse)
+    forces, demand = reactions(response, pulse), with_contact(response, pulse).contact
+    assert demand is not None
+    assert demand.base_friction_demand == forces.base_friction_demand.max()
+    assert demand.top_friction_demand == forces.top_friction_demand.max()
+    assert demand.least_base_vertical == forces.base_vertical.min() / 5.0
+    assert demand.least_top_vertical == forces.top_vertical.min() / 4.0
+    assert demand.impact_friction_demand == impact_friction_demand(bent)
+
+
+def test_a_frame_at_rest_needs_the_friction_of_the_ground_and_no_impact() -> None:
+    """Rigid on the ground: shear over weight is the acceleration in g, and forces are static."""
+    weak = GroundAcceleration.from_samples(0.1 * GRAVITY * np.sin(np.arange(100.0)), 0.01)
+    bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    demand = with_contact(respond(bent, weak), weak).contact
+    assert demand is not None
+    largest = np.abs(weak.acceleration()).max() / GRAVITY
+    assert demand.base_friction_demand == pytest.approx(largest, rel=1e-12)
+    assert demand.least_base_vertical == pytest.approx(1.0, rel=1e-12)
+    assert math.isnan(demand.impact_friction_demand)
+
+
+def test_a_column_alone_has_no_joint_under_a_beam() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.3 * GRAVITY, T_p=1.0)
+    demand = with_contact(respond(RockingFrame(height=9.6, width=1.6), pulse), pulse).contact
+    assert demand is not None
+    assert math.isnan(demand.top_friction_demand)
+    assert math.isnan(demand.least_top_vertical)
+
+
+def test_of_a_frame_that_overturns_no_demand_is_stated() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=2.0 * GRAVITY, T_p=1.5)
+    bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    demand = with_contact(respond(bent, pulse), pulse).contact
+    assert demand is not None
+    assert math.isnan(demand.base_friction_demand)
