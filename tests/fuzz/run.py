@@ -29,7 +29,12 @@ def good_files() -> Iterator[bytes]:
     v1 = "\r\n".join(import_module("conftest").v1_channel()).encode()
     yield from (damage.good_at2(), damage.good_table(), b"0.1\n-0.2\n0.3\n", v1)
     yield from small_files()
-    folders = (ROOT / "records" / "ridgecrest2019", ROOT.parent / "shared" / "records" / "formats")
+    shared = ROOT.parent / "shared"
+    folders = (
+        ROOT / "records" / "ridgecrest2019",
+        shared / "records" / "formats",
+        shared / "more_formats",
+    )
     for folder in folders:
         for path in sorted(folder.rglob("*")):
             if path.is_file():

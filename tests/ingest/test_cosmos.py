@@ -292,3 +292,10 @@ def test_whole_numbers_have_no_point() -> None:
 def test_options_must_agree() -> None:
     with pytest.raises(InputError, match=r":49: acceleration units 'g' given, but the file states"):
         read_bytes(PATH, cosmos(channel()), ReadOptions(units="g"))
+
+
+@pytest.mark.parametrize("end", [["/&"], ["End-of-data", "/&"], ["End-of-data for ChanBNZ"]])
+def test_lines_that_end_a_channel(end: Lines) -> None:
+    one, other = channel((1.0, 2.0, -3.0))[:-1], channel((3.0, 2.0, -4.0))[:-1]
+    records = read_bytes(PATH, cosmos([*one, *end], [*other, *end]))
+    assert [record.acceleration.size for record in records] == [3, 3]

@@ -117,3 +117,9 @@ def test_damaged(old: str, new: str, message: str) -> None:
     assert old in text
     with pytest.raises(InputError, match=message):
         read_bytes(PATH, text.replace(old, new, 1).encode())
+
+
+def test_the_quantity_may_be_in_lower_case() -> None:
+    """As in the RawAcc files of AFAD."""
+    [record] = read_bytes(PATH, esm().replace("TYPE: ACCELERATION", "TYPE: acceleration").encode())
+    assert record.acceleration.size == len(SAMPLES)

@@ -195,3 +195,25 @@ def test_stated_extremes(reals: dict[int, float], message: str) -> None:
 def test_options_must_agree() -> None:
     with pytest.raises(InputError, match=r":18: time step 0.02 s given, but the file states 0.005"):
         read_bytes(PATH, joined(smc()), ReadOptions(time_step=0.02))
+
+
+def test_pairs_counted_as_values() -> None:
+    values = [1.0, -2.0, 3.0, 4.0]
+    lines = pairs([0.005 * k for k in range(4)], values)
+    twice = smc(
+        [value for k, value in enumerate(values) for value in (0.005 * k, value)],
+        kind="1 UNCORRECTED ACCELEROGRAM",
+        rate=UNDEFINED,
+    )
+    assert twice != lines
+    for form in (lines, twice):
+        [record] = read_bytes(PATH, joined(form))
+        assert record.acceleration.tolist() == [0.01 * value for value in values]
+
+
+def test_nul_padding_at_the_end() -> None:
+    data = joined(smc())
+    [record] = read_bytes(PATH, data + bytes(2048 - len(data) % 2048))
+    assert record.acceleration.size == 3
+    with pytest.raises(InputError, match=r"NUL byte|unknown format"):
+        read_bytes(PATH, data[:-20] + b"\0" + data[-20:])

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import (
-    KeyedHeader,
     head_lines,
     is_number,
     parse_numbers,
@@ -65,7 +65,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     header = _header(path, text)
     units = settle_units(path, "gal", options, header.lines.get(_PEAK))
     table = _table(header, text)
-    step = _required(header, _STEP)
+    step = header.required(_STEP)
     if not is_number(step.encode("latin-1", "replace")):
         raise header.invalid(_STEP, "a number")
     time_step = settle_time_step(path, float(step), options, header.lines[_STEP])
@@ -110,12 +110,6 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
     )
 
 
-def _required(header: KeyedHeader, key: str) -> str:
-    if not header.get(key):
-        raise InputError(header.path, f"no {key!r} in the header. Must be stated.")
-    return header.values[key]
-
-
 def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
     """Return the samples [gal], shape (samples, 3)."""
     rest = text.split(b"\n", header.count)
@@ -130,7 +124,7 @@ def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
         if (found := _places(tokens)) != (must := _places(lines[0].split())):
             message = f"{found} decimals. Must be {must}, as in the first row."
             raise InputError(header.path, message, line=line)
-    stated = _required(header, _COUNT)
+    stated = header.required(_COUNT)
     if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
         raise header.invalid(_COUNT, "a whole number of 2 or more")
     rows = values.size // len(_COMPONENTS)
@@ -148,7 +142,7 @@ def _places(tokens: list[bytes]) -> list[int]:
 def _peak_ratios(header: KeyedHeader, table: NDArray[np.float64]) -> list[float]:
     """Return the ratios of actual to stated peaks; raise if they differ."""
     stated = {
-        found["component"]: found["peak"] for found in _PEAKS.finditer(_required(header, _PEAK))
+        found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))
     }
     ratios = []
     for column, component in enumerate(_COMPONENTS):

@@ -15,7 +15,8 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
 from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
-from rockframe.ingest.parsing.lines import KeyedHeader, head_lines, parse_numbers, text_of
+from rockframe.ingest.parsing.headers import KeyedHeader
+from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
@@ -129,7 +130,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         values[found["key"]] = found["value"].strip()
         lines[found["key"]] = count = number
     header = KeyedHeader(path, values, lines, count)
-    if values.get("DATA_TYPE", "ACCELERATION") != "ACCELERATION":
+    if values.get("DATA_TYPE", "ACCELERATION").upper() != "ACCELERATION":
         error = header.invalid("DATA_TYPE", "ACCELERATION")
         raise OtherQuantityError(path, error.reason, error.line)
     for key in _NEEDED:

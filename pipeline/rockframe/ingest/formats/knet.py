@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.ingest.metadata.geography import distances
 from rockframe.ingest.metadata.identify import direction, record_ids, with_ending
 from rockframe.ingest.obspy.readers import read_stream
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import (
-    KeyedHeader,
     head_lines,
     is_number,
     parse_numbers,
@@ -117,6 +118,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             start_time=str(trace.stats.starttime),
             magnitude=magnitude,
             peak_ratio=peak_ratio,
+            **distances(
+                (header.number("Lat."), header.number("Long.")),
+                (header.number("Station Lat."), header.number("Station Long.")),
+                header.number("Depth. (km)"),
+            ),  # type: ignore[arg-type]
         )
     ]
 

@@ -112,7 +112,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.OtherQuantityError: 0111v.smc:1: is a velocity file. Must be an accelerogram.
     """
-    lines = text_of(path, data).split(b"\n")
+    # Some files are padded with NUL to whole blocks.
+    lines = text_of(path, data.rstrip(b"\0\x1a")).split(b"\n")
     kind = _kind(path, lines[0].decode("latin-1"))
     header = _header(path, lines)
     line = _HEADER_LINES + _comments(header, lines)
@@ -202,7 +203,10 @@ def _pairs(
 ) -> tuple[NDArray[np.float64], float]:
     """Return acceleration [cm s-2] and time step [s] from pairs of time and acceleration."""
     columns = Columns(columns.count - columns.count % 2, columns.width)
-    numbers = read_columns(header.path, rows, columns, 2 * _count(header), line)
+    present = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
+    # The count is that of pairs or, in some files, that of values.
+    count = _count(header) if _count(header) == present else 2 * _count(header)
+    numbers = read_columns(header.path, rows, columns, count, line)
     text = b"".join(row.rstrip() for row in rows)
     printed = [text[k : k + columns.width] for k in range(0, len(text), 2 * columns.width)]
     try:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -24,32 +22,6 @@ _LARGEST: Final = 1e30
 _ENOUGH: Final = 10
 #: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
-
-
-@dataclass(frozen=True)
-class KeyedHeader:
-    """Header of keys and values: values as printed, line numbers, and the number of lines."""
-
-    path: Path
-    values: Mapping[str, str]
-    lines: Mapping[str, int]
-    count: int
-
-    def get(self, key: str) -> str:
-        """Return a value, or an empty string if it is missing."""
-        return self.values.get(key, "")
-
-    def number(self, key: str) -> float:
-        """Return a number; NaN if it is missing or empty."""
-        token = self.get(key)
-        if token and not is_number(token.encode("latin-1", "replace")):
-            raise self.invalid(key, "a number")
-        return float(token or math.nan)
-
-    def invalid(self, key: str, must: str) -> InputError:
-        """Return the error for an invalid value."""
-        message = f"{key} {self.values[key]!r}. Must be {must}."
-        return InputError(self.path, message, line=self.lines[key])
 
 
 def unreadable(path: Path, error: OSError) -> InputError:
@@ -116,6 +88,7 @@ def head_lines(head: bytes) -> list[str]:
     >>> head_lines(b"NPTS= 3, DT= .01 SEC\r\n .1 .2 .3"), head_lines(b"\x00\x01")
     (['NPTS= 3, DT= .01 SEC', ' .1 .2 .3'], [])
     """
+    head = head.rstrip(b"\0") or head  # some archives pad files to whole blocks
     if is_utf16(head) or b"\0" in head:
         return []
     return unify_line_ends(head).decode("latin-1").split("\n")

@@ -22,6 +22,11 @@ _DOUBLE: Final = 2.0**-50
 _SAME_STEP: Final = 1e-9
 #: Smallest time step for which a whole sampling rate is considered [s].
 _SHORTEST_STEP: Final = 1e-9
+#: Steps at which uneven points are interpolated, and the longest gap in steps [s].
+_USUAL_STEPS: Final = (0.001, 0.002, 0.004, 0.005, 0.01, 0.02)
+_LONGEST_GAP: Final = 4.0
+#: Fewer odd steps than this are damage, not digitised film.
+_FEW: Final = 4
 #: Largest number of decimals of a time step.
 _MOST_DECIMALS: Final = 20
 
@@ -196,3 +201,41 @@ def _decimals(token: bytes) -> int:
     places = len(digits) - point - 1 if point >= 0 else 0
     # A zero may be printed with any exponent.
     return max(-30, min(places - int(exponent[:6] or 0), 300))
+
+
+def even_samples(
+    path: Path, times: Float, samples: Float, first_line: int, given: float | None
+) -> tuple[float, Float, str]:
+    """Return time step [s], even samples, and a note if the times were uneven.
+
+    Points of digitised film are uneven. They are interpolated linearly at the longest usual step
+    that is not longer than theirs.
+
+    Raises
+    ------
+    InputError
+        If the times do not increase, a gap is longer than four steps, or only a few are uneven,
+        as in a corrupted file.
+
+    Examples
+    --------
+    >>> times = np.array([0.0, 0.01, 0.03, 0.04, 0.06, 0.07, 0.09, 0.10, 0.12, 0.13])
+    >>> step, samples, note = even_samples(Path("a"), times, times, 1, None)
+    >>> step, samples.size, note
+    (0.01, 14, 'archive: uneven points, interpolated linearly at 0.01 s')
+    """
+    _require_increase(path, times, first_line)
+    steps = np.diff(times)
+    mean = float(times[-1] - times[0]) / (times.size - 1)
+    drift = np.abs(times - times[0] - mean * np.arange(times.size))
+    unit = 0.001
+    if drift.max() <= unit or (np.abs(steps - np.median(steps)) > 0.5 * unit).sum() < _FEW:
+        tokens = [f"{time:.3f}".encode() for time in times]
+        return time_step_of(path, times, lambda: tokens, first_line, given), samples, ""
+    if steps.max() > _LONGEST_GAP * mean:
+        where = int(steps.argmax()) + 1
+        raise _uneven(path, times, where, float(times[where - 1] + mean), first_line)
+    step = max((usual for usual in _USUAL_STEPS if usual <= 1.001 * mean), default=mean)
+    grid = times[0] + step * np.arange(int((times[-1] - times[0]) / step + _SAME_STEP) + 1)
+    note = f"archive: uneven points, interpolated linearly at {step:g} s"
+    return step, np.interp(grid, times, samples), note

@@ -7,11 +7,27 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 from rockframe.errors import InputError
-from rockframe.ingest.formats import afad, esm, geonet, knet, miniseed, peer_at2, sac, smc
+from rockframe.ingest.formats import (
+    afad,
+    bhrc,
+    csmnc,
+    cwa,
+    esm,
+    geonet,
+    itaca,
+    knet,
+    miniseed,
+    peer_at2,
+    sac,
+    smc,
+    unam,
+    usc,
+)
 from rockframe.ingest.formats.cosmos import reader as cosmos
+from rockframe.ingest.formats.csmip import pairs as csmip_pairs
 from rockframe.ingest.formats.csmip import v1 as csmip_v1
 from rockframe.ingest.formats.csmip import v2 as csmip_v2
 from rockframe.ingest.formats.text import reader as text
@@ -22,9 +38,9 @@ from rockframe.record import Record
 #: Number of bytes from which a format is identified.
 HEAD: Final = 4096
 
-#: First lines of Caltech tapes, which cannot be read: text, and record numbers such as IIA001.
-_CALTECH_I: Final = re.compile(r"\bof uncorrected accelerogram data of\b", re.I)
-_CALTECH_II: Final = re.compile(r"\bII[A-Z]{1,2}\d{3}\b")
+
+#: First lines of Caltech tapes: text, and record numbers such as IIA001.
+_CALTECH: Final = re.compile(r"\bof uncorrected accelerogram data of\b|\bII[A-Z]{1,2}\d{3}\b", re.I)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +66,7 @@ class Format:
     Examples
     --------
     >>> [known.name for known in FORMATS][:3]
-    ['peer_at2', 'csmip_v1', 'csmip_v2']
+    ['peer_at2', 'csmip_v1', 'volume1_pairs']
     """
 
     name: str
@@ -61,102 +77,112 @@ class Format:
     read: Callable[[Path, bytes, ReadOptions], list[Record]]
 
 
+class _Reader(Protocol):
+    """A module of `rockframe.ingest.formats`."""
+
+    def sniff(self, head: bytes) -> bool: ...
+
+    def read(self, path: Path, data: bytes, options: ReadOptions) -> list[Record]: ...
+
+
+def _format(
+    name: str, obspy_name: str, description: str, extensions: tuple[str, ...], reader: _Reader
+) -> Format:
+    return Format(
+        name=name,
+        obspy_name=obspy_name,
+        description=description,
+        extensions=extensions,
+        sniff=reader.sniff,
+        read=reader.read,
+    )
+
+
 FORMATS: Final = (
-    Format(
-        name="peer_at2",
-        obspy_name="PEERAT2",
-        description="PEER strong-motion database, acceleration in g (all header styles)",
-        extensions=(".AT2",),
-        sniff=peer_at2.sniff,
-        read=peer_at2.read,
+    _format(
+        "peer_at2",
+        "PEERAT2",
+        "PEER strong-motion database, acceleration in g (all header styles)",
+        (".AT2",),
+        peer_at2,
     ),
-    Format(
-        name="csmip_v1",
-        obspy_name="CSMIPV1",
-        description="CSMIP/CDMG volume 1, uncorrected acceleration in g, several channels",
-        extensions=(".V1", ".RAW"),
-        sniff=csmip_v1.sniff,
-        read=csmip_v1.read,
+    _format(
+        "csmip_v1",
+        "CSMIPV1",
+        "CSMIP/CDMG volume 1, uncorrected acceleration in g, several channels",
+        (".V1", ".RAW"),
+        csmip_v1,
     ),
-    Format(
-        name="csmip_v2",
-        obspy_name="CSMIPV2",
-        description="CSMIP/CDMG volume 2, corrected acceleration in cm/s2, several channels",
-        extensions=(".V2",),
-        sniff=csmip_v2.sniff,
-        read=csmip_v2.read,
+    _format(
+        "volume1_pairs",
+        "VOL1PAIRS",
+        "volume 1 with pairs of time and g/10: CSMIP (older form), USC, RENADIC",
+        (".v1", ".RAW"),
+        csmip_pairs,
     ),
-    Format(
-        name="cosmos",
-        obspy_name="COSMOS",
-        description="COSMOS V0 (counts with stated sensitivity), V1, V2 and V2c, several channels",
-        extensions=(".V0", ".V1", ".V2", ".V0c", ".V1c", ".V2c"),
-        sniff=cosmos.sniff,
-        read=cosmos.read,
+    _format(
+        "csmip_v2",
+        "CSMIPV2",
+        "CSMIP/CDMG volume 2, corrected acceleration in cm/s2, several channels",
+        (".V2",),
+        csmip_v2,
     ),
-    Format(
-        name="smc",
-        obspy_name="SMC",
-        description="USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs",
-        extensions=(".smc",),
-        sniff=smc.sniff,
-        read=smc.read,
+    _format(
+        "cosmos",
+        "COSMOS",
+        "COSMOS V0 (counts with stated sensitivity), V1, V2 and V2c, several channels",
+        (".V0", ".V1", ".V2", ".V0c", ".V1c", ".V2c"),
+        cosmos,
     ),
-    Format(
-        name="acceleration_text",
-        obspy_name="ACCTEXT",
-        description="CSV or white-space text: time and acceleration, or acceleration alone",
-        extensions=(".csv", ".txt"),
-        sniff=text.sniff,
-        read=text.read,
+    _format(
+        "smc",
+        "SMC",
+        "USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs",
+        (".smc",),
+        smc,
     ),
-    Format(
-        name="knet",
-        obspy_name="KNET",
-        description="K-NET and KiK-net ASCII, uncorrected, one component, offset left",
-        extensions=(".EW", ".NS", ".UD", ".EW1", ".EW2"),
-        sniff=knet.sniff,
-        read=knet.read,
+    _format(
+        "acceleration_text",
+        "ACCTEXT",
+        "CSV or white-space text: time and acceleration, or acceleration alone",
+        (".csv", ".txt"),
+        text,
     ),
-    Format(
-        name="esm_dyna",
-        obspy_name="ESMDYNA",
-        description="ESM and ITACA, DYNA 1.2 ASCII in cm/s2",
-        extensions=(".ASC",),
-        sniff=esm.sniff,
-        read=esm.read,
+    _format(
+        "knet",
+        "KNET",
+        "K-NET and KiK-net ASCII, uncorrected, one component, offset left",
+        (".EW", ".NS", ".UD", ".EW1", ".EW2"),
+        knet,
     ),
-    Format(
-        name="geonet",
-        obspy_name="GEONET",
-        description="GeoNet V1A and V2A in mm/s2, three components",
-        extensions=(".V1A", ".V2A"),
-        sniff=geonet.sniff,
-        read=geonet.read,
+    _format("esm_dyna", "ESMDYNA", "ESM and ITACA, DYNA 1.2 ASCII in cm/s2", (".ASC",), esm),
+    _format(
+        "geonet",
+        "GEONET",
+        "GeoNet V1A and V2A in mm/s2, three components",
+        (".V1A", ".V2A"),
+        geonet,
     ),
-    Format(
-        name="afad",
-        obspy_name="AFAD",
-        description="AFAD (Turkish network), raw, three columns in gal",
-        extensions=(".txt",),
-        sniff=afad.sniff,
-        read=afad.read,
+    _format("afad", "AFAD", "AFAD (Turkish network), raw, three columns in gal", (".txt",), afad),
+    _format("cwa", "CWA", "CWA (Taiwan), three columns in gal", (".dat",), cwa),
+    _format("unam", "UNAM", "UNAM (Mexico), standard format 2.0, columns in gal", (".191",), unam),
+    _format("bhrc", "BHRC", "BHRC (Iran), VOL1DS, three components in g/10", (".V1",), bhrc),
+    _format("csmnc", "CSMNC", "CSMNC (China), one component in cm/s2", (".dat",), csmnc),
+    _format("itaca", "ITACA", "ITACA, older form, in m/s2", (".cor.acc",), itaca),
+    _format(
+        "usc",
+        "USC",
+        "USC and Caltech, corrected (volume 2, and USC's blocks), in cm/s2",
+        (".s0a",),
+        usc,
     ),
-    Format(
-        name="sac",
-        obspy_name="SAC",
-        description="SAC, binary or alphanumeric; needs --units",
-        extensions=(".sac",),
-        sniff=sac.sniff,
-        read=sac.read,
-    ),
-    Format(
-        name="miniseed",
-        obspy_name="MSEED",
-        description="miniSEED 2 with StationXML beside it or in --station-xml",
-        extensions=(".mseed",),
-        sniff=miniseed.sniff,
-        read=miniseed.read,
+    _format("sac", "SAC", "SAC, binary or alphanumeric; needs --units", (".sac",), sac),
+    _format(
+        "miniseed",
+        "MSEED",
+        "miniSEED 2 with StationXML beside it or in --station-xml",
+        (".mseed",),
+        miniseed,
     ),
 )
 
@@ -188,12 +214,11 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     if claims:
         names = ", ".join(known.name for known in claims)
         raise InputError(source, f"ambiguous format: {names} all recognise it.")
-    volume = _caltech_volume(head)
-    if volume:
+    if _CALTECH.search("\n".join(head_lines(head)[:2])):
         raise InputError(
             source,
-            f"is a Caltech/USC volume {volume} file, whose layout is not known for certain. "
-            "Must be a copy of the record in another format, as PEER AT2, SMC or COSMOS.",
+            "is a Caltech/USC tape of another layout than those that are read. "
+            "Use a copy of the record in another format, such as PEER AT2, SMC or COSMOS.",
         )
     names = ", ".join(known.name for known in FORMATS)
     raise InputError(source, f"unknown format, begins {_beginning(head)}. Must be one of: {names}.")
@@ -243,14 +268,6 @@ def read_bytes(
         replace(record, source_file=name, source_format=chosen.name, source_sha256=digest)
         for record in chosen.read(path, data, options)
     ]
-
-
-def _caltech_volume(head: bytes) -> str:
-    """Return the volume (I or II) of a Caltech/USC tape file; empty for other files."""
-    first = "\n".join(head_lines(head)[:2])
-    if _CALTECH_I.search(first):
-        return "I"
-    return "II" if _CALTECH_II.search(first) else ""
 
 
 def _beginning(head: bytes) -> str:

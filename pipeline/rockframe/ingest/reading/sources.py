@@ -169,13 +169,13 @@ def _files_in(
 ) -> Iterator[Source]:
     """Yield the files of a folder, then those of its subfolders."""
     present = {path.name for path in entries}
-    own, others = ({}, {}) if catalogue is not None else _catalogues(entries)
+    own, others, faults = _catalogues(entries if catalogue is None else [])
     known = {**others, **own, **(catalogue or {})}
     received = _fetched_sha256(folder / _REQUEST)
     folders = []
     for path in entries:
         name = before + printable(path.name)
-        note, refusal = _note_and_refusal(path, replaced)
+        note, refusal = ("", faults[path]) if path in faults else _note_and_refusal(path, replaced)
         if not (note or refusal) and path.is_dir():
             folders.append(path)
         else:
@@ -198,14 +198,20 @@ def _files_in(
 
 def _catalogues(
     entries: list[Path],
-) -> tuple[dict[str, CatalogueEntry], dict[str, CatalogueEntry]]:
-    """Return the entries of the own catalogue of a folder, and those of archives' catalogues."""
+) -> tuple[dict[str, CatalogueEntry], dict[str, CatalogueEntry], dict[Path, str]]:
+    """Return the entries of the own and of other catalogues in a folder, and corrupted ones."""
+    faults: dict[Path, str] = {}
     own: dict[str, CatalogueEntry] = {}
     others: dict[str, CatalogueEntry] = {}
     for path in entries:
         if not _refusal(path) and not path.is_dir() and is_catalogue(path):
-            (own if path.name == CATALOGUE else others).update(read_catalogue(path))
-    return own, others
+            try:
+                (own if path.name == CATALOGUE else others).update(read_catalogue(path))
+            except InputError as error:
+                if path.name == CATALOGUE:
+                    raise
+                faults[path] = error.reason
+    return own, others, faults
 
 
 def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]:

@@ -30,7 +30,7 @@ SAMPLES: Final = re.compile(
     r"\(\s*(?P<code>\d{1,3})\s*\)\s*,\s*Format\s*=\s*(?P<format>\S.*?)\s*",
     re.I,
 )
-_END: Final = re.compile(rb"\s*End-of-data\b", re.I)
+_END: Final = re.compile(rb"\s*End-of-data\b|/&", re.I)
 _VALUES: Final = re.compile(
     r"\s*(?P<count>\d{1,4})\s+(?P<kind>Integer|Real)-header values follow on\s+"
     r"(?P<lines>\d{1,4})\s+lines\s*,\s*Format\s*=\s*(?P<format>\S.*?)\s*",
@@ -194,7 +194,9 @@ def _channel(path: Path, lines: list[bytes], top: int) -> tuple[Channel, int]:
     channel = Channel(
         path, top + 1, text, integers, reals, real_line, comments, heading, at + 1, layout, rows
     )
-    return channel, end + 1
+    # Some files end a channel with both lines.
+    both = end + 1 < len(lines) and lines[end + 1].startswith(b"/&")
+    return channel, end + 1 + both
 
 
 def _stated(

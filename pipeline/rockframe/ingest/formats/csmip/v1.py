@@ -77,7 +77,9 @@ def sniff(head: bytes) -> bool:
     False
     """
     lines = head_lines(head)
-    return bool(lines and _TOP.match(lines[0])) and any(
+    # The older form has pairs of time and acceleration in g/10.
+    older = any("SEC AND G/10" in line.upper() for line in lines[:_HEADER_LINES])
+    return bool(lines and _TOP.match(lines[0]) and not older) and any(
         CHANNEL.match(line) or _POINTS.match(line) for line in lines[:_HEADER_LINES]
     )
 

@@ -1,0 +1,150 @@
+"""Reader of BHRC files (Iran, VOL1DS): three components in g/10, at even times.
+
+A component has 27 lines of header, samples (10 columns of 13 characters), and a line `/&`. The
+header states number and length, and in its reals the rate, but no peak.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.identify import direction, record_ids, require_distinct
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_HEADER_LINES: Final = 27
+_COLUMNS: Final = Columns(10, 13)
+_TOP: Final = re.compile(r"\* VOL1DS FILE:")
+#: Indices of the header lines that are needed, their patterns, and examples.
+_LINES: Final = (
+    (0, _TOP, "* VOL1DS FILE:  5520/01"),
+    (6, re.compile(r"COMP\s+(?P<component>[LVT])(?P<number>\d)\s*$"), "COMP L1"),
+    (
+        10,
+        re.compile(r"NO\. OF POINTS\s*=\s*(?P<count>\d+)\s+DURATION\s*=\s*(?P<length>[\d.]+)\s*$"),
+        "NO. OF POINTS =  15616      DURATION =  78.080",
+    ),
+    (11, re.compile(r"UNITS ARE SECONDS AND G/10\s*$"), "UNITS ARE SECONDS AND G/10"),
+    (21, re.compile(r" *(?P<rate>\.\d{6}E[-+]\d\d)"), "  .200000E+03"),
+)
+_STATION: Final = re.compile(
+    r"(?P<name>.*?)\s+Station\s+(?P<north>[\d.]+) N\s*(?P<east>[\d.]+) E.*?"
+    r"Azimuth L\s*(?P<L>\d+)\s+T\s*(?P<T>\d+)"
+)
+_EPICENTRE: Final = re.compile(
+    r"Epicenter\s+(?P<north>[\d.]+) N\s*(?P<east>[\d.]+) E\s+FD\s*(?P<depth>\d*)"
+)
+_MAGNITUDE: Final = re.compile(r"\bM[wsbL]?\s*(\d+\.\d+)")
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a BHRC file.
+
+    Examples
+    --------
+    >>> sniff(b"* VOL1DS FILE:  5520/01\r\nInst Type = SSA-2\r\n")
+    True
+    """
+    lines = head_lines(head)
+    return bool(lines and _TOP.match(lines[0]))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read the three components of a BHRC file.
+
+    Raises
+    ------
+    InputError
+        If a component or a header line is missing, or number, length or rate disagree.
+
+    Examples
+    --------
+    >>> read(Path("5520-1.V1"), b"* VOL1DS FILE:  5520/01", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: 5520-1.V1: 0 ends of data (/&). Must be 3: one a component.
+    """
+    lines = text_of(path, data).rstrip().split(b"\n")
+    ends = [number for number, line in enumerate(lines) if line.startswith(b"/&")]
+    if len(ends) != 3 or ends[-1] != len(lines) - 1:
+        raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one a component.")
+    tops = [0, *(end + 1 for end in ends[:-1])]
+    stated = [_stated(path, lines, top) for top in tops]
+    names = [one["component"] for one in stated]
+    if names != ["L", "V", "T"] or [one["number"] for one in stated] != ["1", "2", "3"]:
+        raise InputError(path, f"components {', '.join(names)}. Must be L1, V2, T3.")
+    records = [
+        _record(path, lines, top, end, one, options, record_id)
+        for top, end, one, record_id in zip(
+            tops, ends, stated, record_ids(path, names), strict=True
+        )
+    ]
+    require_distinct(path, records)
+    return records
+
+
+def _stated(path: Path, lines: list[bytes], top: int) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for index, pattern, example in _LINES:
+        line = lines[top + index].decode("latin-1") if top + index < len(lines) else ""
+        match = pattern.match(line)
+        if not match:
+            message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
+            raise InputError(path, message, line=top + index + 1)
+        found |= match.groupdict()
+    return found
+
+
+def _record(
+    path: Path,
+    lines: list[bytes],
+    top: int,
+    end: int,
+    stated: dict[str, str],
+    options: ReadOptions,
+    record_id: str,
+) -> Record:
+    line = top + 11
+    units = settle_units(path, "g", options, line + 1)
+    rows = lines[top + _HEADER_LINES : end]
+    found = sum(-(-len(row.rstrip()) // _COLUMNS.width) for row in rows)
+    count = count_of(path, stated["count"], line, found)
+    tenths = read_columns(path, rows, _COLUMNS, count, top + _HEADER_LINES)
+    rate = number_of(path, stated["rate"], top + 22, "rate")
+    length = number_of(path, stated["length"], line, "duration")
+    if not rate > 0.0 or abs(length * rate - count) > 1.0:
+        message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
+        raise InputError(path, f"{message} Must agree.", line=line)
+    place = _STATION.match(lines[top + 7].decode("latin-1"))
+    event = _EPICENTRE.match(lines[top + 8].decode("latin-1"))
+    size = _MAGNITUDE.search(lines[top + 8].decode("latin-1"))
+    name = stated["component"]
+    orientation, azimuth = direction(place[name] if place and name != "V" else name)
+    known = {}
+    if place and event:
+        known = distances(
+            (float(event["north"]), float(event["east"])),
+            (float(place["north"]), float(place["east"])),
+            float(event["depth"] or math.nan),
+        )
+    return Record(
+        record_id=record_id,
+        acceleration=tenths * 0.1 * acceleration_factor(units),
+        time_step=settle_time_step(path, 1.0 / rate, options, top + 22),
+        uncorrected=True,
+        component=name,
+        orientation=orientation,
+        azimuth=azimuth,
+        event=lines[top + 2].decode("latin-1").partition(":")[2].strip(),
+        station=place["name"].strip() if place else "",
+        magnitude=float(size[1]) if size else math.nan,
+        **known,  # type: ignore[arg-type]
+    )

@@ -1,0 +1,259 @@
+"""Reader of volume 1 with pairs of time [s] and acceleration [g/10]: old CSMIP, USC, RENADIC.
+
+A channel has 13 lines of text, 7 of integers, 7 of reals, the pairs (10 columns of 7 characters),
+and often a line `/& ... END OF DATA`. Digitised film has uneven times: such a channel is
+interpolated linearly. RENADIC counts the time of the peak from the trigger.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.formats.csmip.agreement import direction_of, require_agreement
+from rockframe.ingest.formats.csmip.header import Header, require_channels
+from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.identify import record_ids, require_distinct
+from rockframe.ingest.metadata.site import site_of_station
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.timing import even_samples
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_HEADER_LINES: Final = 27
+_COLUMNS: Final = Columns(10, 7)
+_TOP: Final = re.compile(r"\s*(FILE\s+\d+ OF )?UNCORRECTED ACCELEROGRAM DATA\b", re.I)
+#: Line that states the units, below that with the number of points; others are refused.
+_UNITS: Final = re.compile(r"UNITS (OF UNCOR ACCEL )?ARE SEC AND G/10\b", re.I)
+_POINTS: Final = re.compile(
+    r"NO\. OF POINTS\s*=\s*(?P<count>\d{1,8})\s+(?:RECORD LENGTH|DURATION)\s*=\s*"
+    r"(?P<length>\d+\.\d*)\s*SEC", re.I,
+)  # fmt: skip
+_PEAK: Final = re.compile(r"\bMAX\s*=\s*(?P<peak>[-+\d.]+)\s*G\s*,\s*AT\s+(?P<time>[\d.]+)", re.I)
+_RMS: Final = re.compile(
+    r"RMS ACC\w*\.? OF COMPLETE RECORD\s*=\s*(?P<rms>\d*\.\d+)\s*(?P<units>G/10|G)\b", re.I
+)
+#: Largest relative difference of stated and actual root mean square; archives compute it
+#: differently, and drop digits.
+_SAME_RMS: Final = 0.03
+_NAME: Final = re.compile(
+    r"\s*(?:CHAN\s+(?P<number>\d+)\s*:|COMP)\s*(?P<name>\S.*?)\s*(\s\d+)?\s*$"
+)
+_CODE: Final = re.compile(r"STATION (?:NO\.|USC#)\s*(?P<code>\d+)(?=[\s,])", re.I)
+_MAGNITUDE: Final = re.compile(r"\bM(?P<kind>[WL])\s*=\s*(?P<size>\d+\.\d+)", re.I)
+_PLACE: Final = re.compile(
+    r"(?P<north>\d+\.\d+)\s*(?P<ns>[NS]),?\s+(?P<east>\d+\.\d+)\s*(?P<ew>[EW])"
+)
+_DEPTH: Final = re.compile(r"\bH\s*=\s*(?P<depth>\d+(\.\d+)?)\s*KM", re.I)
+_TIMES: Final = (
+    re.compile(r"\s*(\d+/\d+/\d{4}\s+\d+:\d+:\d+)\s*\(GMT\)"),
+    re.compile(r"TRIGGER TIME:\s*(\d+/\d+/\d{4}\s+\d+:\d+:\d+)(\.\d+)? GMT"),
+)
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a volume 1 with pairs.
+
+    Examples
+    --------
+    >>> sniff(b"UNCORRECTED ACCELEROGRAM DATA\n" + b"\n" * 11 + b"UNITS ARE SEC AND G/10\n")
+    True
+    """
+    lines = head_lines(head)
+    return bool(lines and _TOP.match(lines[0])) and any(map(_UNITS.match, lines[:_HEADER_LINES]))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read every channel of a volume 1 file with pairs of time and acceleration.
+
+    Raises
+    ------
+    InputError
+        If a header does not follow the format, or number of points, length, peak or root mean
+        square disagree with the samples.
+
+    Examples
+    --------
+    >>> read(Path("a.v1"), b"UNCORRECTED ACCELEROGRAM DATA", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.v1:1: the file ends after 1 lines of a channel's header. ...
+    """
+    lines = text_of(path, data).rstrip().split(b"\n")
+    tops = [i for i, line in enumerate(lines) if _TOP.match(line.decode("latin-1"))]
+    if tops[:1] != [0]:
+        raise InputError(path, "no heading. Must be 'UNCORRECTED ACCELEROGRAM DATA'.", line=1)
+    ends = [*tops[1:], len(lines)]
+    channels = [
+        (_header(path, lines, top), lines[top + _HEADER_LINES : end])
+        for top, end in zip(tops, ends, strict=True)
+    ]
+    # A fourth channel of RENADIC, which holds the time, is not in the file.
+    if not (len(channels) == 3 and "RENADIC" in channels[0][0].lines[7]):
+        require_channels(path, channels[0][0].lines[4], len(channels), 5)
+    ids = record_ids(path, [header.component for header, _ in channels])
+    records = [
+        _record(header, rows, name, options)
+        for (header, rows), name in zip(channels, ids, strict=True)
+    ]
+    require_distinct(path, records)
+    return records
+
+
+def _header(path: Path, lines: list[bytes], top: int) -> Header:
+    header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
+    if len(header) < _HEADER_LINES:
+        raise InputError(
+            path,
+            f"the file ends after {len(header)} lines of a channel's header. "
+            f"Must be {_HEADER_LINES} lines.",
+            line=top + len(header),
+        )
+    name = _NAME.match(header[6])
+    for index, found, example in (
+        (6, name, "CHAN  1: 90 DEG"),
+        (10, _POINTS.match(header[10]), "NO. OF POINTS = 5652 RECORD LENGTH = 28.260 SEC"),
+        (11, _UNITS.match(header[11]), "UNITS ARE SEC AND G/10"),
+    ):
+        if not found:
+            shown = header[index].strip()[:60]
+            raise InputError(path, f"{shown!r}. Must be as in {example!r}.", line=top + index + 1)
+    assert name  # noqa: S101 - required above
+    # The direction is read as that of newer files.
+    header[6] = f"Chan {name['number'] or 1}: {name['name']}"
+    return Header(path, header, top + 1, 6, 13, 20)
+
+
+def _record(header: Header, rows: list[bytes], record_id: str, options: ReadOptions) -> Record:
+    path, line = header.path, header.line(10)
+    units = settle_units(path, "g", options, header.line(11))
+    times, tenths = _pairs(header, rows)
+    stated = _POINTS.match(header.lines[10])
+    assert stated  # noqa: S101 - the header was required to have it
+    header.require_counts(times.size, header.stated_counts((28,)), line)
+    count_of(path, stated["count"], line, times.size)
+    step, samples, note = even_samples(
+        path, times, tenths, header.line(_HEADER_LINES), options.time_step
+    )
+    mean_step = float(times[-1] - times[0]) / (times.size - 1)
+    if abs(float(stated["length"]) - float(times[-1])) > 1.5 * mean_step + 0.001:
+        message = f"length {stated['length']} s stated, but the last time is {times[-1]:g} s."
+        raise InputError(path, f"{message} Must agree.", line=line)
+    ratio = _peak_ratio(header, times, tenths, mean_step)
+    require_agreement(header, 10, float(times[-1]) + mean_step, mean_step)
+    orientation, azimuth = direction_of(header)
+    return replace(
+        _known(header, record_id),
+        acceleration=samples * 0.1 * acceleration_factor(units),
+        time_step=settle_time_step(path, step, options, line),
+        orientation=orientation,
+        azimuth=azimuth,
+        peak_ratio=ratio,
+        processing=(note,) if note else (),
+    )
+
+
+def _pairs(header: Header, rows: list[bytes]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return times [s] and accelerations [g/10]."""
+    line = header.line(_HEADER_LINES - 1)
+    end = next((i for i, row in enumerate(rows) if row.startswith(b"/&")), len(rows))
+    for number, row in enumerate(rows[end + 1 :], line + end + 2):
+        if row.strip():
+            raise InputError(header.path, "text after the end of the data.", line=number)
+    rows = [row.rstrip() for row in rows[:end]]
+    while rows and not rows[-1]:
+        rows.pop()
+    # USC begins each line with a blank.
+    if rows and all(row[:1] == b" " for row in rows) and len(rows[0]) % _COLUMNS.width == 1:
+        rows = [row[1:] for row in rows]
+    count = sum(-(-len(row) // _COLUMNS.width) for row in rows)
+    numbers = read_columns(header.path, rows, _COLUMNS, count + count % 2, line)
+    return numbers[::2], numbers[1::2]
+
+
+def _peak_ratio(
+    header: Header, times: NDArray[np.float64], tenths: NDArray[np.float64], step: float
+) -> float:
+    """Return the ratio of actual to stated peak; raise if peak or root mean square differ."""
+    rms = _RMS.match(header.lines[12])
+    if rms:
+        # The exact mean over the time, of straight lines between the points.
+        one, other = tenths[:-1], tenths[1:]
+        squares = (one * one + one * other + other * other) / 3.0 * np.diff(times)
+        found = math.sqrt(float(squares.sum()) / float(times[-1] - times[0]))
+        found *= 0.1 if rms["units"].upper() == "G" else 1.0
+        unit = 10.0 ** -len(rms["rms"].partition(".")[2])
+        if abs(found - float(rms["rms"])) > _SAME_RMS * found + unit:
+            message = (
+                f"root mean square {rms['rms']} {rms['units']} stated, {found:.4g} in the file."
+            )
+            raise InputError(header.path, f"{message} Must agree.", line=header.line(12))
+    peak = _PEAK.search(header.lines[11])
+    if not peak:
+        return math.nan
+    line, time = header.line(11), number_of(header.path, peak["time"], header.line(11), "time")
+    where = times[np.abs(tenths) >= np.abs(tenths).max() - 1e-9]
+    # The time counts from the first sample, or from the trigger.
+    late = min(float(np.abs(where - first - time).min()) for first in (0.0, _trigger(header)))
+    if late > step + 0.002:
+        message = f"peak stated at {time:g} s, but at {where[0]:g} s in the file. Must agree."
+        raise InputError(header.path, message, line=line)
+    return require_printed_peak(header.path, peak["peak"], 0.1 * tenths, "g", line, signed=True)
+
+
+def _trigger(header: Header) -> float:
+    """Return the time from the origin of the samples to the trigger [s]; 0 if unstated."""
+    stated = [pattern.search(line) for pattern, line in zip(_TIMES, header.lines[2:4], strict=True)]
+    try:
+        begin, trigger = (datetime.strptime(one[1], "%m/%d/%Y %H:%M:%S") for one in stated if one)
+    except ValueError:
+        return 0.0
+    fraction = stated[1][2] if stated[1] and stated[1][2] else "0"
+    return (trigger - begin).total_seconds() + float(fraction)
+
+
+def _known(header: Header, record_id: str) -> Record:
+    """Return a record with what the text of the header says, and without its samples."""
+    lines = header.lines
+    sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
+    magnitude = sizes.get("W") or sizes.get("L") or math.nan
+    depth = _DEPTH.search(lines[8])
+    places = [_coordinates(lines[8]), _coordinates(lines[4])]
+    known = distances(places[0], places[1], float(depth["depth"]) if depth else math.nan)
+    if lines[4].startswith("STATION USC#"):
+        stated = [header.real(item) for item in (11, 12)]
+        known = {"epicentral_distance": stated[0].value} if stated[0] else {}
+        magnitude = stated[1].value if stated[1] else math.nan
+    code = _CODE.match(lines[4])
+    name = re.split(r"\s{2,}| S/N ", lines[5].strip())[0]
+    return Record(
+        record_id=record_id,
+        acceleration=np.zeros(2),
+        time_step=1.0,
+        uncorrected=True,
+        component=header.component,
+        site_type=site_of_station(name),
+        event=re.split(r"\s{2,}", lines[1].strip())[0],
+        station=code["code"] if code else name,
+        magnitude=magnitude,
+        **known,  # type: ignore[arg-type]
+    )
+
+
+def _coordinates(line: str) -> tuple[float, float]:
+    place = _PLACE.search(line)
+    if not place:
+        return 0.0, 0.0
+    north, east = float(place["north"]), float(place["east"])
+    return (north if place["ns"] == "N" else -north), (east if place["ew"] == "E" else -east)

@@ -1,0 +1,139 @@
+"""Reader of CSMNC files (China): 16 lines of header, then one component in cm/s2."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.metadata.site import site_of_location
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_HEADER_LINES: Final = 16
+_NUMBER: Final = r"(-?\d*\.?\d+)"
+_PLACE: Final = rf"{_NUMBER}([NS])\s+{_NUMBER}([EW])"
+#: Indices of the header lines that are needed, their patterns, and examples.
+_LINES: Final = (
+    (9, re.compile(r"COMP\.\s*(?P<component>\S+)\s*$"), "COMP. EW"),
+    (
+        10,
+        re.compile(r"(?P<un>UN|)CORRECTED ACCELERATION\s+UNIT:\s*CM/SEC/SEC"),
+        "UNCORRECTED ACCELERATION UNIT: CM/SEC/SEC",
+    ),
+    (
+        11,
+        re.compile(
+            r"NO\. OF POINTS:\s*(?P<count>\d+)\s+EQUALLY SPACED INTERVALS OF:\s*"
+            rf"(?P<step>{_NUMBER})\s+SEC"
+        ),
+        "NO. OF POINTS: 12800 EQUALLY SPACED INTERVALS OF: 0.005 SEC",
+    ),
+    (
+        12,
+        re.compile(
+            rf"PEAK VALUE:\s*(?P<peak>{_NUMBER})\s+AT\s+(?P<time>{_NUMBER})\s+SEC\s+"
+            rf"DURATION:\s*(?P<length>{_NUMBER})\s+SEC"
+        ),
+        "PEAK VALUE: -16.986 AT 27.06 SEC DURATION: 64 SEC",
+    ),
+)
+_QUANTITY: Final = re.compile(r"(UN)?CORRECTED ACCELERATION\s+UNIT:", re.M)
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a CSMNC file.
+
+    Examples
+    --------
+    >>> sniff(b"065\n" + b"\n" * 9 + b"UNCORRECTED ACCELERATION          UNIT: CM/SEC/SEC\n")
+    True
+    """
+    return any(map(_QUANTITY.match, head_lines(head)[8:13]))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read the component of a CSMNC file.
+
+    Raises
+    ------
+    InputError
+        If a header line is missing, or number, length or peak differ from the samples.
+
+    Examples
+    --------
+    >>> read(Path("ua0001.dat"), b"065JZC120103153901", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: ua0001.dat:10: ''. Must be as in 'COMP. EW'.
+    """
+    text = text_of(path, data)
+    lines = [line.decode("latin-1") for line in text.split(b"\n", _HEADER_LINES)[:_HEADER_LINES]]
+    found: dict[str, str] = {}
+    for index, pattern, example in _LINES:
+        line = lines[index] if index < len(lines) else ""
+        stated = pattern.match(line)
+        if not stated:
+            message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
+            raise InputError(path, message, line=index + 1)
+        found |= stated.groupdict()
+    units = settle_units(path, "cm/s2", options, 11)
+    rest = text.split(b"\n", _HEADER_LINES)
+    samples = parse_numbers(path, rest[-1] if len(rest) > _HEADER_LINES else b"", _HEADER_LINES + 1)
+    count_of(path, found["count"], 12, samples.size)
+    step = settle_time_step(path, number_of(path, found["step"], 12, "interval"), options, 12)
+    length = number_of(path, found["length"], 13, "duration")
+    if abs(samples.size * step - length) > 1.5 * step + 0.5 * _unit(found["length"]):
+        message = f"{length:g} s stated, but {samples.size} samples at {step:g} s. Must agree."
+        raise InputError(path, message, line=13)
+    ratio = require_printed_peak(
+        path, found["peak"], samples, "cm/s2", 13,
+        signed=True, time=found["time"], time_step=step,
+    )  # fmt: skip
+    orientation, azimuth = direction(found["component"])
+    header = "\n".join(lines[:9])
+    return [
+        Record(
+            record_id=record_ids(path, [found["component"]])[0],
+            acceleration=samples * acceleration_factor(units),
+            time_step=step,
+            uncorrected=found["un"] == "UN",
+            component=found["component"],
+            orientation=orientation,
+            azimuth=azimuth,
+            site_type=site_of_location(_text(header, r"OBSERVING POINT:\s*(.*)")),
+            event=lines[2].strip(),
+            station=_text(header, r"STATION:\s*(\w+)"),
+            magnitude=float(_text(header, r"MAGNITUDE\s+(\d+\.?\d*)") or math.nan),
+            peak_ratio=ratio,
+            **distances(
+                _place(_text(header, r"EPICENTER\s+(.*?)\s+DEPTH")),
+                _place(_text(header, r"STATION:\s*\w+\s+(.*)")),
+                float(_text(header, r"DEPTH\s+(\d+\.?\d*)\s*KM") or math.nan),
+            ),  # type: ignore[arg-type]
+        )
+    ]
+
+
+def _text(header: str, pattern: str) -> str:
+    found = re.search(rf"^.*?{pattern}", header, re.M)
+    return found[1].strip() if found else ""
+
+
+def _place(text: str) -> tuple[float, float]:
+    found = re.match(_PLACE, text)
+    if not found:
+        return 0.0, 0.0
+    north, ns, east, ew = found.groups()
+    return float(north) * (1 if ns == "N" else -1), float(east) * (1 if ew == "E" else -1)
+
+
+def _unit(token: str) -> float:
+    return float(10.0 ** -len(token.partition(".")[2]))

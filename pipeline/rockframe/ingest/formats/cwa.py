@@ -1,0 +1,151 @@
+"""Reader of CWA files (Taiwan): a header of `#Key: value`, then time and U, N, E in gal."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header
+from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.timing import time_step_of
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_COMPONENTS: Final = ("U", "N", "E")
+_COLUMNS: Final = Columns(4, 10)
+_LAST: Final = "#Data"
+_UNITS: Final = "#AmplitudeUnit"
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a CWA file.
+
+    Examples
+    --------
+    >>> sniff(b"#Earthquake Information\r\n#Origin Time(GMT+08): 2018/02/06-23:50:42\r\n")
+    True
+    """
+    lines = head_lines(head)
+    return len(lines) > 1 and lines[0].startswith("#Earthquake Information")
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Read the three components of a CWA file.
+
+    Raises
+    ------
+    InputError
+        If a header line is missing, or length, times or extremes differ from the samples.
+
+    Examples
+    --------
+    >>> read(Path("2-EDH.dat"), b"#Earthquake Information\n", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: 2-EDH.dat: no '#Data' in the header.
+    """
+    lines = text_of(path, data).rstrip().split(b"\n")
+    end = next((i for i, line in enumerate(lines) if not line.startswith(b"#") and line.strip()), 0)
+    header = keyed_header(path, [line.decode("latin-1") for line in lines[:end]])
+    if header.required(_LAST) != "4F10.3":
+        raise header.invalid(_LAST, "4F10.3")
+    if header.required("#DataSequence") != "Time U(+); N(+); E(+)":
+        raise header.invalid("#DataSequence", "Time U(+); N(+); E(+)")
+    if not header.required(_UNITS).lower().startswith("gal"):
+        raise header.invalid(_UNITS, "gal")
+    factor = acceleration_factor(settle_units(path, "gal", options, header.lines[_UNITS]))
+    rows = lines[end:]
+    numbers = read_columns(path, rows, _COLUMNS, _COLUMNS.count * len(rows), end)
+    table = numbers.reshape(len(rows), _COLUMNS.count)
+    step = _time_step(header, table[:, 0], rows, end + 1, options)
+    return [
+        _record(header, table[:, column], factor, step, name, record_id)
+        for column, (name, record_id) in enumerate(
+            zip(_COMPONENTS, record_ids(path, _COMPONENTS), strict=True), 1
+        )
+    ]
+
+
+def _time_step(
+    header: KeyedHeader,
+    times: NDArray[np.float64],
+    rows: list[bytes],
+    first_line: int,
+    options: ReadOptions,
+) -> float:
+    path = header.path
+    length, rate = (
+        float(header.required(key) and header.number(key))
+        for key in ("#RecordLength(sec)", "#SampleRate(Hz)")
+    )
+    line = header.lines["#RecordLength(sec)"]
+    count_of(path, f"{length * rate:.0f}", line, times.size)
+    step = time_step_of(path, times, lambda: [row[:10] for row in rows], first_line)
+    if not abs(step * rate - 1.0) < 1e-6 or times[0] != 0.0:
+        message = f"{rate:g} samples a second stated, but {step:g} s between those in the file."
+        raise InputError(path, f"{message} Must agree.", line=header.lines["#SampleRate(Hz)"])
+    return settle_time_step(path, 1.0 / rate, options, line)
+
+
+def _record(
+    header: KeyedHeader,
+    samples: NDArray[np.float64],
+    factor: float,
+    step: float,
+    name: str,
+    record_id: str,
+) -> Record:
+    key = f"#AmplitudeMAX. {name}"
+    extremes = header.required(key).split("~")
+    if len(extremes) != 2:
+        raise header.invalid(key, "two values, as in '1.615~ -1.495'")
+    line = header.lines[key]
+    ratios = [
+        require_printed_peak(header.path, stated.strip(), part, "gal", line, signed=True)
+        for stated, part in zip(
+            extremes, (np.maximum(samples, 0.0), np.minimum(samples, 0.0)), strict=True
+        )
+    ]
+    orientation, azimuth = direction({"U": "UP"}.get(name, name))
+    places = [
+        (header.number(f"{what}Latitude(N)"), header.number(f"{what}Longitude(E)"))
+        for what in ("#Epicenter", "#Station")
+    ]
+    return Record(
+        record_id=record_id,
+        acceleration=factor * samples,
+        time_step=step,
+        uncorrected=True,
+        component=name,
+        orientation=orientation,
+        azimuth=azimuth,
+        event=f"{header.get('#Origin Time(GMT+08)')} GMT+8".strip(),
+        station=header.get("#StationCode"),
+        start_time=_utc(header.get("#StartTime(GMT+08)")),
+        magnitude=header.number("#Magnitude(Ml)"),
+        peak_ratio=ratios[0],
+        **distances(places[0], places[1], header.number("#Depth(km)")),  # type: ignore[arg-type]
+    )
+
+
+def _utc(stated: str) -> str:
+    """Return a time of Taiwan in UTC (ISO 8601); empty if it is none."""
+    found = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
+    try:
+        moment = datetime.strptime(found[1] if found else "", "%Y/%m/%d-%H:%M:%S").replace(
+            tzinfo=UTC
+        )
+        moment -= timedelta(hours=8)
+    except (ValueError, OverflowError):
+        return ""
+    return f"{moment:%Y-%m-%dT%H:%M:%S}{found[2] or '' if found else ''}Z"

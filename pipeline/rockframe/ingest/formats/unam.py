@@ -1,0 +1,153 @@
+"""Reader of UNAM files (Mexico, standard format 2.0): columns of channels in gal."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
+from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_TOP: Final = "ARCHIVO ESTANDAR DE ACELERACION"
+_RULE: Final = "---------+"
+_LONGEST_HEADER: Final = 200
+_NAMES: Final = "ORIENTACION C1-C6 (rumbo;orientacion)"
+_STEP: Final = "INTERVALO DE MUESTREO, C1-C6 (s)"
+_RATE: Final = "VEL. DE MUESTREO, C1-C6 (muestras/s)"
+_COUNT: Final = "NUM. TOTAL DE MUESTRAS, C1-C6"
+_LENGTH: Final = "DURACION DEL REGISTRO (s), C1-C6"
+_PEAK, _PEAK_AT = "ACEL. MAX.(Gal), C1-C6", "ACEL. MAX., C1-C6, EN LA MUESTRA"
+_UNITS, _FORMAT = "UNIDADES DE LOS DATOS", "FORMATO DATOS (FORTRAN,10 campos/dato)"
+_DECIMATION: Final = "FACTOR DE DECIMACION"
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a UNAM file.
+
+    Examples
+    --------
+    >>> sniff(b"****\nARCHIVO ESTANDAR DE ACELERACION:\n")
+    True
+    """
+    return any(line.startswith(_TOP) for line in head_lines(head)[:10])
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read every channel of a UNAM file.
+
+    Raises
+    ------
+    InputError
+        If a header line is missing, or number, rate or peaks of a channel differ from the samples.
+
+    Examples
+    --------
+    >>> read(Path("CANA1709.191"), b"ARCHIVO ESTANDAR DE ACELERACION:", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: CANA1709.191: no line '---------+' above and below the names of ...
+    """
+    lines = text_of(path, data).rstrip().split(b"\n")
+    words = [line.decode("latin-1") for line in lines[:_LONGEST_HEADER]]
+    rules = [number for number, line in enumerate(words) if line.startswith(_RULE)]
+    if len(rules) != 2:
+        raise InputError(path, f"no line {_RULE!r} above and below the names of the channels.")
+    header = keyed_header(path, words[: rules[1]])
+    names = _values(header, _NAMES)
+    if names != words[rules[1] - 1].split():
+        raise header.invalid(_NAMES, "the names above the columns")
+    if not header.required(_UNITS).startswith("Gal") or header.required(_DECIMATION) != "1":
+        raise header.invalid(_UNITS, "Gal (cm/s/s), with a factor of decimation of 1")
+    layout = re.fullmatch(r"(\d)F10\.\d", header.required(_FORMAT))
+    if not layout or int(layout[1]) != len(names):
+        raise header.invalid(_FORMAT, f"{len(names)}F10.4")
+    factor = acceleration_factor(settle_units(path, "gal", options, header.lines[_UNITS]))
+    rows = lines[rules[1] + 1 :]
+    columns = Columns(len(names), 10)
+    table = read_columns(path, rows, columns, columns.count * len(rows), rules[1] + 1)
+    return [
+        _record(header, table[k :: len(names)] * 1.0, k, factor, record_id, options)
+        for k, record_id in enumerate(record_ids(path, names))
+    ]
+
+
+def _record(
+    header: KeyedHeader,
+    gal: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    channel: int,
+    factor: float,
+    record_id: str,
+    options: ReadOptions,
+) -> Record:
+    path, name = header.path, _values(header, _NAMES)[channel]
+    stated = {
+        key: _values(header, key)[channel]
+        for key in (_STEP, _RATE, _COUNT, _LENGTH, _PEAK, _PEAK_AT)
+    }
+    lines = header.lines
+    count_of(path, stated[_COUNT], lines[_COUNT], gal.size)
+    step, rate, length, at = (
+        number_of(path, stated[key], lines[key], key) for key in (_STEP, _RATE, _LENGTH, _PEAK_AT)
+    )
+    if abs(step * rate - 1.0) > 1e-3 or abs(length - gal.size * step) > 1.5 * step + 0.005:
+        message = f"{rate:g} samples a second and {length:g} s stated, but {gal.size} samples at "
+        raise InputError(path, f"{message}{step:g} s. Must agree.", line=lines[_RATE])
+    ratio = require_printed_peak(
+        path, stated[_PEAK], gal, f"gal {name}", lines[_PEAK],
+        signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,
+    )  # fmt: skip
+    orientation, azimuth = direction(name)
+    places = [_place(header, what) for what in ("DEL EPICENTRO", "DE LA ESTACION")]
+    magnitude = re.search(r"/M\w?=(\d+\.?\d*)", header.get("MAGNITUD(ES)"))
+    day = header.get("FECHA DEL SISMO [GMT]").replace("/", "-")
+    first = header.get("HORA DE LA PRIMERA MUESTRA (GMT)")
+    timed = re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(\.\d{1,6})?", f"{day} {first}")
+    depth = header.get("PROFUNDIDAD FOCAL (Km)")
+    return Record(
+        record_id=record_id,
+        acceleration=factor * gal,
+        time_step=settle_time_step(path, step, options, lines[_STEP]),
+        uncorrected=True,
+        component=name,
+        orientation=orientation,
+        azimuth=azimuth,
+        event=f"{day} {header.get('HORA EPICENTRO (GMT)')} GMT",
+        station=header.get("CLAVE DE LA ESTACION"),
+        start_time=f"{day}T{first}Z" if timed else "",
+        magnitude=float(magnitude[1]) if magnitude else math.nan,
+        peak_ratio=ratio,
+        **distances(
+            places[0], places[1], float(depth) if re.fullmatch(r"\d+\.?\d*", depth) else math.nan
+        ),  # type: ignore[arg-type]
+    )
+
+
+def _values(header: KeyedHeader, key: str) -> list[str]:
+    """Return the values of the channels: `/200/200/200`."""
+    values = header.required(key).split("/")
+    known = header.required(_NAMES).split("/")[1:]
+    if values[0] or len(values) != len(known) + 1:
+        raise header.invalid(key, f"a value for each of {len(known)} channels, after /")
+    return values[1:]
+
+
+def _place(header: KeyedHeader, what: str) -> tuple[float, float]:
+    """Return latitude and longitude, which stand in two lines; (0, 0) if they are unknown."""
+    key = f"COORDENADAS {what}"
+    stated = header.get(key) + " " + header.get(f"{key} (2)")
+    found = re.match(r"(\d+\.\d+) LAT\. ([NS]) (\d+\.\d+) LONG\. ([EW])", stated)
+    if not found:
+        return 0.0, 0.0
+    north, east = float(found[1]), float(found[3])
+    return north * (1 if found[2] == "N" else -1), east * (1 if found[4] == "E" else -1)

@@ -1,0 +1,177 @@
+"""Reader of corrected USC and Caltech files: volume 2 of Caltech, and USC's blocks in cm/s2.
+
+Volume 2 has 23 lines of text, 7 of integers, 15 of reals, a heading, and 8 columns of 10
+characters. Its header may print the peak with the opposite sign. USC's own files have three blocks
+(acceleration, velocity, displacement) of 7 lines of text and 10 columns of 8 characters.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.metadata.site import site_of_station
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.record import Record
+from rockframe.units import acceleration_factor
+
+_VOLUME_2: Final = re.compile(r"CORRECTED ACCELEROGRAM\s+II\w+.*?\bCOMP\s+(?P<name>\S+)")
+_SECOND: Final = re.compile(r"FILE\s+\d+ OF UNCORRECTED ACCELEROGRAM DATA")
+_HEADING: Final = re.compile(
+    r"\s*(?P<count>\d+) POINTS OF ACC DATA EQUALLY SPACED AT\s+(?P<step>[\d.]+)\s*SEC"
+)
+_PEAK: Final = re.compile(
+    r"PEAK ACCELERATION =\s*-?(?P<peak>[\d.]+)\s+CMS/SEC/SEC AT\s+(?P<time>[\d.]+)\s*SEC"
+)
+_FACTS: Final = re.compile(
+    r"MAGNITUDE =\s*(?P<size>[\d.]+)\s+EPICENTRAL DISTANCE =\s*(?P<km>[\d.]+) KM"
+)
+_BAND: Final = re.compile(
+    r".*BAND-PASS FILTERED BETWEEN\s+[\d.]+-\s*(?P<low>[\d.]+) AND\s+(?P<high>[\d.]+)-"
+)
+_HEADING_LINE: Final = 45
+#: Quantities of the blocks of a USC file, and the lines of the header of each.
+_BLOCKS: Final = {"AC": Columns(10, 8), "VL": Columns(10, 8), "DP": Columns(10, 8)}
+_BLOCK_HEADER: Final = 7
+_RATE: Final = re.compile(
+    r"\s*SAMPLES/SEC=\s*(?P<rate>\d+) FILTER TYPE=\S*\s+CORNER=\s*(?P<low>[\d.]+).*"
+    r"DATA TYPE=(?P<quantity>\w\w)\s*$"
+)
+_POINTS: Final = re.compile(r"\s*NO OF POINTS=\s*(?P<count>\d+), UNITS=CM/SEC\*\*2,")
+
+
+def sniff(head: bytes) -> bool:
+    r"""Return whether the head of a file is that of a corrected USC or Caltech file.
+
+    Examples
+    --------
+    >>> second = b"FILE 1 OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I:"
+    >>> sniff(b"CORRECTED ACCELEROGRAM  IIBA338  87.420.0 COMP  UP\n" + second)
+    True
+    """
+    lines = head_lines(head)
+    volume = len(lines) > 1 and _VOLUME_2.match(lines[0]) and _SECOND.match(lines[1])
+    return bool(volume or (len(lines) > 5 and _RATE.match(lines[5])))
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read the acceleration of a corrected USC or Caltech file.
+
+    Raises
+    ------
+    InputError
+        If a header line is missing, or number, interval or peak disagree with the samples.
+
+    Examples
+    --------
+    >>> read(Path("a.s0b"), b"CORRECTED ACCELEROGRAM", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.s0b:1: 'CORRECTED ACCELEROGRAM'. Must be as in 'CORRECTED ...
+    """
+    lines = text_of(path, data).rstrip().split(b"\n")
+    words = [line.decode("latin-1") for line in lines]
+    if len(words) > 5 and _RATE.match(words[5]):
+        return [_usc(path, lines, words, options)]
+    return [_caltech(path, lines, words, options)]
+
+
+def _match(
+    path: Path, words: list[str], index: int, pattern: re.Pattern[str], example: str
+) -> re.Match[str]:
+    line = words[index] if index < len(words) else ""
+    found = pattern.match(line)
+    if not found:
+        message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
+        raise InputError(path, message, line=index + 1)
+    return found
+
+
+def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOptions) -> Record:
+    name = _match(path, words, 0, _VOLUME_2, "CORRECTED ACCELEROGRAM IIBA338 ... COMP UP")["name"]
+    peak = _match(path, words, 17, _PEAK, "PEAK ACCELERATION = -9.492 CMS/SEC/SEC AT .180 SEC")
+    heading = _match(path, words, _HEADING_LINE, _HEADING, "574 POINTS OF ACC DATA EQUALLY ...")
+    line = _HEADING_LINE + 1
+    columns = Columns(8, 10)
+    rows = lines[line:]
+    found = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
+    count = count_of(path, heading["count"], line, found)
+    above = re.match(r"\s*(\d+)\s+INSTRUMENT AND BASELINE", words[15])
+    count_of(path, above[1] if above else "", 16, count)
+    samples = read_columns(path, rows, columns, count, line)
+    step = number_of(path, heading["step"], line, "interval")
+    spaced = re.match(r"AT EQUALLY-SPACED INTERVALS OF\s+([\d.]+)", words[16])
+    if number_of(path, spaced[1] if spaced else "", 17, "interval") != step:
+        raise InputError(path, f"interval {step:g} s, but another in line 17.", line=line)
+    ratio = require_printed_peak(
+        path, peak["peak"], samples, "cm/s2", 18, time=peak["time"], time_step=step
+    )
+    facts, band = _FACTS.match(words[22]), _BAND.match(words[14])
+    units = settle_units(path, "cm/s2", options, line)
+    orientation, azimuth = direction(name)
+    station = re.match(r"STATION USC#\s*(\w+)", words[5])
+    return Record(
+        record_id=record_ids(path, [name])[0],
+        acceleration=samples * acceleration_factor(units),
+        time_step=settle_time_step(path, step, options, line),
+        component=name,
+        orientation=orientation,
+        azimuth=azimuth,
+        event=re.split(r"\s{2,}", words[2].strip())[0],
+        station=station[1] if station else "",
+        magnitude=float(facts["size"]) if facts else math.nan,
+        epicentral_distance=float(facts["km"]) if facts else math.nan,
+        peak_ratio=ratio,
+        filter_low=float(band["low"]) if band else math.nan,
+        filter_high=float(band["high"]) if band else math.nan,
+    )
+
+
+def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions) -> Record:
+    top = 0
+    blocks = []
+    for quantity, columns in _BLOCKS.items():
+        rate = _match(path, words, top + 5, _RATE, f"SAMPLES/SEC=200 ... DATA TYPE={quantity}")
+        points = _match(path, words, top + 6, _POINTS, "NO OF POINTS= 5983, UNITS=CM/SEC**2, ...")
+        if rate["quantity"] != quantity or words[top : top + 5] != words[:5]:
+            raise InputError(
+                path, f"block of {rate['quantity']}. Must be {quantity}.", line=top + 6
+            )
+        start, size = top + _BLOCK_HEADER, int(points["count"][:9])
+        end = start - (-size // columns.count)
+        rows = lines[start:end]
+        found = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
+        count_of(path, points["count"], top + 7, found)
+        blocks.append((rate, read_columns(path, rows, columns, size, start)))
+        top = end
+        while top < len(lines) and not lines[top].strip():
+            top += 1
+    if top < len(lines):
+        raise InputError(path, "text after the three blocks.", line=top + 1)
+    if len({(rate["rate"], samples.size) for rate, samples in blocks}) != 1:
+        raise InputError(path, "blocks of different rates or lengths. Must be equal.")
+    rate, samples = blocks[0]
+    named = re.match(r"\s*(\d{1,3}|UP|DOWN)(?: DEGREES)?\s*$", words[1])
+    name = named[1] if named else ""
+    orientation, azimuth = direction(name)
+    hertz = number_of(path, rate["rate"], 6, "samples a second")
+    units = settle_units(path, "cm/s2", options, 7)
+    return Record(
+        record_id=record_ids(path, [name])[0],
+        acceleration=samples * acceleration_factor(units),
+        time_step=settle_time_step(path, 1.0 / hertz if hertz else 0.0, options, 6),
+        component=name,
+        orientation=orientation,
+        azimuth=azimuth,
+        site_type=site_of_station(words[0]),
+        event=words[2].strip(),
+        station=words[0].strip(),
+        filter_low=float(rate["low"]) or math.nan,
+    )

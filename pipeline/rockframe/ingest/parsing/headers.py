@@ -1,0 +1,104 @@
+"""Read headers: lines with a key and a value, numbers, numbers of samples."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rockframe.errors import InputError
+from rockframe.ingest.parsing.lines import bad_number, is_number
+
+
+@dataclass(frozen=True)
+class KeyedHeader:
+    """Header of keys and values: values as printed, line numbers, and the number of lines."""
+
+    path: Path
+    values: Mapping[str, str]
+    lines: Mapping[str, int]
+    count: int
+
+    def get(self, key: str) -> str:
+        """Return a value, or an empty string if it is missing."""
+        return self.values.get(key, "")
+
+    def number(self, key: str) -> float:
+        """Return a number; NaN if it is missing or empty."""
+        token = self.get(key)
+        if token and not is_number(token.encode("latin-1", "replace")):
+            raise self.invalid(key, "a number")
+        return float(token or math.nan)
+
+    def required(self, key: str) -> str:
+        """Return a value; raise if the header does not state it."""
+        if not self.get(key):
+            raise InputError(self.path, f"no {key!r} in the header.")
+        return self.values[key]
+
+    def invalid(self, key: str, must: str) -> InputError:
+        """Return the error for an invalid value."""
+        message = f"{key} {self.values[key]!r}. Must be {must}."
+        return InputError(self.path, message, line=self.lines[key])
+
+
+def number_of(path: Path, token: str, line: int, quantity: str) -> float:
+    """Return the number in a token of a header.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number.
+
+    Examples
+    --------
+    >>> number_of(Path("a.dat"), " 0.005", 12, "interval")
+    0.005
+    """
+    printed = token.strip().encode("latin-1", "replace")
+    if not is_number(printed):
+        raise bad_number(path, printed, line, quantity)
+    return float(printed)
+
+
+def count_of(path: Path, token: str, line: int, found: int) -> int:
+    """Return the number of samples that a header states; raise if the file has another.
+
+    Examples
+    --------
+    >>> count_of(Path("a.dat"), "12", 3, 11)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.dat:3: 12 samples stated, 11 in the file. Must be equal, 2 or ...
+    """
+    if not re.fullmatch(r"\s*\d{1,9}\s*", token, re.ASCII) or int(token) != found or found < 2:
+        message = (
+            f"{token.strip()[:20]} samples stated, {found} in the file. Must be equal, 2 or more."
+        )
+        raise InputError(path, message, line=line)
+    return found
+
+
+def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> KeyedHeader:
+    """Return the header of lines with a key and a value.
+
+    The first of two equal keys counts. A line without a key continues the one before: its value
+    has the key of that line and `(2)`.
+
+    Examples
+    --------
+    >>> keyed_header(Path("a.dat"), ["RATE : 100 Hz", "words"]).get("RATE")
+    '100 Hz'
+    """
+    values: dict[str, str] = {}
+    places: dict[str, int] = {}
+    last = ""
+    for number, line in enumerate(lines, 1):
+        name, found, value = line.partition(separator)
+        key = name.strip() or (f"{last} (2)" if last else "")
+        last = name.strip()
+        if found and key not in values:
+            values[key] = value.strip()
+            places[key] = number
+    return KeyedHeader(path, values, places, len(lines))
