@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest import ReadOptions, read_bytes, read_file
 from rockframe.record import Orientation
 
 PATH = Path("CJ.T001230.HNE.sac")
@@ -193,3 +193,22 @@ def test_not_finite(value: float) -> None:
 
 def test_an_unset_time_stays_unknown() -> None:
     assert read_bytes(PATH, sac(fields={NZYEAR: -12345}), IN_G)[0].start_time == ""
+
+
+def test_counts_with_a_station_xml(tmp_path: Path) -> None:
+    """Data centres write counts, and the sensitivity in SCALE."""
+    from .test_miniseed import channel_xml, station_xml
+
+    xml = station_xml(channel_xml(rate="50.0")).replace("CLC", "T001230").replace("CI", "CJ")
+    (tmp_path / "CJ.xml").write_text(xml)
+    path = tmp_path / PATH.name
+    path.write_bytes(sac(fields={SCALE: 1000.0}))
+    [record] = read_file(path)
+    assert record.acceleration == pytest.approx([sample / 1000.0 for sample in SAMPLES])
+    assert record.instrument_file == "CJ.xml"
+    path.write_bytes(sac(fields={SCALE: 900.0}))
+    with pytest.raises(InputError, match=r"SCALE 900, but 1000 counts per m/s2 in CJ\.xml"):
+        read_file(path)
+    (tmp_path / "CJ.xml").unlink()
+    with pytest.raises(InputError, match=r"SCALE 900\. Must be 1 or undefined, or have a Station"):
+        read_file(path, IN_G)

@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
-from rockframe.ingest.options import ReadOptions, settle_time_step
+from rockframe.ingest.metadata.stationxml import find_response
+from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.reading.members import printable
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
 
-_FLOATS: Final = 70
-_INTEGERS: Final = 40
-_HEADER_BYTES: Final = 632
-_HEADER_LINES: Final = 30
+_FLOATS, _INTEGERS = 70, 40
+_HEADER_BYTES, _HEADER_LINES = 632, 30
 _UNDEFINED: Final = "-12345"
 #: Indices of header floats.
 _DELTA, _DEPMIN, _DEPMAX, _SCALE, _B, _E, _MAGNITUDE = 0, 1, 2, 3, 5, 6, 39
@@ -35,9 +35,12 @@ _DEPMEN, _AZIMUTH, _INCIDENCE = 56, 57, 58
 _VERSION, _COUNT, _FILE_TYPE, _QUANTITY, _EVEN = 6, 9, 15, 16, 35
 #: Character ranges of the names within the last 192 characters of the header.
 _STATION, _EVENT, _COMPONENT, _NETWORK = (0, 8), (8, 24), (160, 168), (168, 176)
+_CODES: Final = (_STATION, _COMPONENT, _NETWORK, (24, 32))
 _TIME_SERIES: Final = 1
 #: Largest mean of a corrected record as a share of the peak; in practice it is below 0.001.
 _NO_OFFSET: Final = 0.01
+#: Largest relative difference of SCALE and the sensitivity in the StationXML.
+_SAME_SCALE: Final = 0.01
 #: Largest deviation from north or east of a component with the letter N or E [degree].
 _ASKEW: Final = 5.0
 _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
@@ -80,9 +83,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If the user states no units, NPTS differs from the number of samples, IDEP is velocity or
-        displacement, SCALE is not 1, samples are uneven or not finite, their extremes or mean
-        differ from the header, or component and direction contradict each other.
+        If units, number of samples, quantity, SCALE, evenness, extremes, mean or direction are
+        missing, or contradict the samples or each other.
 
     Examples
     --------
@@ -101,20 +103,15 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     if options.time_step is None or np.float32(options.time_step) != np.float32(step):
         step = settle_time_step(path, step, options)
     _require_end(path, file)
-    if options.units is None:
-        raise InputError(
-            path, "acceleration units unstated, as in every SAC file. State them with --units."
-        )
-    component = file.name(_COMPONENT)
+    factor, instrument = _factor(path, file, options)
+    component, largest = file.name(_COMPONENT), float(np.abs(file.samples).max())
     orientation, azimuth = _direction(path, file, component)
     return [
         Record(
             record_id=record_ids(with_ending(path, [".sac"]), [component])[0],
-            acceleration=file.samples * acceleration_factor(options.units),
+            acceleration=file.samples * factor,
             time_step=step,
-            uncorrected=bool(
-                abs(file.samples.mean()) > _NO_OFFSET * float(np.abs(file.samples).max())
-            ),
+            uncorrected=abs(float(file.samples.mean())) > _NO_OFFSET * largest,
             component=component,
             orientation=orientation,
             azimuth=azimuth,
@@ -123,8 +120,43 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             network=file.name(_NETWORK),
             start_time=_start_time(file),
             magnitude=file.stated(_MAGNITUDE),
+            **instrument,  # type: ignore[arg-type]
         )
     ]
+
+
+def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[str, object]]:
+    """Return m s-2 per sample, and the instrument if the samples are counts.
+
+    The services of data centres write counts, and in SCALE the sensitivity of the instrument.
+    """
+    scale = file.stated(_SCALE)
+    if math.isnan(scale) or scale in (0.0, 1.0):
+        if options.units is None:
+            message = "acceleration units unstated, as in every SAC file. State them with --units."
+            raise InputError(path, message)
+        return acceleration_factor(options.units), {}
+    from obspy import Trace
+
+    codes = zip(("station", "channel", "network", "location"), _CODES, strict=True)
+    header = {code: file.name(place) for code, place in codes}
+    trace = Trace(header={**header, "starttime": _start_time(file) or 0})
+    try:
+        found = find_response(path, trace, options.station_xml)
+    except InputError as error:
+        message = f"SCALE {scale:.7g}. Must be 1 or undefined, or have a StationXML: {error.reason}"
+        raise InputError(path, message) from error
+    if abs(scale - found.counts) > _SAME_SCALE * found.counts:
+        message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
+        raise InputError(path, f"{message} Must be equal.")
+    settle_units(path, "m/s2", options)
+    note = f"divided by the sensitivity of {found.counts:g} counts per m/s2 ({found.source})"
+    return 1.0 / found.counts, {
+        "instrument_file": printable(found.source),
+        "instrument_sha256": found.sha256,
+        "site_type": found.site_type,
+        "processing": (note,),
+    }
 
 
 def _byte_order(head: bytes) -> str | None:
@@ -189,11 +221,8 @@ def _alphanumeric(path: Path, data: bytes) -> _Sac:
     body = lines[_HEADER_LINES] if len(lines) > _HEADER_LINES else b""
     samples = parse_numbers(path, body, _HEADER_LINES + 1)
     if integers[_COUNT] != samples.size:
-        message = (
-            f"NPTS {integers[_COUNT]} in the header, {samples.size} samples in the file. "
-            "Must be equal."
-        )
-        raise InputError(path, message, line=16)
+        message = f"NPTS {integers[_COUNT]} in the header, {samples.size} samples in the file."
+        raise InputError(path, f"{message} Must be equal.", line=16)
     return _Sac(np.array(floats), integers, names, samples)
 
 
@@ -210,10 +239,6 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
             f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}. "
             "Must be 1 and 1: an evenly sampled time series.",
         )
-    scale = file.stated(_SCALE)
-    if scale not in (0.0, 1.0) and not math.isnan(scale):
-        message = f"SCALE {scale:.7g}. Must be 1 or undefined: samples that are accelerations."
-        raise InputError(path, message)
     if file.samples.size < 2:
         raise InputError(path, f"NPTS {file.samples.size}. Must be 2 or more.")
     if not are_finite(file.samples):
