@@ -167,6 +167,12 @@ def test_the_page_of_the_bundled_records_is_small_and_the_run_still_whole(table1
     assert run("verify", table1) == 0
 
 
+def test_the_module_is_the_command() -> None:
+    words = [sys.executable, "-m", "rockframe", "--version"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("rockframe ")
+
+
 def test_a_verdict_needs_no_heavy_import_to_explain_itself() -> None:
     code = (
         "import sys; from rockframe.cli.main import main\n"
