@@ -20,10 +20,14 @@ author = "The rockframe developers"
 copyright = "The rockframe developers, MIT licence"  # noqa: A001 -- Sphinx's name for it
 version = release = version_of("rockframe")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["generated/*.txt"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # which would come from the network
 
 autodoc_typehints = "none"  # the docstrings say types, shapes and units
 autodoc_preserve_defaults = True  # as they are written, not where they are on this machine
@@ -46,10 +50,13 @@ html_math_renderer = "mathml"
 def literal_bars(
     _app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]
 ) -> None:
-    """Keep ``|theta|`` an absolute value: reStructuredText would take it for a substitution."""
+    """Keep ``|theta|`` an absolute value, and a ``*`` before a comma a wildcard.
+
+    reStructuredText would take them for a substitution and for emphasis.
+    """
     for i, line in enumerate(lines):
         if not line.lstrip().startswith((">>>", "...")):
-            lines[i] = line.replace("|", r"\|")
+            lines[i] = re.sub(r"(?<=\w )\*(?=,)", r"\*", line.replace("|", r"\|"))
 
 
 #: What docutils makes of an index to an accented letter: it would stand below the letter.

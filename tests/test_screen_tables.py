@@ -42,7 +42,7 @@ def screened(folder: Path, **options: Any) -> Screening:
         stored(site(6), folder),
         folder / "screen.nc",
         structures_path=structures(folder),
-        options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 5), margins=False, **options),
+        options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 5), margins="none", **options),
     )
 
 
@@ -68,7 +68,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
         stored(records, tmp_path),
         tmp_path / "screen.nc",
         structures_path=structures(tmp_path),
-        options=ScreenOptions(scales=np.geomspace(0.2, 5.0, 12), margins=False),
+        options=ScreenOptions(scales=np.geomspace(0.2, 5.0, 12), margins="none"),
         engine=OneProcess(),
     )
     (row,) = (
@@ -106,7 +106,9 @@ def test_tables_are_those_of_the_file(tmp_path: Path) -> None:
 
 def test_tables_of_another_screening_have_its_name(tmp_path: Path) -> None:
     done = screen_stage(
-        stored(site(2), tmp_path), tmp_path / "site.nc", ScreenOptions(scales=(1.0,), margins=False)
+        stored(site(2), tmp_path),
+        tmp_path / "site.nc",
+        ScreenOptions(scales=(1.0,), margins="none"),
     )
     names = [path.name for path in done.tables.values()]
     assert names == ["site.csv", "site-scenarios.csv", "site-fragility.csv"]
@@ -168,7 +170,7 @@ def test_screen_writes_tables_in_a_format(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     records, output = stored(site(2), tmp_path), tmp_path / "screen.nc"
-    words = ["--structures", str(structures(tmp_path)), "--no-margins", "--scales", "1", "2"]
+    words = ["--structures", str(structures(tmp_path)), "--margins", "none", "--scales", "1", "2"]
     asked = ["screen", str(records), "--output", str(output), *words, "--format", "markdown"]
     assert main(asked) == 0
     assert str(tmp_path / "fragility.md") in capsys.readouterr().out

@@ -88,6 +88,7 @@ from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
 from .signals.passport import Passport as Passport
 from .signals.passport import passport as passport
+from .signals.response_spectrum import spectral_acceleration as spectral_acceleration
 from .stages.fetch import fetch_stage as fetch_stage
 from .stages.ingest import ingest_stage as ingest_stage
 from .stages.merge import merge_stage as merge_stage

@@ -35,9 +35,18 @@ _METAVARS: Final = {
 
 
 def add_options(
-    parser: argparse.ArgumentParser, model: type[Options], *, title: str = "", prefix: str = ""
+    parser: argparse.ArgumentParser,
+    model: type[Options],
+    *,
+    title: str = "",
+    prefix: str = "",
+    required: bool = True,
 ) -> None:
-    """Add an option ``--field-name`` for each field of a model, with its help and default."""
+    """Add an option ``--field-name`` for each field of a model, with its help and default.
+
+    Fields without a default are required options, unless `required` is false: then `chosen` says
+    what is missing.
+    """
     group = parser.add_argument_group(title) if title else parser
     for name, field in model.model_fields.items():
         if flag(prefix + name) in parser._option_string_actions:  # added by another model  # noqa: SLF001
@@ -54,7 +63,7 @@ def add_options(
             help=_help(field).replace("%", "%%"),
             **_reading(_alone(field.annotation), name, field),
         )
-        stated.required = field.is_required() and not prefix
+        stated.required = required and field.is_required() and not prefix
 
 
 def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Model:

@@ -29,8 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="output of `rockframe ingest`: compute rocking spectra of these records, peaks over "
         "2 pi / p of the columns (default: overturning spectra of pulses)",
     )
-    add_options(parser, SpectrumOptions)
-    add_options(parser, RockingSpectrumOptions, title="with --records")
+    add_options(parser, SpectrumOptions, required=False)
+    add_options(parser, RockingSpectrumOptions, title="with --records", required=False)
     add_options(parser, ExecutionOptions)
 
 
