@@ -15,7 +15,7 @@ from rockframe.results.merging import merge
 from rockframe.results.response import open_response
 from rockframe.results.tables.pulse_rows import best_pulses
 from rockframe.results.tables.table import response_rows
-from rockframe.stages.merge import merge_stage
+from rockframe.stages.table import merge_stage
 
 VERBS = {"pulse": "pulses", "respond": "response"}
 

@@ -17,7 +17,7 @@ from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spe
 from rockframe.figures.stability_map import draw_stability_map
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.plots.stability import stability_dataset
+from rockframe.results.plots.curves import stability_dataset
 from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.rocking import (
     GroundAcceleration,

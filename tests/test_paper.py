@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
+from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit, checked_page
 from rockframe.paper.claims import all_claims
-from rockframe.paper.page import checked_page
-from rockframe.paper.records import record_claims
+from rockframe.paper.pulses import record_claims
 from rockframe.paper.table1 import paper_records
 from rockframe.results.tables.table import TableRow
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rockframe.results.tables.entries import Entry, write_entries
-from rockframe.results.tables.rejections import rejections_of
+from rockframe.results.tables.entries import Entry, rejections_of, write_entries
 
 
 def test_each_record_of_a_file_keeps_its_reason(tmp_path: Path) -> None:

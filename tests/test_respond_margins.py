@@ -21,8 +21,8 @@ from rockframe.results.response import open_response
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking import VERDICT_RULE, Margin, Verdict, margins
 from rockframe.stages.common import Batch
-from rockframe.stages.merge import merge_stage
 from rockframe.stages.respond import respond_stage
+from rockframe.stages.table import merge_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)

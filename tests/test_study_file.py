@@ -13,9 +13,15 @@ from tests.conftest import REPOSITORY
 from rockframe.cli.main import main
 from rockframe.cli.options import numbers
 from rockframe.errors import InputError
-from rockframe.study.commented import SCHEMA, commented_study, schema
 from rockframe.study.structures import read_structures
-from rockframe.study.study import StudyTables, read_study, structures_text
+from rockframe.study.study import (
+    SCHEMA,
+    StudyTables,
+    commented_study,
+    read_study,
+    schema,
+    structures_text,
+)
 from rockframe.study.toml import parse
 
 STUDIES = REPOSITORY / "workflows" / "studies"

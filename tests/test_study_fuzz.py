@@ -11,12 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.matching.weighting import Weighting
+from rockframe.matching.signal import Weighting
 from rockframe.options.fields import Wavelet
 from rockframe.options.model import Options, options_within
 from rockframe.options.pulse import PulseOptions
-from rockframe.study.commented import schema
-from rockframe.study.study import StudyTables
+from rockframe.study.study import StudyTables, schema
 from rockframe.study.toml import parse
 from rockframe.wavelets.family import WAVELETS
 

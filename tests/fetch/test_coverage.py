@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.fetch.coverage import Coverage, measure
-from rockframe.fetch.miniseed import read_whole
+from rockframe.fetch.coverage import Coverage, measure, read_whole
 from rockframe.fetch.obspy_parts import UTCDateTime
 
 from .centre import miniseed, waveform

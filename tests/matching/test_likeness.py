@@ -14,7 +14,7 @@ from rockframe.errors import ParameterError
 from rockframe.matching.found import find_pulses
 from rockframe.matching.likeness import Likeness, PulseVerdict, likeness
 from rockframe.matching.match import match_pulses
-from rockframe.matching.weighting import Weighting
+from rockframe.matching.signal import Weighting
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.pulse import Pulse
 

@@ -21,7 +21,7 @@ import xarray as xr
 
 import rockframe
 from rockframe.cli.main import main, parser
-from rockframe.study.commented import schema
+from rockframe.study.study import schema
 
 HERE = Path(__file__).parent
 

@@ -251,7 +251,7 @@ def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
 ) -> None:
     """An older output would have been stamped as new."""
     (home / "sitecustomize.py").write_text(
-        "import rockframe.stages.merge as s\n\n"
+        "import rockframe.stages.table as s\n\n"
         "def crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
         "s.merge_stage = crash\n"
     )

@@ -16,7 +16,7 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.ingest import sources_of
 from rockframe.provenance import sha256_of
-from rockframe.results.tables.rejections import rows_of
+from rockframe.results.tables.entries import rows_of
 from rockframe.runs.plan import make_plan
 from rockframe.study.study import read_study
 

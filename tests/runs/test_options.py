@@ -15,8 +15,7 @@ from rockframe.options.respond import RespondOptions, ScreenOptions
 from rockframe.runs.performing import Work
 from rockframe.runs.plan import Plan, make_plan
 from rockframe.runs.run import run_plan
-from rockframe.study.commented import commented_study
-from rockframe.study.study import read_study
+from rockframe.study.study import commented_study, read_study
 
 
 def everything(folder: Path, rotation: str) -> Plan:

@@ -12,7 +12,7 @@ from tests.runs.small import STUDY, make_study, run
 
 from rockframe.cli.main import main
 from rockframe.results.run import read_run
-from rockframe.results.tables.rejections import rows_of
+from rockframe.results.tables.entries import rows_of
 
 FILTERS = "[filters]\npga_g = [0.32, inf]\npgv_m_s = [-inf, 9.0]\n\n"
 

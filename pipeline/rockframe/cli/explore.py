@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _HIGHEST_PORT: Final = 65535
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_explore(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the port."""
     add_records(parser)
     parser.add_argument(
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_reading(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_explore(options: argparse.Namespace) -> int:
     """Read the records, print the address, and serve until interrupted."""
     import secrets
     import sys

@@ -27,10 +27,10 @@ from rockframe.errors import RockframeError
 #: The commands in the order of the help; the module and the summary of each.
 _VERBS: Final = {
     "table1": ("runs.table1", "run all stages and print the paper's Table 1 for the records"),
-    "init": ("runs.init", "write a commented study file and its schema for editors"),
+    "init": ("runs.run", "write a commented study file and its schema for editors"),
     "run": ("runs.run", "run all stages of a study, or resume an interrupted run"),
-    "status": ("runs.status", "show the progress of the run in a folder"),
-    "step": ("runs.step", "perform one step of a run (for workflows)"),
+    "status": ("runs.run", "show the progress of the run in a folder"),
+    "step": ("runs.run", "perform one step of a run (for workflows)"),
     "show": ("show", "show what happened to one record, from its file to its verdicts"),
     "verify": ("runs.verify", "verify the files of a run against its manifest"),
     "fetch": ("stages.fetch", "download and verify records of an event from an FDSN data centre"),
@@ -42,16 +42,16 @@ _VERBS: Final = {
         "stages.spectrum",
         "compute overturning spectra of pulses, or rocking spectra of records",
     ),
-    "table": ("stages.table", "write the table of records, pulses and responses"),
+    "table": ("stages.draw", "write the table of records, pulses and responses"),
     "draw": ("stages.draw", "draw the results of stages: records with their responses, and curves"),
     "figure": ("figures.figure", "draw one figure with its caption"),
-    "report": ("stages.report", "write an HTML page of a run that works without a network"),
+    "report": ("stages.draw", "write an HTML page of a run that works without a network"),
     "explore": (
         "explore",
         "show the response in a browser while the structure and the motion change",
     ),
     "paper": ("paper", "check the paper's numbers and claims, and draw its figures"),
-    "formats": ("formats", "list the supported formats of records"),
+    "formats": ("stages.draw", "list the supported formats of records"),
 }
 #: Exit status of an internal error, as in sysexits.h.
 _FAULT: Final = 70
@@ -115,9 +115,9 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
         )
         if only in (None, name):
             module = import_module(f"rockframe.cli.{place}")
-            module.add_arguments(verb)
+            getattr(module, f"add_{name}")(verb)
             verb.add_argument("--json", action="store_true", help="print JSON instead of tables")
-            verb.set_defaults(run=module.run)
+            verb.set_defaults(run=getattr(module, f"run_{name}"))
     return whole
 
 

@@ -12,7 +12,7 @@ from rockframe.cli.arguments import (
     reading_workers,
     refuse_folder_of_records,
 )
-from rockframe.cli.figures.spectra import add_grid
+from rockframe.cli.figures.pulses import add_grid
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
@@ -31,7 +31,7 @@ _BENT: Final = ("--spacing", "12", "--beam-centre", "1")
 _PAPER_FIGURES: Final = ("5", "7", "8", "9", "11")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_paper(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the paper's records, if available, and the folder to write."""
     parser.add_argument(
         "--output",
@@ -46,11 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_grid(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_paper(options: argparse.Namespace) -> int:
     """Check the claims, draw the figures, write the page and its manifest."""
     from rockframe.cli.console import show_json, show_rejections
     from rockframe.paper.claims import all_claims
-    from rockframe.paper.records import record_claims
+    from rockframe.paper.pulses import record_claims
     from rockframe.provenance import whole_folder
     from rockframe.results.tables.pulse_rows import pulse_rows
     from rockframe.study.structures import SHIPPED_STRUCTURES
@@ -105,12 +105,12 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
 
 def _draw(folder: Path, grid: int) -> dict[str, str]:
     """Draw all figures of `rockframe figure`; return title and caption by path."""
-    from rockframe.cli.figures.figure import add_arguments as add_figure_arguments
+    from rockframe.cli.figures.figure import add_figure
     from rockframe.cli.figures.table import FIGURES
     from rockframe.figures.captioned import save_captioned
 
     parser = argparse.ArgumentParser()
-    add_figure_arguments(parser)
+    add_figure(parser)
     captions = {}
     for name, entry in FIGURES.items():
         path = folder / "figures" / f"figure-{name}.png"
@@ -126,7 +126,7 @@ def _write(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[TableRow], folder: Path
 ) -> None:
     from rockframe.cli.figures.table import FIGURES
-    from rockframe.paper.page import checked_page
+    from rockframe.paper.claim import checked_page
     from rockframe.paper.table1 import paper_record_of, paper_records
     from rockframe.provenance import whole_file
 

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from rockframe.results.run import Run
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_show(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the folder of a run, and one of its records."""
     parser.add_argument("folder", type=path, help="folder of a run")
     parser.add_argument("record", help="identifier of a record, or the name of its file")
 
 
-def run(options: argparse.Namespace) -> int:
+def run_show(options: argparse.Namespace) -> int:
     """Find the record and print what happened to it."""
     from rockframe.cli.console import show_json
     from rockframe.results.run import read_run
-    from rockframe.results.tables.rejections import rows_of
+    from rockframe.results.tables.entries import rows_of
 
     content = read_run(options.folder, most=0)
     entry = _entry(content, options.record)
@@ -95,7 +95,7 @@ def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
 
 def _left_out(folder: Path, name: str) -> dict[str, str]:
     """Return the reasons why stages rejected the record, by stage."""
-    from rockframe.results.tables.rejections import left_out_of
+    from rockframe.results.tables.entries import left_out_of
 
     return {
         stage: reasons[name] for stage, reasons in left_out_of(folder).items() if name in reasons
@@ -103,7 +103,7 @@ def _left_out(folder: Path, name: str) -> dict[str, str]:
 
 
 def _screening(folder: Path, name: str) -> list[dict[str, Any]]:
-    from rockframe.results.screening.screened import screening_of
+    from rockframe.results.screening.histories import screening_of
 
     path = folder / "screen.nc"
     return screening_of(path, name) if name and path.is_file() else []

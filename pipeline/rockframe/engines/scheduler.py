@@ -10,13 +10,14 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
 
-from rockframe.engines.engine import Engine
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool
 from rockframe.engines.pool import in_order
-from rockframe.errors import EngineError
+from rockframe.errors import EngineError, ParameterError
 from rockframe.provenance import source_code_hash
 
 if TYPE_CHECKING:
     from distributed import Client
+
 
 Batch = TypeVar("Batch")
 Result = TypeVar("Result")
@@ -158,3 +159,32 @@ def _threads(client: Client, address: str) -> int:
 
 def _code_of_worker() -> str:
     return source_code_hash()
+
+
+def choose_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
+    """Return the engine that the options of a command state.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Processes: 1 is this one alone; by default one for each core.
+    scheduler : str, optional
+        Address of a Dask scheduler instead.
+
+    Raises
+    ------
+    ParameterError
+        If `workers` is not positive, or both are given.
+
+    Examples
+    --------
+    >>> choose_engine(1)
+    OneProcess()
+    >>> choose_engine(4).workers
+    4
+    """
+    if scheduler is not None:
+        if workers is not None:
+            raise ParameterError("--workers given with --scheduler. Must be one of them.")
+        return DaskScheduler(scheduler)
+    return OneProcess() if workers == 1 else ProcessPool(workers)

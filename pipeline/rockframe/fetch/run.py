@@ -13,19 +13,19 @@ from typing import Any, Final, TypeVar
 
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch.answers import Kind
-from rockframe.fetch.coverage import Coverage, Fetched, measure
+from rockframe.fetch.coverage import Coverage, Fetched, measure, read_whole
 from rockframe.fetch.folder import CHANNELS, EVENT, Ledger, open_folder
 from rockframe.fetch.metadata import (
     Channel,
+    Event,
+    known,
     list_channels,
     read_event,
     read_stations,
     unlisted,
     without_response,
 )
-from rockframe.fetch.miniseed import read_whole
 from rockframe.fetch.obspy_parts import UTCDateTime
-from rockframe.fetch.request import Event, known
 from rockframe.fetch.service import Service, Sleep, open_service
 from rockframe.options.fetch import FetchOptions
 

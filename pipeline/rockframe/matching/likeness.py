@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from rockframe.matching.match import PulseMatch
 from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
-from rockframe.matching.signal import Signal, require_record
-from rockframe.matching.weighting import Weighting
+from rockframe.matching.signal import Signal, Weighting, require_record
 from rockframe.options.pulse import FEWEST_SURROGATES, PulseOptions
 
 Float = NDArray[np.float64]

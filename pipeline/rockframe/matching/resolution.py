@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.matching.signal import Signal, signal_of
-from rockframe.matching.weighting import Weighting
+from rockframe.matching.signal import Signal, Weighting, signal_of
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from rockframe.paper.claim import Claim
+from rockframe.paper.claim import Claim, text_claims
 from rockframe.paper.equations import impact_claims, misprint_claims, motion_claims
-from rockframe.paper.one_column import one_column_claims
-from rockframe.paper.parameters import block_claims, bridge_claims, frame_claims, temple_claims
+from rockframe.paper.parameters import (
+    block_claims,
+    bridge_claims,
+    frame_claims,
+    one_column_claims,
+    temple_claims,
+)
 from rockframe.paper.pulses import pulse_claims
 from rockframe.paper.stability import stability_claims
-from rockframe.paper.texts import text_claims
 
 
 def all_claims() -> list[Claim]:

@@ -9,15 +9,15 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from rockframe.engines.choice import choose_engine
 from rockframe.engines.engine import Engine
 from rockframe.engines.pool import serve
+from rockframe.engines.scheduler import choose_engine
 from rockframe.errors import InputError, RockframeError
 from rockframe.ingest import Rejection
+from rockframe.options.execution import FigureOptions, ReportOptions
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions, ScreenOptions
-from rockframe.options.showing import FigureOptions, ReportOptions
 from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 from rockframe.runs.manifest import finish
 from rockframe.runs.state import stamp
@@ -25,13 +25,12 @@ from rockframe.runs.step import Step
 from rockframe.stages.common import Batch
 from rockframe.stages.figures import figures_stage
 from rockframe.stages.ingest import ingest_stage
-from rockframe.stages.merge import merge_stage
 from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.report import report_stage, require_whole
 from rockframe.stages.respond import respond_stage
 from rockframe.stages.screening.screen import screen_stage
 from rockframe.stages.spectrum import rocking_spectrum_stage, spectrum_stage
-from rockframe.stages.table import table_stage
+from rockframe.stages.table import merge_stage, table_stage
 
 
 @dataclass(frozen=True)

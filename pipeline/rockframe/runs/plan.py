@@ -20,8 +20,7 @@ from rockframe.provenance import (
     source_code_hash,
     versions,
 )
-from rockframe.runs.graph import INPUTS, STRUCTURES, steps_of
-from rockframe.runs.step import Step
+from rockframe.runs.step import INPUTS, STRUCTURES, Step, steps_of
 from rockframe.study.passport import read_limits
 from rockframe.study.study import Study, structures_text
 

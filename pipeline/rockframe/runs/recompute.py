@@ -58,8 +58,8 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
 
 
 def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
+    from rockframe.results.merging import differences
     from rockframe.results.reading import describe
-    from rockframe.results.tables.differences import differences
 
     kind, batch = _SAMPLED.get(step.stage, step.stage), (1, 1)
     whole = folder / f"{kind}.nc"

@@ -12,11 +12,10 @@ from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batche
 from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import InputError
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
-from rockframe.runs.graph import PAGE
 from rockframe.runs.lock import locked
 from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
-from rockframe.runs.plan_file import read_plan, write_plan
+from rockframe.runs.plan_file import read_plan, sweep, write_plan
 from rockframe.runs.state import (
     StepState,
     damaged,
@@ -26,8 +25,7 @@ from rockframe.runs.state import (
     states_of,
     take_back_manifest,
 )
-from rockframe.runs.step import Step, waves
-from rockframe.runs.sweep import sweep
+from rockframe.runs.step import PAGE, Step, waves
 
 #: Steps that follow the manifest, which does not list them.
 _AFTER: Final = frozenset(["report", "verify"])

@@ -1,4 +1,4 @@
-"""A step of a run: a stage with its options, the files that it reads, and those that it writes."""
+"""Steps of a run, and the list of those of a study."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+from rockframe.options.model import Options
+from rockframe.provenance import MANIFEST
+from rockframe.study.study import Study
 
 
 @dataclass(frozen=True)
@@ -106,3 +110,114 @@ def waves(steps: Sequence[Step]) -> list[list[Step]]:
         groups += [[] for _ in range(depth + 1 - len(groups))]
         groups[depth].append(step)
     return groups
+
+
+#: The list of the record files and their hashes; it is written first and makes the graph static.
+INPUTS: Final = "inputs.csv"
+#: The structures of the study, as the stages read them.
+STRUCTURES: Final = "structures.toml"
+#: The page of the run.
+PAGE: Final = "report.html"
+#: Further batches would only cost starts; three stages of so many stay below 500 jobs.
+_MOST_BATCHES: Final = 150
+#: Resources of a step that computes in a pool of its own.
+_POOL: Final[Mapping[str, Any]] = {"threads": 8, "workers": True}
+_LONG: Final[Mapping[str, Any]] = {**_POOL, "memory": 4000, "minutes": 720}
+
+
+def steps_of(study: Study, files: int) -> list[Step]:
+    """Return the steps of a study, each after those that it needs.
+
+    Parameters
+    ----------
+    study : Study
+        What is to be done.
+    files : int
+        Number of its record files.
+    """
+    tables, steps = study.tables, list[Step]()
+    if study.records:
+        batches = min(_MOST_BATCHES, -(-files // tables.batches.records))
+        needs = ("records.nc", STRUCTURES, *(["pulses.nc"] if tables.respond.pulses else []))
+        respond = _json(tables.respond)
+        del respond["pulses"]  # an input
+        steps += [
+            _ingest(study),
+            *_in_batches("pulse", ("records.nc",), "pulses.nc", _json(tables.pulse), batches),
+            *_in_batches("respond", needs, "response.nc", respond, batches),
+        ]
+    if tables.screen is not None:
+        inputs, stated = ("records.nc", "pulses.nc", STRUCTURES), tables.screen
+        outputs = ["screen.nc", "screen.csv", "scenarios.csv", "fragility.csv"]
+        outputs += ["rates.csv"] if stated.hazard else []
+        outputs += ["design.csv"] if stated.design else []
+        options = _json(study.options("screen"))
+        steps.append(Step("screen", "screen", inputs, tuple(outputs), options, **_LONG))
+    if tables.spectrum is not None:
+        options = _json(tables.spectrum)
+        steps.append(Step("spectrum", "spectrum", (), ("spectrum.nc",), options, **_LONG))
+    if tables.rocking_spectrum is not None:
+        name, options = "rocking_spectrum", _json(tables.rocking_spectrum)
+        steps.append(Step(name, name, ("records.nc",), (f"{name}.nc",), options, **_LONG))
+    if study.records:
+        made = ("records.nc", "pulses.nc", "response.nc")
+        steps.append(Step("table", "table", made, ("table.csv",)))
+    steps += _figures(study, steps)
+    return [*steps, *_last(study, steps)]
+
+
+def _json(options: Options) -> dict[str, Any]:
+    return options.model_dump(mode="json")
+
+
+def _ingest(study: Study) -> Step:
+    read = _json(study.options("records"))
+    options = {
+        "paths": [str(path) for path in study.records],
+        "records": {key: value for key, value in read.items() if key != "paths"},
+        "filters": _json(study.tables.filters),
+    }
+    outputs = ("records.nc", "records.csv")
+    return Step("ingest", "ingest", (INPUTS,), outputs, options, **_POOL, memory=4000)
+
+
+def _in_batches(
+    stage: str, inputs: tuple[str, ...], output: str, options: dict[str, Any], batches: int
+) -> list[Step]:
+    """Return a stage on all records at once, or on batches of them, which are then merged."""
+    if batches <= 1:
+        return [Step(stage, stage, inputs, (output,), options, **_POOL, memory=2000)]
+    parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
+    steps = [
+        Step(
+            *(f"{stage}-{k:03d}", stage, inputs, (part,), options, (k, batches)),
+            temporary=True,
+            memory=2000,
+        )
+        for k, part in enumerate(parts, 1)
+    ]
+    name = f"merge-{stage}"
+    return [*steps, Step(name, "merge", tuple(parts), (output,), memory=4000)]
+
+
+def _figures(study: Study, steps: list[Step]) -> list[Step]:
+    """Return the step that draws what the stages give, if it is wanted."""
+    most = study.tables.figures.most
+    made = [name for step in steps for name in step.outputs]
+    of_records = study.records and study.tables.respond.histories != "none"
+    files = ["records.nc", "pulses.nc", "response.nc"] if of_records else []
+    files += [n for n in ("screen.nc", "spectrum.nc", "rocking_spectrum.nc") if n in made]
+    if not files or not most:
+        return []
+    return [Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))]
+
+
+def _last(study: Study, steps: list[Step]) -> list[Step]:
+    """Return the manifest of all that is kept, the page that shows it, and the verification."""
+    kept = tuple(name for step in steps if not step.temporary for name in step.outputs)
+    last = [Step("manifest", "manifest", kept, (MANIFEST,))]
+    if study.records:
+        options = _json(study.tables.report)
+        last.append(Step("report", "report", (MANIFEST,), (PAGE,), options))
+    made = tuple(name for step in last for name in step.outputs)
+    return [*last, Step("verify", "verify", made, (), may_reject=False)]

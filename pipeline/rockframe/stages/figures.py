@@ -12,13 +12,13 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import save, save_captioned
 from rockframe.figures.margin_strips import draw_margin_strips
 from rockframe.figures.response_history import draw_response_history
-from rockframe.options.showing import FigureOptions
+from rockframe.options.execution import FigureOptions
 from rockframe.provenance import replaced_folder
 from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
+from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.pulse_rows import best_pulses
-from rockframe.results.tables.rejections import rows_of
 from rockframe.results.tables.table import TableRow, stated_pulse
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.curves import draw_curves

@@ -1,22 +1,208 @@
-"""Write the report page of a run."""
+"""Verify a run, and write its page."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.options.showing import ReportOptions
-from rockframe.provenance import MANIFEST, refuse_overwriting, sha256_of, whole_file
+from rockframe.options.execution import ReportOptions
+from rockframe.provenance import (
+    MANIFEST,
+    processor,
+    refuse_overwriting,
+    sha256_of,
+    source_code_hash,
+    versions,
+    whole_file,
+)
 from rockframe.report.page import render
 from rockframe.report.payload import choose
 from rockframe.report.seal import is_whole, sealed
+from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import read_histories
+from rockframe.results.reading import Described, describe
+from rockframe.results.records import open_records
 from rockframe.results.run import read_run
+from rockframe.results.schema import PULSES, RECORDS, RESPONSE, ROCKING_SPECTRUM, SCREEN, SPECTRUM
 from rockframe.results.screening.screen import read_screening
-from rockframe.stages.verify import verify_run
+from rockframe.results.tables.entries import rows_of
+
+#: Files of a run with datasets, in the order of the stages.
+_DATASETS: Final = {
+    f"{kind}.nc": kind for kind in (RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM)
+}
+#: Files of a run from which others are computed.
+_MADE_FROM: Final = ("records.nc", "pulses.nc", "structures.toml")
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Result of the verification of a run.
+
+    Parameters
+    ----------
+    files : int
+        Number of files hashed.
+    datasets : mapping of str to Described
+        Contents of each valid netCDF file.
+    faults : tuple of str
+        All faults, each in one line; empty if the run is complete and unchanged.
+    same_source : bool
+        True if the run was computed with this source code.
+    other_versions : mapping of str to str
+        Versions used by the run, of libraries installed here in another version.
+    other_processor : str
+        Kind of processor used by the run, if this is another kind; otherwise empty. The same source
+        code, libraries and kind of processor repeat a run to the last bit.
+    """
+
+    files: int
+    datasets: Mapping[str, Described]
+    faults: tuple[str, ...]
+    same_source: bool
+    other_versions: Mapping[str, str]
+    other_processor: str
+
+
+def verify_run(folder: Path) -> Verification:
+    """Compare the files of a run with its manifest, and its datasets with each other.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of a run, with its ``manifest.json``.
+
+    Returns
+    -------
+    Verification
+        The result; nothing is changed.
+
+    Raises
+    ------
+    InputError
+        If the folder or a readable manifest is missing, because no run was completed there.
+    """
+    manifest = read_manifest(folder)
+    outputs: dict[str, str] = manifest["outputs"]
+    changed = dict(_changed(folder, outputs))
+    faults = list(changed.values())
+    datasets: dict[str, Described] = {}
+    for name, kind in _DATASETS.items():
+        if name not in outputs or name in changed:
+            continue
+        try:
+            datasets[name] = describe(folder / name, kind)
+        except InputError as error:
+            faults.append(str(error))
+    faults += _unrelated(folder, manifest, datasets)
+    faults += _lost(folder, datasets)
+    faults += _miscounted(folder, datasets, set(outputs) - set(changed))
+    faults += [
+        f"{path}: left by a run that was interrupted. Must be removed."
+        for path in sorted(folder.rglob(".*partial*"))
+    ]
+    same = manifest["source_code_hash"] == source_code_hash()
+    made_on, here = str(manifest.get("processor", "")), processor()
+    return Verification(
+        *(len(outputs), datasets, tuple(faults), same, _other_versions(manifest)),
+        other_processor="" if made_on == here else made_on,
+    )
+
+
+def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
+    here, stated = versions(), manifest["versions"]
+    return {name: str(made) for name, made in stated.items() if here.get(name, made) != made}
+
+
+def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Give the names of files that differ from the manifest, and how they differ."""
+    for name, stated in outputs.items():
+        path = folder / name
+        if not path.is_file():
+            yield name, f"{path}: missing. Must be there, as the manifest says."
+        elif (found := sha256_of(path)) != stated:
+            hashes = f"SHA-256 {found[:12]}…, the manifest says {str(stated)[:12]}…"
+            yield name, f"{path}: {hashes}. Must be equal."
+
+
+def _miscounted(
+    folder: Path, datasets: Mapping[str, Described], sound: Collection[str]
+) -> Iterator[str]:
+    """Give the tables whose rows do not match the datasets."""
+    records = datasets.get("records.nc")
+    if records is not None and "records.csv" in sound:
+        entries = rows_of(folder / "records.csv")
+        listed = [row["record_id"] for row in entries if row["status"] == "accepted"]
+        if sorted(listed) != sorted(records.records):
+            yield (
+                f"{folder / 'records.csv'}: {len(listed)} accepted, {len(records.records)} in "
+                "records.nc. Must be the same records."
+            )
+    response = datasets.get("response.nc")
+    if response is not None and "table.csv" in sound:
+        listed = [row["record_id"] for row in rows_of(folder / "table.csv")]
+        answered = [name for name in response.records for _ in range(response.structures)]
+        if len(listed) != len(answered):
+            yield (
+                f"{folder / 'table.csv'}: {len(listed)} rows, {len(answered)} responses. "
+                "Must be equal."
+            )
+        elif sorted(listed) != sorted(answered):
+            yield f"{folder / 'table.csv'}: other records than response.nc. Must be the same."
+
+
+def _unrelated(
+    folder: Path, manifest: Mapping[str, Any], datasets: Mapping[str, Described]
+) -> Iterator[str]:
+    """Give the files that were computed from files of another run."""
+    known = {**manifest["inputs"], **manifest["outputs"]}
+    hashes = {str(sha256) for sha256 in manifest["inputs"].values()}
+    for name, held in datasets.items():
+        if name == "records.nc":
+            strange = next((k for k, v in held.inputs.items() if v not in hashes), "")
+            if strange:
+                yield (
+                    f"{folder / name}: was made from a {strange!r} that the manifest does not "
+                    "list. Must be of the same run."
+                )
+            continue
+        for source in _MADE_FROM:
+            needed = source == "records.nc" and name != "spectrum.nc"
+            stated = held.inputs.get(source)
+            if (needed or stated is not None) and stated != known.get(source):
+                yield f"{folder / name}: was made from another {source}. Must be of the same run."
+
+
+def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
+    """Give the records that a later stage has and records.nc has not, or the reverse."""
+    if "records.nc" not in datasets:
+        return
+    with open_records(folder / "records.nc") as file:
+        names = set(file.names)
+        named = zip(file.names, file.orientations, strict=True)
+        horizontal = [name for name, orientation in named if not orientation.upright]
+    for name in ("pulses.nc", "response.nc", "rocking_spectrum.nc"):
+        if name not in datasets:
+            continue
+        held = datasets[name].records
+        strange = [record for record in held if record not in names]
+        if strange:
+            yield (
+                f"{folder / name}: holds {strange[0]!r}, which is not in records.nc. "
+                "Must be of the same run."
+            )
+        known = {*held, *datasets[name].left_out}
+        lost = [record for record in horizontal if record not in known]
+        if lost:
+            yield (
+                f"{folder / name}: neither holds {lost[0]!r} of records.nc nor says why. "
+                "Must do one of them."
+            )
+
 
 #: File name of the page, in the folder of its run.
 PAGE: Final = "report.html"

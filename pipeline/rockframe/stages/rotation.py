@@ -10,8 +10,7 @@ import numpy as np
 
 from rockframe.components.pair import HorizontalPair
 from rockframe.components.pairing import motion_of, pair_horizontals
-from rockframe.components.rotation import rotate
-from rockframe.components.sweep import rotd
+from rockframe.components.rotation import rotate, rotd
 from rockframe.errors import InputError
 from rockframe.record import Orientation, Record
 from rockframe.results.records import RecordsFile

@@ -1,15 +1,22 @@
-"""Write the outputs of the stages as one CSV table."""
+"""Stages around the others: fetch files, merge batches, write the table."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from rockframe.ingest import CATALOGUE, CatalogueEntry, Rejection, write_catalogue
+from rockframe.options.fetch import FetchOptions
 from rockframe.paper.table1 import with_paper_facts
 from rockframe.provenance import refuse_overwriting
+from rockframe.results.merging import merge
+from rockframe.results.reading import kind_of
 from rockframe.results.tables.formats import write_rows_as
 from rockframe.results.tables.table import TableRow, table_rows
+
+if TYPE_CHECKING:
+    from rockframe.fetch.coverage import Fetched
 
 
 def table_stage(
@@ -48,3 +55,61 @@ def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[Table
 def write_table(rows: Iterable[Any], path: Path, table_format: str = "csv") -> int:
     """Write rows with unknown values blank, and return their number."""
     return write_rows_as(path, map(vars, rows), table_format)
+
+
+def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
+    """Merge the files of all batches of a stage.
+
+    Parameters
+    ----------
+    parts : sequence of Path
+        Outputs of one stage with ``batch``, in the order of the batches.
+    output : Path
+        The netCDF file to write, with the same content as for all records at once.
+
+    Returns
+    -------
+    tuple of Rejection
+        The rejected records.
+
+    Raises
+    ------
+    InputError
+        If a part cannot be read or is of another run, no record is in any, or the output cannot
+        be written.
+    """
+    refuse_overwriting([output], parts)
+    left_out = merge(parts, output, kind_of(parts[0]))
+    return tuple(Rejection(file=name, reason=reason) for name, reason in left_out.items())
+
+
+def fetch_stage(
+    options: FetchOptions,
+    folder: Path,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Fetched:
+    """Fetch records into a folder for `ingest_stage`, with a `catalogue.csv` of the event.
+
+    Parameters
+    ----------
+    options : FetchOptions
+        The data to fetch.
+    folder : Path
+        A new or empty folder, or that of an earlier run of the same request.
+    progress : callable, optional
+        Called with the name of each requested file.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or cannot be written to.
+    ServiceError
+        If nothing came in, or a service stays silent or refuses what it is asked.
+    """
+    from rockframe.fetch.run import fetch
+
+    fetched = fetch(options, folder, progress=progress)
+    entries = [CatalogueEntry(**facts) for facts in fetched.facts()]
+    write_catalogue(folder / CATALOGUE, entries)
+    return fetched

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 
 from rockframe.cli.arguments import add_reading, add_records, add_structures
-from rockframe.cli.figures.spectra import add_grid
+from rockframe.cli.figures.pulses import add_grid
 from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.options import file_to_write
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_figure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the figure, its data, and the file to write."""
     numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
     parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
@@ -64,7 +64,7 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(options: argparse.Namespace) -> int:
+def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
     from rockframe.cli.console import show_json
     from rockframe.figures.captioned import save_captioned

@@ -18,7 +18,7 @@ from rockframe.cli.figures.inputs import (
     structure_of,
     title_of,
 )
-from rockframe.cli.figures.spectra import draw_9, draw_rocking, draw_stability
+from rockframe.cli.figures.pulses import draw_9, draw_rocking, draw_stability
 from rockframe.options.respond import RespondOptions
 
 if TYPE_CHECKING:

@@ -1,13 +1,14 @@
-"""rockframe run: run all stages of a study, or resume an interrupted run."""
+"""Commands of runs: init, run, status, step."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.options import add_options, folder_to_write, path
+from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from rockframe.runs.run import Outcome
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the study, the folder of its run, and where it is computed."""
     parser.add_argument("study", type=path, help="study file (TOML); `rockframe init` writes one")
     parser.add_argument("--output", type=folder_to_write, required=True, help="folder of the run")
@@ -30,11 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ExecutionOptions)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
     from rockframe.cli.arguments import chosen_engine
     from rockframe.cli.console import progress_bar, show_json
-    from rockframe.results.tables.rejections import rejections_of
+    from rockframe.results.tables.entries import rejections_of
     from rockframe.runs.plan import make_plan
     from rockframe.runs.run import Watch, run_plan
     from rockframe.study.study import read_study
@@ -98,3 +99,123 @@ def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:
     print(f"{did}; {files} files in {folder}")
     for what, reason in rejected.items():
         print(f"rockframe: rejected: {what}: {reason}", file=sys.stderr)
+
+
+def add_status(parser: argparse.ArgumentParser) -> None:
+    """Add the argument: the folder of a run."""
+    parser.add_argument("folder", type=path, help="folder of the run of a study")
+
+
+def run_status(options: argparse.Namespace) -> int:
+    """Hash the files and print the state of each step."""
+    from rockframe.cli.console import show_json, show_table
+    from rockframe.provenance import source_code_hash
+    from rockframe.runs.lock import is_locked
+    from rockframe.runs.manifest import changed_inputs
+    from rockframe.runs.plan_file import read_plan
+    from rockframe.runs.run import status_of
+    from rockframe.runs.state import damaged
+
+    plan = read_plan(options.folder)
+    states = status_of(options.folder)
+    running = is_locked(options.folder)
+    changed = dict(changed_inputs(plan))
+    same_source = plan.source == source_code_hash()
+    told = [f"{path}: {what}" for path, what in damaged(options.folder, plan.files).items()]
+    faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
+    complete = all(state.is_done for state in states) and not faults
+    if options.json:
+        steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
+        counts = dict(Counter(s.state for s in states))
+        show_json(
+            {
+                "study": plan.study,
+                "complete": complete,
+                "running": running,
+                "counts": counts,
+                "faults": faults,
+                "inputs_changed": changed,
+                "same_source": same_source,
+                "steps": steps,
+            }
+        )
+        return 0
+    rows: dict[str, Counter[str]] = {}
+    for state in states:
+        rows.setdefault(state.step.stage, Counter())[state.state] += 1
+    shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
+    print(f"{plan.study} in {options.folder}")
+    show_table("", ["stage", "steps"], shown)
+    for fault in faults:
+        print(f"{fault}.")
+    if changed:
+        path, how = next(iter(changed.items()))
+        many = f"{len(changed)} of {len(plan.inputs)} inputs changed or vanished"
+        print(f"{many} since this was planned: {path} {how}.")
+    if not same_source:
+        print("made by another version of the source code: `rockframe run` would make it again")
+    print("complete" if complete else "a run is at work" if running else "not complete")
+    return 0
+
+
+def add_step(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: the folder of a run, the name of a step, and how it is computed."""
+    parser.add_argument("folder", type=path, help="folder of the run, which contains its plan")
+    parser.add_argument("name", help="name of the step, as `rockframe status --json` lists it")
+    add_options(parser, ExecutionOptions)
+
+
+def run_step(options: argparse.Namespace) -> int:
+    """Perform the step. Return 1 if records were rejected."""
+    from rockframe.errors import ParameterError
+    from rockframe.runs.performing import Work, perform
+    from rockframe.runs.plan_file import read_plan
+
+    plan = read_plan(options.folder)
+    step = next((step for step in plan.steps if step.name == options.name), None)
+    if step is None:
+        known = ", ".join(step.name for step in plan.steps)
+        raise ParameterError(f"Invalid step {options.name!r}. Must be one of: {known}.")
+    workers = chosen(options, ExecutionOptions).workers
+    return perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))
+
+
+def add_init(parser: argparse.ArgumentParser) -> None:
+    """Add the argument: the name of the study."""
+    parser.add_argument(
+        "name", help="name of the study; NAME.toml is written to the current folder"
+    )
+
+
+def run_init(options: argparse.Namespace) -> int:
+    """Write both files, unless the study file exists."""
+    from pydantic import TypeAdapter, ValidationError
+
+    from rockframe.cli.console import show_json
+    from rockframe.errors import InputError, ParameterError
+    from rockframe.options.fields import Name
+    from rockframe.provenance import whole_file
+    from rockframe.study.study import SCHEMA, commented_study, schema
+
+    if options.name.endswith(".toml"):
+        bare = options.name.removesuffix(".toml")
+        raise ParameterError(f"Invalid name {options.name!r}. Must be without .toml: {bare}.")
+    try:
+        name = TypeAdapter(Name).validate_python(options.name)
+    except ValidationError:
+        raise ParameterError(
+            f"Invalid name {options.name!r}. Must be 1 to 64 letters, digits, points, hyphens or "
+            "underscores."
+        ) from None
+    study, beside = Path(f"{name}.toml"), Path(SCHEMA)
+    if study.exists():
+        raise InputError(study, "is there already. Must be another name.")
+    for file, text in ((study, commented_study(name)), (beside, schema())):
+        with whole_file(file) as partial:
+            partial.write_text(text, encoding="utf-8")
+    if options.json:
+        show_json({"study": str(study), "schema": str(beside)})
+    else:
+        print(f"{study}, {beside}")
+        print(f"rockframe run {study} --output {name}")
+    return 0

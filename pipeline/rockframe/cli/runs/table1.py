@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rockframe.stages.intake import Ingested
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_table1(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the folder to write."""
     add_records(parser)
     parser.add_argument(
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_reading(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.cli.console import progress_bar, show_json, show_rejections
     from rockframe.paper.table1 import compare, statements

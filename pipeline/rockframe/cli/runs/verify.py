@@ -9,7 +9,7 @@ from pathlib import Path
 from rockframe.cli.options import path
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_verify(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the folder of a run, and what to compute again."""
     parser.add_argument(
         "folder", type=path, help="folder of a run, which contains its manifest.json"
@@ -26,11 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(options: argparse.Namespace) -> int:
+def run_verify(options: argparse.Namespace) -> int:
     """Verify the run and print the result. Return 0 only if there are no faults."""
     from rockframe.cli.console import show_json
-    from rockframe.stages.report import strange_report
-    from rockframe.stages.verify import verify_run
+    from rockframe.stages.report import strange_report, verify_run
 
     found = verify_run(options.folder)
     faults = [*found.faults, *strange_report(options.folder), *_strange_plan(options.folder)]

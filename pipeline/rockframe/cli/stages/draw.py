@@ -1,14 +1,16 @@
-"""rockframe draw: draw the results of stages: records with their responses, and curves."""
+"""Commands that show what stages gave: draw, table, report, formats."""
 
 from __future__ import annotations
 
 import argparse
 
-from rockframe.cli.options import add_options, chosen, folder_to_write, path
-from rockframe.options.showing import FigureOptions
+from rockframe.cells import TABLE_FORMATS
+from rockframe.cli.arguments import add_format
+from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
+from rockframe.options.execution import FigureOptions, ReportOptions
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: files of stages, and a folder."""
     parser.add_argument(
         "files",
@@ -22,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, FigureOptions)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_draw(options: argparse.Namespace) -> int:
     """Draw the figures, and print their number."""
     from rockframe.cli.console import progress_bar, show_json
     from rockframe.stages.figures import figures_stage
@@ -34,4 +36,95 @@ def run(options: argparse.Namespace) -> int:
         show_json({"figures": drawn, "output": str(options.output)})
     else:
         print(f"{len(drawn)} figures in {options.output}")
+    return 0
+
+
+def add_table(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: three files of stages, and the table to write."""
+    for stage, name in (("ingest", "records"), ("pulse", "pulses"), ("respond", "response")):
+        parser.add_argument(name, type=path, help=f"output of `rockframe {stage}`")
+    endings = tuple(TABLE_FORMATS.values())
+    parser.add_argument(
+        "--output", type=file_to_write(*endings), required=True, help="file to write"
+    )
+    add_format(parser, default=None)
+
+
+def run_table(options: argparse.Namespace) -> int:
+    """Write the table and print its length."""
+    from rockframe.cli.console import show_json
+    from rockframe.stages.table import table_rows_of, table_stage
+
+    files = (options.records, options.pulses, options.response)
+    known = {ending: name for name, ending in TABLE_FORMATS.items()}
+    table_format = options.format or known[options.output.suffix.lower()]
+    count = table_stage(*files, options.output, table_format)
+    if options.json:
+        rows = [vars(row) for row in table_rows_of(*files)]
+        show_json({"rows": rows, "output": str(options.output)})
+    else:
+        print(f"{count} rows in {options.output}")
+    return 0
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: the folder of a run, and the page to write."""
+    parser.add_argument(
+        "folder",
+        type=path,
+        help="folder of a run, written by `rockframe table1` or `rockframe run`",
+    )
+    parser.add_argument(
+        "--output",
+        type=file_to_write(".html"),
+        help="page to write (default: report.html in the folder)",
+    )
+    add_options(parser, ReportOptions)
+
+
+def run_report(options: argparse.Namespace) -> int:
+    """Verify the run, write the page, and print what it contains."""
+    from rockframe.cli.console import show_json
+    from rockframe.stages.report import PAGE, report_stage
+
+    output = options.output or options.folder / PAGE
+    counts = report_stage(options.folder, output, chosen(options, ReportOptions))
+    size = output.stat().st_size
+    if options.json:
+        show_json({"output": str(output), "bytes": size, **counts})
+    else:
+        total = counts["histories"] + counts["left_out"]
+        print(f"{output}: {size / 1e6:.1f} MB, {counts['histories']} of {total} histories")
+    return 0
+
+
+def add_formats(_parser: argparse.ArgumentParser) -> None:
+    """Add no arguments."""
+
+
+def run_formats(options: argparse.Namespace) -> int:
+    """Print the table of formats."""
+    from rockframe.cli.console import show_json, show_table
+    from rockframe.ingest import FORMATS
+
+    if options.json:
+        show_json(
+            [
+                {
+                    "name": entry.name,
+                    "obspy_name": entry.obspy_name,
+                    "extensions": entry.extensions,
+                    "description": entry.description,
+                }
+                for entry in FORMATS
+            ]
+        )
+        return 0
+    rows = [
+        [entry.name, entry.obspy_name, " ".join(entry.extensions), entry.description]
+        for entry in FORMATS
+    ]
+    show_table(
+        "Formats of strong-motion records", ["name", "obspy", "usual endings", "what it is"], rows
+    )
     return 0

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rockframe.fetch.coverage import Coverage
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_fetch(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: data centre, event, stations, time span, folder."""
     parser.epilog = (
         "Exit status: 0 everything was received; 1 something is missing (it is listed); 2 nothing "
@@ -29,10 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(options: argparse.Namespace) -> int:
+def run_fetch(options: argparse.Namespace) -> int:
     """Download, and print what was requested and received."""
     from rockframe.cli.console import progress_names, show_json
-    from rockframe.stages.fetch import fetch_stage
+    from rockframe.stages.table import fetch_stage
 
     request = chosen(options, FetchOptions)
     with progress_names("fetching") as progress:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rockframe.stages.intake import Ingested
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_ingest(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: files, and metadata that the files do not contain."""
     parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
     parser.add_argument(
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, Filters, title=FILTERS)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_ingest(options: argparse.Namespace) -> int:
     """Run the stage and print the accepted records."""
     from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages.ingest import ingest_stage

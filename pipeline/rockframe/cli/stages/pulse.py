@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rockframe.record import Record
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_pulse(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records and the file to write."""
     parser.add_argument(
         "records", type=path, help="output of `rockframe ingest`; with --paper also record files"
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ExecutionOptions)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_pulse(options: argparse.Namespace) -> int:
     """Run the stage and print the pulses, or the comparison with the paper."""
     from rockframe.errors import ParameterError
 
@@ -152,7 +152,7 @@ def show_paper(options: argparse.Namespace) -> int:
     """Match the paper's records in every way and print the comparison."""
     from rockframe.cli.console import show_json
     from rockframe.errors import InputError
-    from rockframe.matching.weighting import Weighting
+    from rockframe.matching.signal import Weighting
     from rockframe.paper.pulse_table import overall_distances, paper_pulses
 
     records, status = _records(options)

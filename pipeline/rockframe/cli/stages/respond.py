@@ -27,7 +27,7 @@ _OF_MOTION: Final = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_respond(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the file to write."""
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
     parser.add_argument(
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ExecutionOptions)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
     from rockframe.results.tables.table import response_rows

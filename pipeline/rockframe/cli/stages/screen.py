@@ -20,7 +20,7 @@ from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.respond import ScreenOptions
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_screen(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, scales, filters, and the file to write."""
     parser.add_argument(
         "records",
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ExecutionOptions)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_screen(options: argparse.Namespace) -> int:
     """Run the stage and print the tables."""
     from rockframe.cli.console import progress_bar, show_rejections
     from rockframe.cli.stages.screen_tables import show

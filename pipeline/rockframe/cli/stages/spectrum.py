@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_spectrum(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: a pulse or records, frames, and the file to write."""
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ExecutionOptions)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_spectrum(options: argparse.Namespace) -> int:
     """Run the stage and print the spectrum."""
     other = SpectrumOptions if options.records else RockingSpectrumOptions
     own = RockingSpectrumOptions if options.records else SpectrumOptions

@@ -9,9 +9,8 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from rockframe.matching.curve import match_curve
+from rockframe.matching.curve import match_curve, scalogram
 from rockframe.matching.match import PulseMatch
-from rockframe.matching.scalogram import scalogram
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.results.schema.declare import texts, variable

@@ -1,4 +1,4 @@
-"""The variables of screen.nc besides the scenarios: of motions and statistics of verdicts."""
+"""The variables of screen.nc besides the scenarios: motions, statistics, hazard, design."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from rockframe.results.schema import SCREEN_NC
 from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
-from rockframe.risk import Band, Fragility, period_of
+from rockframe.risk import Band, Fragility, HazardCurve, OverturningRate, period_of
+from rockframe.rocking import Design, Found
 
 Float = NDArray[np.float64]
 
@@ -154,3 +155,34 @@ def observed_values(
 
 def _total(fit: Fragility) -> float:
     return float(fit.log_likelihood.sum()) if fit.log_likelihood.size else float("nan")
+
+
+def hazard_values(curve: HazardCurve, rates: Sequence[Sequence[OverturningRate]]) -> dict[str, Any]:
+    """Return the hazard of the site, and the rates of each structure and limit state."""
+    return {
+        "hazard_measure": curve.measure,
+        "hazard_intensity": curve.intensity,
+        "hazard_rate": curve.rate,
+        **SCREEN_NC.filled("rate", list(rates)),
+    }
+
+
+def design_values(design: Design, shares: Float, found: Sequence[Found]) -> dict[str, Any]:
+    """Return the scan of a design; shares of shape (structures, steps)."""
+    return {
+        "design_dimension": design.dimension,
+        "design_quantity": design.quantity,
+        "design_limit": design.limit,
+        "design_required_share": design.share,
+        "design_value": design.values,
+        "design_share": shares,
+        **SCREEN_NC.filled("found", list(found)),
+    }
+
+
+def design_units(design: Design) -> dict[str, str]:
+    """Return the units of the variables of a design that have two."""
+    two = (one for one in SCREEN_NC.variables if one.also_units == "1")
+    ratio = design.dimension == "mass_ratio"
+    limit = {"design_limit": "1" if design.quantity == "rotation_ratio" else "m"}
+    return {one.name: one.also_units if ratio else one.units for one in two} | limit

@@ -1,11 +1,11 @@
-"""Histories of single scenarios of a screening, ragged along ``obs``."""
+"""What a screening has of single scenarios and single records."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from rockframe.errors import ParameterError
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN, SCREEN_NC
 from rockframe.results.writing import growing
-from rockframe.rocking.response import Response
+from rockframe.rocking.response import Response, Verdict
 
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
@@ -101,3 +101,45 @@ def _position(known: list[str] | list[float], asked: str | float, what: str) -> 
             f"Invalid {what} {asked!r}. Must be one of: {', '.join(map(str, known))}."
         )
     return [one == asked for one in known].index(True)
+
+
+def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
+    """Return what the screening says of the motions of a record, a row for each structure.
+
+    Parameters
+    ----------
+    path : Path
+        Output of the screen stage.
+    record : str
+        Identifier of the record.
+
+    Returns
+    -------
+    list of dict
+        ``structure``, ``azimuth_degree``, ``verdicts`` by scale, and ``critical_scale``, NaN if it
+        was not looked for or there is none; none if the record is not among the motions.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    with opened(path, SCREEN) as dataset:
+        rows = np.flatnonzero(dataset["record_id"].values == record)
+        found = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()
+    critical = found.get("critical_scale")
+    return [
+        {
+            "structure": str(structure),
+            "azimuth_degree": float(found["azimuth"].values[i]),
+            "verdicts": {
+                f"{scale:g}": Verdict(int(verdict)).name.lower()
+                for scale, verdict in zip(
+                    found["scale"].values, found["verdict"].values[i, k], strict=True
+                )
+            },
+            "critical_scale": np.nan if critical is None else float(critical.values[i, k]),
+        }
+        for i in range(rows.size)
+        for k, structure in enumerate(found["structure"].values)
+    ]

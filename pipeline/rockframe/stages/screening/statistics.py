@@ -15,11 +15,13 @@ from rockframe.results.schema import SCREEN_NC
 from rockframe.results.screening.facts import (
     azimuth_values,
     demand_values,
+    design_units,
+    design_values,
     fragility_values,
+    hazard_values,
     motion_values,
     observed_values,
 )
-from rockframe.results.screening.risk import design_units, design_values, hazard_values
 from rockframe.risk import (
     MEASURES,
     Fragility,
