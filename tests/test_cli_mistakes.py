@@ -133,12 +133,13 @@ def test_what_is_written_must_fit_its_name(
     for verb, action in writing:
         assert callable(action.type)
         with pytest.raises(argparse.ArgumentTypeError, match=r"Must (end in|name a folder)"):
-            action.type("table.xlsx")
+            action.type("table.txt")
         if action.default is not None:
             assert action.type(str(action.default)) == action.default, verb
     with pytest.raises(SystemExit, match="2"):
-        run("table", "records.nc", "pulses.nc", "response.nc", "--output", "table.xlsx")
-    said = "argument --output: 'table.xlsx'. Must end in .csv. See rockframe table --help."
+        run("table", "records.nc", "pulses.nc", "response.nc", "--output", "table.txt")
+    must = "Must end in .csv, .xlsx, .md, .tex or .parquet"
+    said = f"argument --output: 'table.txt'. {must}. See rockframe table --help."
     assert capsys.readouterr().err == f"rockframe: error: {said}\n"
     assert not list(tmp_path.iterdir())
 
