@@ -30,6 +30,7 @@ def everything(folder: Path, rotation: str) -> Plan:
     beside = "azimuths_degree" if rotation == "azimuth" else "pulse_(period_s|length_m|like)"
     text = re.sub(rf"(?m)^{beside} = .*\n", "", text)  # each refuses the other
     text = text.replace("= false", "= yes").replace("= true", "= false").replace("= yes", "= true")
+    text = re.sub(r"(?m)^hazard_site = .*\n", "", text)  # the file is of one site
     for name in ("station.xml", "limits.toml"):
         (folder / name).write_text("")
     heads = "file,event,station,network,magnitude,epicentral_distance_km,source\n"

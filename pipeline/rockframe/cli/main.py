@@ -85,8 +85,11 @@ class _Parser(argparse.ArgumentParser):
                 message += f". Use {new}"
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        (file or sys.stderr).write(message)  # argparse would ignore that it cannot be written
+
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        sys.stdout.flush()  # argparse would not say that its help was not written
+        sys.stdout.flush()
         super().exit(status, message)
 
 
