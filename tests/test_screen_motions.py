@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from rockframe.components.rotation import rotate
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
+from rockframe.record import SiteType
 from rockframe.results.records import read_records
 from rockframe.results.screening.screen import read_screening
 from rockframe.rocking import respond
@@ -45,6 +47,23 @@ def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
     assert len(done.left_out) == 7
     assert done.rejections == ()
     assert json.loads(found.attrs["left_out"]) == done.left_out
+
+
+def test_only_the_free_field(tmp_path: Path) -> None:
+    places = (SiteType.FREE_FIELD, SiteType.STRUCTURE, SiteType.UNKNOWN)
+    records = [replace(one, site_type=place) for one, place in zip(site(3), places, strict=True)]
+    done = screen_stage(
+        stored(records, tmp_path),
+        tmp_path / "screen.nc",
+        filters=Filters(site="free-field"),
+        options=ScreenOptions(scales=(1.0,), margins="none"),
+    )
+    found = read_screening(tmp_path / "screen.nc")
+    assert found["record_id"].values.tolist() == ["s00"]
+    assert done.left_out == {
+        "s01": "site structure. Must be free-field",
+        "s02": "site unknown. Must be free-field",
+    }
 
 
 def test_empty_selection_is_named(screen: Screen) -> None:

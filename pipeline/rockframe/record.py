@@ -74,6 +74,11 @@ class SiteType(IntEnum):
     STRUCTURE = 2
     BOREHOLE = 3
 
+    @property
+    def words(self) -> str:
+        """Name for options and tables: ``free-field``."""
+        return self.name.lower().replace("_", "-")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record(Shown):

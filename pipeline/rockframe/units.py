@@ -24,6 +24,18 @@ ACCELERATION_UNITS: Final = {
 }
 
 
+def plain_units(units: str) -> str:
+    """Return the usual spelling of acceleration units; other texts unchanged.
+
+    Examples
+    --------
+    >>> plain_units("m/s^2"), plain_units("G"), plain_units("cm/sec/sec"), plain_units("ft/s2")
+    ('m/s2', 'g', 'cm/s2', 'ft/s2')
+    """
+    plain = re.sub(r"[\s^]|\*\*", "", units.lower()).replace("sec", "s").replace("/s/s", "/s2")
+    return plain if plain in ACCELERATION_UNITS else units
+
+
 def acceleration_factor(units: str) -> float:
     """Return the factor that converts accelerations in `units` to m s-2.
 

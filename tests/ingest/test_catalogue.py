@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from rockframe.errors import InputError
 from rockframe.ingest import CatalogueEntry, read_catalogue, with_facts
 from rockframe.ingest.metadata.catalogue import COLUMNS, VS30, write_catalogue
-from rockframe.record import Record
+from rockframe.record import Record, SiteType
 
 HEADER = ",".join(COLUMNS)
 
@@ -82,3 +83,15 @@ def test_velocity_of_shear_waves_may_be_stated(tmp_path: Path) -> None:
 def test_own_catalogues_may_leave_out_columns(tmp_path: Path) -> None:
     entry = read(tmp_path, "file,magnitude,distance_rrup_km\nA.V1,7.1,3.2\n")["A.V1"]
     assert (entry.magnitude, entry.distance_rrup, entry.event) == (7.1, 3.2, "")
+
+
+def test_the_site_may_be_stated(tmp_path: Path) -> None:
+    entries = read(tmp_path, "file,site\nA.V1,free-field\nB.V1,Structure\nC.V1,\n")
+    record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
+    kept = replace(record, site_type=SiteType.BOREHOLE)
+    found = [with_facts(kept, entries[name]).site_type for name in ("A.V1", "B.V1", "C.V1")]
+    assert found == [SiteType.FREE_FIELD, SiteType.STRUCTURE, SiteType.BOREHOLE]
+    write_catalogue(tmp_path / "again.csv", entries.values())
+    assert read_catalogue(tmp_path / "again.csv")["B.V1"].site_type is SiteType.STRUCTURE
+    with pytest.raises(InputError, match=r":2: site 'roof'\. Must be one of: unknown, free-field"):
+        read(tmp_path, "file,site\nA.V1,roof\n")

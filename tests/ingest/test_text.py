@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, read_bytes
 from rockframe.ingest.formats.text.reader import sniff
-from rockframe.record import Record
+from rockframe.record import Orientation, Record
 
 PATH = Path("shake.csv")
 BOTH = ReadOptions(units="g", time_step=0.01)
@@ -188,3 +188,98 @@ def test_units_in_a_comment_are_those_of_the_samples(comment: str, states: str |
         else:
             with pytest.raises(InputError, match=rf"a\.txt:1: .*'{states}' in the comment, 'g' "):
                 read_bytes("a.txt", data.encode(), options)
+
+
+def rows_of(*columns: list[float], separator: str = ",") -> str:
+    rows = zip(*columns, strict=True)
+    return "".join(separator.join(f"{x:.3f}" for x in row) + "\n" for row in rows)
+
+
+TIMES, NORTH, EAST, UP = [0.0, 0.01, 0.02], [0.1, -0.2, 0.3], [0.4, 0.5, -0.6], [0.7, 0.8, 0.9]
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        ("time, NS, EW, UD", "g"),
+        ("Time [s],N [g],E [g],Z [g]", None),
+        ("t,acc_000_g,acc_090_g,acc_UP_g", None),
+        ("N,E,V", "g"),
+    ],
+)
+def test_several_components_by_their_headings(names: str, units: str | None) -> None:
+    timed = names.count(",") == 3
+    columns = [*([TIMES] if timed else []), NORTH, EAST, UP]
+    options = ReadOptions(units, None if timed else 0.01)
+    records = read_bytes("a.csv", f"{names}\n{rows_of(*columns)}".encode(), options)
+    assert [record.acceleration.tolist() for record in records] == [
+        [9.81 * value for value in values] for values in (NORTH, EAST, UP)
+    ]
+    assert [record.azimuth for record in records[:2]] == [0.0, 90.0]
+    assert records[2].orientation is Orientation.VERTICAL
+    assert len({record.record_id for record in records}) == 3
+
+
+@pytest.mark.parametrize(
+    ("names", "column", "values"),
+    [
+        ("t,acc_1_g,acc_2_g\n", "acc_2_g", EAST),
+        ("t,acc_1_g,acc_2_g\n", "2", NORTH),
+        ("t,vel,Acc X [g]\n", "acc x [g]", EAST),
+        ("", "3", EAST),
+    ],
+)
+def test_a_column_may_be_chosen(names: str, column: str, values: list[float]) -> None:
+    text = names + rows_of(TIMES, NORTH, EAST)
+    options = ReadOptions(None if names else "g", column=column)
+    [record] = read_bytes("a.csv", text.encode(), options)
+    assert record.acceleration.tolist() == [9.81 * value for value in values]
+    assert record.time_step == 0.01
+
+
+@pytest.mark.parametrize(
+    ("names", "column", "message"),
+    [
+        ("t,acc_1,acc_2\n", None, r"2 accelerations without different directions.*--column NAME"),
+        ("", None, r"3 columns without names\..*--column NAME"),
+        ("t,acc_1,acc_2\n", "acc_3", r"no column 'acc_3'\. Must be one of: t, acc_1, acc_2"),
+        ("", "4", r"no column '4'\. Must be one of: 1 to 3"),
+        ("t,vel_1,acc_2\n", "vel_1", r"column 'vel_1' is a velocity\. Must be an acceleration"),
+        ("t,NS_g,EW_gal\n", None, r"accelerations in different units \(g, gal\)"),
+    ],
+)
+def test_columns_that_are_refused(names: str, column: str | None, message: str) -> None:
+    text = names + rows_of(TIMES, NORTH, EAST)
+    with pytest.raises(InputError, match=message):
+        read_bytes("a.csv", text.encode(), ReadOptions("g", column=column))
+
+
+@pytest.mark.parametrize("many", [8, 10])
+def test_many_values_a_line_are_one_series(many: int) -> None:
+    values = [round(0.01 * k, 2) for k in range(2 * many + 3)]
+    lines = [values[k : k + many] for k in range(0, len(values), many)]
+    text = "\n".join(" ".join(f"{x:8.2f}" for x in line) for line in lines) + "\n"
+    [record] = read_bytes("a.txt", text.encode(), ReadOptions("m/s2", 0.01))
+    assert record.acceleration.tolist() == values
+    short = text.replace(f"{values[many + 3]:8.2f}", "", 1)
+    with pytest.raises(InputError, match=rf"{many - 1} values in a line"):
+        read_bytes("a.txt", short.encode(), ReadOptions("m/s2", 0.01))
+
+
+@pytest.mark.parametrize("names", ["", "Zeit;acc\n", "time;NS;EW\n"])
+def test_decimal_comma_with_semicolons(names: str) -> None:
+    if not names:
+        columns: tuple[list[float], ...] = (TIMES, NORTH)
+    else:
+        columns = (TIMES, NORTH, EAST)[: names.count(";") + 1]
+    text = names.replace("Zeit", "t") + rows_of(*columns, separator=";").replace(".", ",")
+    records = read_bytes("a.csv", text.encode(), ReadOptions("g"))
+    assert records[0].acceleration.tolist() == [9.81 * value for value in NORTH]
+    assert records[0].time_step == 0.01
+
+
+@pytest.mark.parametrize(("units", "plain"), [("m/s^2", "m/s2"), ("G", "g"), ("cm/s/s", "cm/s2")])
+def test_other_spellings_of_units(units: str, plain: str) -> None:
+    from rockframe.options.ingest import IngestOptions
+
+    assert ReadOptions(units).units == IngestOptions(units=units).units == plain

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.units import acceleration_factor
+from rockframe.units import acceleration_factor, plain_units
 
 #: Relative tolerance of two stated time steps.
 _SAME_STEP: Final = 1e-9
@@ -29,6 +29,8 @@ class ReadOptions:
     water_level : float, optional
         Remove the full response from miniSEED records with this water level [dB] (default: divide
         by the sensitivity).
+    column : str, optional
+        Name or number of the column of acceleration in text files.
 
     Raises
     ------
@@ -45,9 +47,11 @@ class ReadOptions:
     time_step: float | None = None
     station_xml: Path | None = None
     water_level: float | None = None
+    column: str | None = None
 
     def __post_init__(self) -> None:
         if self.units is not None:
+            object.__setattr__(self, "units", plain_units(self.units))
             acceleration_factor(self.units)
         step = self.time_step
         if step is not None and not (math.isfinite(step) and step > 0.0):
@@ -59,6 +63,7 @@ class ReadOptions:
     def stated(self) -> dict[str, str | float | None]:
         """Return the values for JSON, with units in the names."""
         return {
+            "column": self.column,
             "station_xml": self.station_xml.name if self.station_xml else None,
             "time_step_s": self.time_step,
             "units": self.units,

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from rockframe.options.model import VALUE
-from rockframe.units import ACCELERATION_UNITS
+from rockframe.units import ACCELERATION_UNITS, plain_units
 
 #: Largest number of values in a list; more are hardly intended.
 MOST_NUMBERS: Final = 2_000
@@ -147,6 +147,7 @@ def _different(texts: tuple[str, ...]) -> tuple[str, ...]:
 #: Unit of acceleration.
 Units = Annotated[
     str,
+    AfterValidator(plain_units),
     AfterValidator(_known_units),
     WithJsonSchema({"enum": list(ACCELERATION_UNITS), "type": "string"}),
 ]
@@ -180,5 +181,7 @@ Wavelets = Annotated[
 ]
 #: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]
+#: Where a sensor was.
+Site = Literal["free-field", "structure", "borehole", "unknown"]
 #: Margins of verdicts: none, the first overturning, or also robust margins.
 Margins = Literal["none", "first", "robust"]

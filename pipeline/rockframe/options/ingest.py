@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rockframe.options.fields import Bounds, File, Finite, Positive, Range, Units
+from rockframe.options.fields import Bounds, File, Finite, Positive, Range, Site, Units
 from rockframe.options.model import RULE, Options
 
 
@@ -20,6 +20,9 @@ class IngestOptions(Options):
     that states other units is rejected)."""
     time_step_s: Annotated[Positive | None, Field(examples=[0.01])] = None
     """Time step of text files that do not state it [s] (a file that states another is rejected)."""
+    column: Annotated[str | None, Field(examples=["acc_x"])] = None
+    """Name or number of the column of acceleration in text files; by default the columns whose
+    names say so."""
     station_xml: Annotated[File | None, Field(examples=["station.xml"])] = None
     """StationXML of miniSEED files; by default every .xml file beside each file."""
     water_level_db: Annotated[Positive | None, Field(examples=[60.0])] = None
@@ -86,17 +89,25 @@ class Filters(Options):
     """Distance to the hypocentre, from and to [km]."""
     vs30_m_s: Annotated[Bounds | None, Field(examples=[(360.0, 1500.0)])] = None
     """Shear-wave velocity of the upper 30 m at the station, from and to [m/s]."""
+    site: Annotated[Site | None, Field(examples=["free-field"])] = None
+    """Where the sensor was, as headers and catalogues say."""
     pga_g: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
     """Peak ground acceleration after processing, from and to [g]."""
     pgv_m_s: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
     """Peak ground velocity after processing, from and to [m/s]."""
 
-    def bounds(self) -> dict[str, list[float]]:
+    def bounds(self) -> dict[str, list[float] | str]:
         """Return the stated filters as JSON values."""
-        return {name: list(bounds) for name, bounds in self if bounds is not None}
+        return {
+            name: bounds if isinstance(bounds, str) else list(bounds)
+            for name, bounds in self
+            if bounds is not None
+        }
 
-    def refusal(self, **values: float) -> str:
+    def refusal(self, site: str | None = None, **values: float) -> str:
         """Return the first reason why a record with these values is filtered out, or ""."""
+        if site is not None and self.site not in (None, site):
+            return f"site {site}. Must be {self.site}"
         for name, value in values.items():
             bounds = getattr(self, name)
             if bounds is None:

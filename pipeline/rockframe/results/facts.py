@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.matching.likeness import PulseVerdict
 from rockframe.provenance import sha256_of
+from rockframe.record import SiteType
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.tables.pulse_rows import loaded_pulses
@@ -47,7 +48,7 @@ class Facts:
     names : list of str
         Identifiers of the records, in the order of the file.
     texts : dict of str to list of str
-        ``event``, ``network``, ``station``, ``start_time`` and ``component`` of each.
+        ``event``, ``network``, ``station``, ``start_time``, ``component`` and ``site`` of each.
     numbers : dict of str to array, shape (records,)
         `NUMBERS` and, of the best pulse, `PULSE_NUMBERS`, in SI units.
     pulse_like : list of bool or None
@@ -85,7 +86,10 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
         pulses, like = _pulses(pulses_path, sha256_of(records_path), names)
     return Facts(
         names=names,
-        texts={name: [str(text) for text in records[name].values] for name in _TEXTS},
+        texts={
+            **{name: [str(text) for text in records[name].values] for name in _TEXTS},
+            "site": [SiteType(int(flag)).words for flag in records["site_type"].values],
+        },
         numbers={name: records[name].values.astype(np.float64) for name in NUMBERS} | pulses,
         pulse_like=like,
     )

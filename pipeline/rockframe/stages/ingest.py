@@ -145,6 +145,7 @@ def _read_options(options: IngestOptions) -> ReadOptions:
         time_step=options.time_step_s,
         station_xml=options.station_xml,
         water_level=options.water_level_db,
+        column=options.column,
     )
 
 

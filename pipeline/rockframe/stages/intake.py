@@ -237,6 +237,7 @@ def _filtered(record: Record, entry: Entry, filters: Filters) -> Entry:
         return entry
     measures = entry.passport.measures
     refusal = filters.refusal(
+        site=record.site_type.words,
         magnitude=record.magnitude,
         epicentral_distance_km=record.epicentral_distance,
         distance_rrup_km=record.distance_rrup,

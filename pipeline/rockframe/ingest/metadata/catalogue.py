@@ -17,7 +17,7 @@ from rockframe.ingest.metadata.entry import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.metadata.flatfiles import kind_of, read_entries
 from rockframe.ingest.parsing.lines import unreadable
 from rockframe.provenance import whole_file
-from rockframe.record import Record
+from rockframe.record import Record, SiteType
 
 #: Name of the catalogue in a folder of records.
 CATALOGUE: Final = "catalogue.csv"
@@ -41,6 +41,7 @@ _FIELDS: Final = {
     "distance_rjb_km": "distance_rjb",
     "distance_hypocentral_km": "distance_hypocentral",
     VS30: "vs30",
+    "site": "site_type",
     "mechanism": "mechanism",
     "lowest_usable_frequency_hz": "lowest_usable_frequency",
     "archive_pulse_period_s": "archive_pulse_period",
@@ -137,7 +138,8 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     stated = list(entries)
     known = {field for entry in stated for field in stated_facts(entry)}
     columns = [name for name, field in _FIELDS.items() if name in COLUMNS or field in known]
-    rows = ([getattr(entry, _FIELDS[name]) for name in columns] for entry in stated)
+    values = ([getattr(entry, _FIELDS[name]) for name in columns] for entry in stated)
+    rows = ([one.words if isinstance(one, SiteType) else one for one in row] for row in values)
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         write_rows(stream, [columns, *rows])
 
@@ -175,7 +177,8 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     facts = dict(vars(entry)) if entry else {}
     facts |= {"facts_source": facts.pop("source", "")}
     facts = {name: value for name, value in facts.items() if name not in {"file", "origin_time"}}
-    return {name: value for name, value in facts.items() if value != "" and value == value}
+    unknown = ("", SiteType.UNKNOWN)
+    return {name: one for name, one in facts.items() if one not in unknown and one == one}
 
 
 def facts_of(
@@ -254,9 +257,14 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     numbers = {
         field: _number(path, row, column, line, -math.inf if field == "magnitude" else 0.0)
         for column, field in _FIELDS.items()
-        if field not in _TEXTS
+        if field not in _TEXTS and column != "site"
     }
-    return CatalogueEntry(**texts, **numbers)  # type: ignore[arg-type]
+    sites = {"": SiteType.UNKNOWN, **{site.words: site for site in SiteType}}
+    site = row.get("site", "").lower().replace(" ", "-")
+    if site not in sites:
+        known = ", ".join(filter(None, sites))
+        raise InputError(path, f"site {site!r}. Must be one of: {known}.", line=line)
+    return CatalogueEntry(**texts, **numbers, site_type=sites[site])  # type: ignore[arg-type]
 
 
 def _number(

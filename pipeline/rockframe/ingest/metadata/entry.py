@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rockframe.record import SiteType
+
 
 @dataclass(frozen=True, kw_only=True)
 class CatalogueEntry:
@@ -24,6 +26,8 @@ class CatalogueEntry:
         Distances to the rupture, to its surface projection, and to the hypocentre [km].
     vs30 : float
         Mean shear-wave velocity of the uppermost 30 m [m s-1].
+    site_type : SiteType
+        Free field, structure, borehole, or unknown.
     mechanism : str
         Mechanism of the event.
     lowest_usable_frequency, archive_pulse_period : float
@@ -50,6 +54,7 @@ class CatalogueEntry:
     distance_rjb: float = math.nan
     distance_hypocentral: float = math.nan
     vs30: float = math.nan
+    site_type: SiteType = SiteType.UNKNOWN
     mechanism: str = ""
     lowest_usable_frequency: float = math.nan
     archive_pulse_period: float = math.nan

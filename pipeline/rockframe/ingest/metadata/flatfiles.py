@@ -18,6 +18,7 @@ from typing import Any, Final
 from rockframe.cells import decimal
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.entry import CatalogueEntry
+from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.provenance import read_json
 
 _Rows = Iterator[tuple[int, dict[str, str]]]
@@ -181,6 +182,7 @@ def _esm(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
                 station=row["station_code"],
                 mechanism=_FAULTING.get(row.get("fm_type_code", ""), ""),
                 origin_time=row["event_time"].replace(" ", "T"),
+                site_type=site_of_depth(_depth(row)),
                 **_numbers(path, line, row, _ESM),
             ),
         )
@@ -278,6 +280,13 @@ def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str
             if value >= 0.0 or (field == "magnitude" and value > -10.0):
                 found[field] = value
     return found
+
+
+def _depth(row: Mapping[str, str]) -> float:
+    try:
+        return decimal(row.get("sensor_depth_m", ""))
+    except ValueError:
+        return math.nan
 
 
 def _finite(path: Path, value: object) -> float:

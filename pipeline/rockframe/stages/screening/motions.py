@@ -100,7 +100,8 @@ class Motions:
         found = self._swept(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in found:
             like = None if azimuths else self._facts.pulse_like[motion.row]
-            reason = self._filtered_by(motion.numbers, like)
+            site = self._facts.texts["site"][motion.row]
+            reason = self._filtered_by(motion.numbers, like, site)
             if reason:
                 self.left_out[motion.name] = reason
                 continue
@@ -122,9 +123,10 @@ class Motions:
         named = {spectral(t).name: float(a) for t, a in zip(self._periods, found, strict=True)}
         return replace(motion, numbers={**motion.numbers, **named})
 
-    def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None) -> str:
+    def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
         """Return the reason why a motion is filtered out, or ""."""
         reason = self.filters.refusal(
+            site=site,
             magnitude=numbers["magnitude"],
             epicentral_distance_km=numbers["epicentral_distance"],
             distance_rrup_km=numbers["distance_rrup"],

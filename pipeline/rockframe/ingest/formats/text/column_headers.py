@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, OtherQuantityError
+from rockframe.ingest.metadata.identify import direction
+from rockframe.record import Orientation
 from rockframe.units import ACCELERATION_UNITS
 
 #: Quantity of a column, by the first word of its name.
@@ -16,6 +19,8 @@ _QUANTITIES: Final = {
     **dict.fromkeys(["v", "vel", "velocity"], "velocity"),
     **dict.fromkeys(["d", "disp", "displacement"], "displacement"),
 }
+#: Labels of columns that are no directions.
+_LABEL: Final = re.compile(r"[xyzlth]\d?|\d", re.I)
 _TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
 _PER_SECOND_SQUARED: Final = ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")
 #: Units by their spelling in column names, without blanks, underscores and carets.
@@ -34,16 +39,21 @@ _IN_WORDS: Final = re.compile(
     re.I,
 )
 _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."
+_CHOOSE: Final = "Choose one with --column NAME."
 
 
 def fields_of(line: str) -> list[str]:
-    """Return the fields of a line, separated by commas if it has any, otherwise by blanks.
+    """Return the fields of a line, separated by semicolons or commas if it has any, or by blanks.
+
+    Commas between semicolons are those of decimal numbers.
 
     Examples
     --------
-    >>> fields_of("0.01, 0.2"), fields_of(" 0.01 0.2")
-    (['0.01', ' 0.2'], ['0.01', '0.2'])
+    >>> fields_of("0.01, 0.2"), fields_of(" 0.01 0.2"), fields_of("0,01; 0,2")
+    (['0.01', ' 0.2'], ['0.01', '0.2'], ['0.01', ' 0.2'])
     """
+    if ";" in line:
+        return line.replace(",", ".").split(";")
     return line.split(",") if "," in line else line.split()
 
 
@@ -77,14 +87,14 @@ def column_names(line: str) -> list[str]:
 
 
 def is_known(name: str) -> bool:
-    """Return whether a column name is a time, acceleration, velocity or displacement.
+    """Return whether a column name is a time, acceleration, velocity, displacement or direction.
 
     Examples
     --------
-    >>> is_known("acc_g"), is_known("station")
-    (True, False)
+    >>> is_known("acc_g"), is_known("NS"), is_known("station")
+    (True, True, False)
     """
-    return _split_name(name)[0] in _QUANTITIES
+    return bool(_column(name).quantity)
 
 
 def units_in(comment: str) -> str | None:
@@ -101,10 +111,29 @@ def units_in(comment: str) -> str | None:
     return found and _SPELLINGS.get(re.sub(r"[\s^*]", "", found["units"].lower()))
 
 
+@dataclass(frozen=True)
+class Columns:
+    """Meaning of the columns of a table.
+
+    Parameters
+    ----------
+    time : int or None
+        Index of the column of times.
+    accelerations : mapping of int to str
+        Name of the component of each column of acceleration; empty if there is one without a name.
+    units : str or None
+        Units of the accelerations.
+    """
+
+    time: int | None
+    accelerations: dict[int, str]
+    units: str | None
+
+
 def read_headers(
-    path: Path, names: list[str], columns: int, line: int
-) -> tuple[list[str], str | None]:
-    """Return the quantity of each column of a table, and the acceleration units if stated.
+    path: Path, names: list[str], columns: int, line: int, chosen: str | None = None
+) -> Columns:
+    """Return what the columns of a table are, and the acceleration units if stated.
 
     Parameters
     ----------
@@ -114,13 +143,8 @@ def read_headers(
         Number of columns.
     line : int
         Line number of the names, or of the first row if there are no names.
-
-    Returns
-    -------
-    quantities : list of str
-        ``time`` or ``acceleration`` for each column.
-    units : str or None
-        Units of acceleration.
+    chosen : str, optional
+        Name or number of the column of acceleration.
 
     Raises
     ------
@@ -130,41 +154,109 @@ def read_headers(
     Examples
     --------
     >>> read_headers(Path("motion.csv"), ["time_s", "acc_cm_s2"], 2, 1)
-    (['time', 'acceleration'], 'cm/s2')
+    Columns(time=0, accelerations={1: ''}, units='cm/s2')
+    >>> read_headers(Path("motion.csv"), ["Time", "NS [g]", "EW [g]"], 3, 1).accelerations
+    {1: 'NS', 2: 'EW'}
     """
+    if names and len(names) != columns:
+        message = f"{columns} columns under {len(names)} names ({','.join(names)}). Must be equal."
+        raise InputError(path, message, line=line)
+    found = [_column(name) for name in names]
+    if chosen is not None:
+        place = _chosen(path, names, columns, line, chosen)
+        times = [k for k, one in enumerate(found) if one.quantity == "time"]
+        time = times[0] if times else None if names or not place else 0
+        stated = found[place] if names else _Column("acceleration")
+        if stated.quantity in {"time", "velocity", "displacement"} and not stated.vertical:
+            message = f"column {names[place]!r} is a {stated.quantity}. Must be an acceleration."
+            raise InputError(path, message, line=line)
+        return Columns(time, {place: stated.component}, _units(path, [stated], line))
     if not names:
         if columns > 2:
-            raise InputError(path, f"{columns} columns without names. {_MUST}", line=line)
-        return ["time", "acceleration"][-columns:], None
-    shown = ",".join(names)
-    if len(names) != columns:
-        message = f"{columns} columns under {len(names)} names ({shown}). Must be equal."
-        raise InputError(path, message, line=line)
-    words = [_split_name(name) for name in names]
-    found = [_QUANTITIES.get(word, word) for word, _ in words]
-    for name, quantity in zip(names, found, strict=True):
-        if quantity in {"velocity", "displacement"} and "acceleration" not in found:
+            message = f"{columns} columns without names. {_MUST} {_CHOOSE}"
+            raise InputError(path, message, line=line)
+        return Columns(0 if columns == 2 else None, {columns - 1: ""}, None)
+    return _read_names(path, names, found, line)
+
+
+def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -> Columns:
+    directions = sum(one.quantity == "direction" for one in found)
+    meant = {
+        k: one
+        for k, one in enumerate(found)
+        if one.quantity in {"acceleration", "direction"} or (one.vertical and directions > 1)
+    }
+    for name, one in zip(names, found, strict=True):
+        if one.quantity in {"velocity", "displacement"} and not meant:
             raise OtherQuantityError(
-                path, f"column {name!r} is a {quantity}. Must be an acceleration.", line=line
+                path, f"column {name!r} is a {one.quantity}. Must be an acceleration.", line=line
             )
-    if sorted(found) not in (["acceleration"], ["acceleration", "time"]):
-        raise InputError(path, f"columns {shown!r}. {_MUST}", line=line)
-    units = dict(zip(found, (units for _, units in words), strict=True))
-    return found, _units(path, units, line)
+    times = [k for k, one in enumerate(found) if one.quantity == "time"]
+    shown, components = ",".join(names), [one.component for one in meant.values()]
+    if len(meant) > 1 and ("" in components or len({*components}) < len(components)):
+        message = f"columns {shown!r}: {len(meant)} accelerations without different directions."
+        raise InputError(path, f"{message} {_CHOOSE}", line=line)
+    if not meant or len(times) > 1 or len(meant) + len(times) < len(names):
+        raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)
+    for k in times:
+        if found[k].units not in _TIME_UNITS:
+            message = f"time in units of {found[k].units!r}. Must be seconds."
+            raise InputError(path, message, line=line)
+    units = _units(path, list(meant.values()), line)
+    return Columns(times[0] if times else None, dict(zip(meant, components, strict=True)), units)
 
 
-def _units(path: Path, units: dict[str, str], line: int) -> str | None:
-    if units.get("time", "") not in _TIME_UNITS:
-        raise InputError(path, f"time in units of {units['time']!r}. Must be seconds.", line=line)
-    stated = units["acceleration"]
-    if stated and stated not in _SPELLINGS:
-        known = ", ".join(ACCELERATION_UNITS)
-        message = f"acceleration units {stated!r}. Must be one of: {known}."
-        raise InputError(path, message, line=line)
-    return _SPELLINGS.get(stated)
+def _chosen(path: Path, names: list[str], columns: int, line: int, chosen: str) -> int:
+    """Return the index of the chosen column."""
+    folded = [re.sub(r"\s", "", name).casefold() for name in names]
+    wanted = re.sub(r"\s", "", chosen).casefold()
+    if folded.count(wanted) == 1:
+        return folded.index(wanted)
+    if re.fullmatch(r"\d{1,4}", wanted, re.ASCII) and 1 <= int(wanted) <= columns:
+        return int(wanted) - 1
+    known = ", ".join(names) or f"1 to {columns}"
+    raise InputError(path, f"no column {chosen!r}. Must be one of: {known}.", line=line)
 
 
-def _split_name(name: str) -> tuple[str, str]:
-    """Split a column name into quantity and units: `acc_cm_s2` -> `acc`, `cms2`."""
-    word, _, units = re.sub(r"[\s_\[\]()]+", " ", name.lower()).strip().partition(" ")
-    return word, re.sub(r"[\s^]|\*\*", "", units)
+def _units(path: Path, columns: list[_Column], line: int) -> str | None:
+    stated = {one.units for one in columns}
+    for units in sorted(stated):
+        if len(stated) > 1 or (units and units not in _SPELLINGS):
+            known = ", ".join(ACCELERATION_UNITS)
+            message = f"acceleration units {units!r}. Must be one of: {known}."
+            if len(stated) > 1:
+                message = f"accelerations in different units ({', '.join(sorted(stated))})."
+            raise InputError(path, message, line=line)
+    return _SPELLINGS.get(min(stated))
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Quantity, component and units in the name of a column; empty if it does not state them."""
+
+    quantity: str
+    component: str = ""
+    units: str = ""
+    vertical: bool = False
+
+
+def _column(name: str) -> _Column:
+    """Split a column name: `acc_cm_s2`, `NS [g]`, `acc EW (gal)`."""
+    words = re.sub(r"[\s_\[\]()]+", " ", name).strip().split(" ")
+    quantity = _QUANTITIES.get(words[0].lower(), "")
+    # A direction stands alone, or behind the word for acceleration; V may be a velocity.
+    rest = words[1:] if quantity else words
+    component = ""
+    if rest and quantity in {"", "acceleration"} and _is_direction(rest[0]):
+        quantity, component, rest = quantity or "direction", rest[0], rest[1:]
+    elif not quantity or (rest and _LABEL.fullmatch(rest[0])):
+        rest = rest[1:]
+    units = re.sub(r"[\s^]|\*\*", "", "".join(rest).lower())
+    vertical = words[0] == "V"
+    return _Column(quantity, component or ("V" if vertical else ""), units, vertical)
+
+
+def _is_direction(word: str) -> bool:
+    """Return whether a word states a direction; a number only if it has three digits."""
+    stated = direction(word)[0] is not Orientation.UNSTATED
+    return stated and (not word.isdigit() or len(word) == 3)

@@ -1,4 +1,4 @@
-"""Reader of number tables (CSV or white space): time and acceleration, or acceleration alone.
+"""Reader of number tables (CSV or white space): times and accelerations, or one acceleration.
 
 Optional comment lines (``#``, ``%``) come first, then an optional line of column names, which
 states the units: ``time_s,acc_g``, ``t, acceleration [m/s2]``, ``acc_cm_s2``. No units are assumed.
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.formats.text.column_headers import (
+    Columns,
     column_names,
     fields_of,
     is_known,
@@ -25,13 +26,14 @@ from rockframe.ingest.formats.text.column_headers import (
     read_headers,
     units_in,
 )
-from rockframe.ingest.metadata.identify import record_ids
+from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, settle_units
 from rockframe.ingest.parsing.lines import (
     are_finite,
     bad_number,
     head_lines,
     is_number,
+    parse_numbers,
     require_whole_end,
     text_of,
 )
@@ -50,6 +52,8 @@ _STATED_STEP: Final = re.compile(
     r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
     re.I,
 )
+#: Numbers of values a line of a series without times.
+_SERIES: Final = (8, 10)
 #: Relative tolerance of two time steps, one of which is rounded.
 _SAME_STEP: Final = 1e-3
 
@@ -87,14 +91,15 @@ def sniff(head: bytes) -> bool:
     names = column_names(rows[0])
     if not names:
         numeric = [is_row(row) for row in rows]
-        return numeric[0] and len(fields_of(rows[0])) <= 2 and 2 * sum(numeric) > len(rows)
+        few = len(fields_of(rows[0])) <= 4 or len(fields_of(rows[0])) in _SERIES
+        return numeric[0] and few and 2 * sum(numeric) > len(rows)
     return (len(names) <= 2 or any(map(is_known, names))) and any(
         is_row(row) and len(fields_of(row)) == len(names) for row in rows[1:4]
     )
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    r"""Return the record of a number table.
+    r"""Return the records of a number table, one for each component that its column names state.
 
     Raises
     ------
@@ -111,24 +116,36 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     layout = _split(path, data)
     names_line = layout.names_line or layout.first_line
-    quantities, stated = read_headers(path, layout.names, layout.columns, names_line)
+    is_series = not layout.names and layout.columns in _SERIES and options.column is None
+    # Eight or ten values a line, without times, are one series.
+    columns = (
+        Columns(None, {0: ""}, None)
+        if is_series
+        else read_headers(path, layout.names, layout.columns, names_line, options.column)
+    )
+    stated = columns.units
     factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
     taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
     _require_units(path, layout, factor, taken)
-    table = _parse(path, layout, quantities)
+    table = _series(path, layout) if is_series else _parse(path, layout, columns)
     if not data[-1:].isspace():
         end = layout.rows[-_ROWS_OF_END:]
         line = layout.first_line + len(layout.rows) - len(end)
-        require_whole_end(path, b"\n".join(end), line, layout.columns)
+        require_whole_end(path, b"\n".join(end), line, 1 if is_series else layout.columns)
     _require_count(path, layout, len(table))
-    step = _time_step(path, layout, quantities, table, options)
+    step = _time_step(path, layout, columns.time, table, options)
     _require_step(path, layout, step)
+    ids = record_ids(path, [*columns.accelerations.values()])
     return [
         Record(
-            record_id=record_ids(path, [""])[0],
-            acceleration=table[:, quantities.index("acceleration")] * factor,
+            record_id=record_id,
+            acceleration=table[:, place] * factor,
             time_step=step,
+            component=name,
+            orientation=direction(name)[0],
+            azimuth=direction(name)[1],
         )
+        for (place, name), record_id in zip(columns.accelerations.items(), ids, strict=True)
     ]
 
 
@@ -142,16 +159,35 @@ def _split(path: Path, data: bytes) -> _Layout:
     start += _first_content(map(_decoded, lines[start:]))
     if start >= len(lines):
         raise InputError(path, "no rows of numbers. Must be 2 or more.")
-    separator = b"," if b"," in lines[start] else None
-    return _Layout(comments, names, names_line, lines[start:], start + 1, separator)
+    rows = lines[start:]
+    if b";" in rows[0]:
+        rows = [row.replace(b",", b".") for row in rows]  # decimal commas
+    separator = b";" if b";" in rows[0] else b"," if b"," in rows[0] else None
+    return _Layout(comments, names, names_line, rows, start + 1, separator)
 
 
-def _parse(path: Path, layout: _Layout, quantities: list[str]) -> Float:
+def _series(path: Path, layout: _Layout) -> Float:
+    """Return all numbers of a series with several values a line, shape (samples, 1)."""
+    separator = layout.separator or b" "
+    for line, row in enumerate(layout.rows, layout.first_line):
+        count = len(row.split(layout.separator))
+        last = line == layout.first_line + len(layout.rows) - 1
+        if count > layout.columns or (count < layout.columns and not last):
+            message = f"{count} values in a line. Must be {layout.columns}, as in the first row."
+            raise InputError(path, message, line=line)
+    body = b"\n".join(row.replace(separator, b" ") for row in layout.rows)
+    return parse_numbers(path, body, layout.first_line).reshape(-1, 1)
+
+
+def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
     """Return all numbers, shape (rows, columns)."""
-    rows, columns = layout.rows, layout.columns
+    rows = layout.rows
+    quantities = ["acceleration"] * layout.columns
+    if columns.time is not None:
+        quantities[columns.time] = "time"
     try:
         parts = [
-            _parse_rows(rows[start : start + _ROWS], layout.separator, columns)
+            _parse_rows(rows[start : start + _ROWS], layout.separator, layout.columns)
             for start in range(0, len(rows), _ROWS)
         ]
     except ValueError:
@@ -231,10 +267,9 @@ def _require_step(path: Path, layout: _Layout, step: float) -> None:
 
 
 def _time_step(
-    path: Path, layout: _Layout, quantities: list[str], table: Float, options: ReadOptions
+    path: Path, layout: _Layout, time: int | None, table: Float, options: ReadOptions
 ) -> float:
-    if "time" in quantities:
-        time = quantities.index("time")
+    if time is not None:
 
         def printed() -> list[bytes]:
             return [row.split(layout.separator)[time] for row in layout.rows]
