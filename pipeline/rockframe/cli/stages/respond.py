@@ -161,4 +161,5 @@ def margin_notes() -> str:
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
     width = max(40, min(table_width(), 120))
-    return "\n".join(textwrap.fill(each, width) for each in (MARGIN_LEGEND, VERDICT_RULE))
+    held = (each.replace(" %", "\u00a0%") for each in (MARGIN_LEGEND, VERDICT_RULE))
+    return "\n".join(textwrap.fill(each, width) for each in held).replace("\u00a0", " ")
