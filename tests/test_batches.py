@@ -106,7 +106,7 @@ def test_batches_of_other_options_are_refused(records: Path) -> None:
     assert run("pulse", records, "--batch", "1/2", "--output", parts[0]) == 0
     words = ("--periods", "0.3", "4", "--batch", "2/2")
     assert run("pulse", records, *words, "--output", parts[1]) == 0
-    with pytest.raises(InputError, match="another parameters than"):
+    with pytest.raises(InputError, match="not the parameters of"):
         merge(parts, records.with_name("odd.nc"), "pulses")
 
 

@@ -118,7 +118,7 @@ def refine(
 
 
 def _alike(one: Refined, other: Refined) -> bool:
-    """Return True if two points seem to belong to one maximum, before it is polished."""
+    """Return True if two points, not yet refined, probably belong to the same maximum."""
     apart = np.abs(_variables(one) - _variables(other)).max()
     return bool(apart < _ALIKE and abs(one.time - other.time) < _ALIKE * one.period)
 

@@ -128,7 +128,7 @@ class Octave:
     lines : array, shape (periods, lines)
         Position of each line in the tabulated spectra of the wavelets.
     count, within : int
-        Number of times of the inverse transform, and the number of those within the signal.
+        Number of time points of the inverse transform, and how many lie within the signal.
     step : float
         Interval between the times, the first of which is 0 [s].
     of_velocity : bool

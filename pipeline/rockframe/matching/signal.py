@@ -166,7 +166,7 @@ def velocity_of(acceleration: Float, time_step: float) -> Float:
 
 
 def padded_size(least: int) -> int:
-    """Return one of few lengths with a fast transform, so that records share their wavelets.
+    """Return one of a few padded lengths, so that records share tabulated wavelets.
 
     Examples
     --------
@@ -204,7 +204,7 @@ def require_record(acceleration: Float, time_step: float) -> Float:
     if not 1.0 / _STRONGEST < largest < _STRONGEST:
         raise ParameterError(
             f"Invalid acceleration: peak {largest:g} m/s2. Must be from {1.0 / _STRONGEST:g} to "
-            f"{_STRONGEST:g}, that squares are numbers."
+            f"{_STRONGEST:g}, so that squares can be computed."
         )
     return samples
 

@@ -94,7 +94,10 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
             first = first or part.attrs
             for name in _COMMON:
                 if part.attrs[name] != first[name]:
-                    raise InputError(path, f"another {name} than {parts[0]}. Must be of one run.")
+                    raise InputError(
+                        path,
+                        f"not the {name} of {parts[0]}. Merge only batches of one run.",
+                    )
             left_out |= json.loads(part.attrs["left_out"])
             if "record_id" in part:
                 known.append(part.drop_dims("obs", errors="ignore").load().drop_encoding())

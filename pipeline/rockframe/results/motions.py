@@ -51,7 +51,7 @@ class History:
     Parameters
     ----------
     record, structure : str
-        Whose it is.
+        Names of the record and of the structure.
     theta, u, v : array, shape (samples,)
         Rotation [rad], displacement and lift of the beam [m]; NaN after overturning.
     """

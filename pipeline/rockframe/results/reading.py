@@ -104,12 +104,12 @@ def kind_of(path: Path) -> str:
 
 @contextmanager
 def damage_named(path: Path, kind: str) -> Iterator[None]:
-    """Say of what netCDF finds damaged in the block, in which file it is.
+    """Name the file in errors that netCDF raises within the block.
 
     Raises
     ------
     InputError
-        If something is.
+        If netCDF finds the file corrupted.
     """
     try:
         yield
@@ -245,7 +245,7 @@ def _require_valid(path: Path, one: Variable, dataset: xr.Dataset) -> None:
 
 
 def _allowed(one: Variable, values: NDArray[Any], dataset: xr.Dataset) -> NDArray[np.bool_]:
-    """Which of the values of a variable may be there."""
+    """Return a mask that is True where a value is allowed."""
     if one.holds == "flags":
         if issubclass(one.dtype, IntFlag):
             return np.asarray(values & ~reduce(or_, (bit.value for bit in one.dtype)) == 0)

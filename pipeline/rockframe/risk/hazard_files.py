@@ -38,8 +38,8 @@ _LEVEL: Final = 0.5
 #: `Measure.yearly`. They are several times the rates at the most active sites.
 _FALL: Final = 2.0
 _CONVERT: Final = (
-    "Probabilities P in t years are rates of -ln(1 - P) / t: name their column "
-    "probability_in_50_years"
+    "If these are probabilities in 50 years, name the column probability_in_50_years: they are "
+    "then converted"
 )
 #: Headings of the USGS hazard tools, in lower case.
 _USGS: Final = re.compile(r"annual (frequency|rate) of exceed[ae]nce", re.IGNORECASE)

@@ -86,7 +86,7 @@ def measure_of(name: str) -> Measure:
 
 
 def measure_of_column(column: str) -> Measure | None:
-    """Return the measure of a column of a table, if it is one."""
+    """Return the intensity measure that a table column holds; None if it holds none."""
     if column in COLUMNS:
         return COLUMNS[column]
     period = period_of(column) if column.endswith("_g") else 0.0

@@ -213,7 +213,7 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
 
 
 def _last(study: Study, steps: list[Step]) -> list[Step]:
-    """Return the manifest of all that is kept, the page that shows it, and the verification."""
+    """Return the last steps: manifest, report, verification."""
     kept = tuple(name for step in steps if not step.temporary for name in step.outputs)
     last = [Step("manifest", "manifest", kept, (MANIFEST,))]
     if study.records:

@@ -26,8 +26,8 @@ def add_spectrum(parser: argparse.ArgumentParser) -> None:
         "--records",
         type=path,
         metavar="FILE",
-        help="output of `rockframe ingest`: compute rocking spectra of these records, peaks over "
-        "2 pi / p of the columns (default: overturning spectra of pulses)",
+        help="output of `rockframe ingest`: compute rocking spectra of these records, the peaks "
+        "against the column period 2 pi / p (default: overturning spectra of pulses)",
     )
     add_options(parser, SpectrumOptions, required=False)
     add_options(parser, RockingSpectrumOptions, title="with --records", required=False)

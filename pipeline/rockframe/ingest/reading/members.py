@@ -235,7 +235,7 @@ def _cap(compressed: int) -> int:
 
 
 def _must(cap: int) -> str:
-    return f"Must be at most {cap}: {LARGEST_RATIO} for each byte, and {LARGEST} in all."
+    return f"Must be at most {cap}: {LARGEST_RATIO} times the packed size, and at most {LARGEST}."
 
 
 def _damaged(path: Path, what: str, error: Exception) -> InputError:

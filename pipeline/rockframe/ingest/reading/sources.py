@@ -199,7 +199,7 @@ def _files_in(
 def _catalogues(
     entries: list[Path],
 ) -> tuple[dict[str, CatalogueEntry], dict[str, CatalogueEntry], dict[Path, str]]:
-    """Return the entries of the own and of other catalogues in a folder, and corrupted ones."""
+    """Return the entries of all catalogues in a folder, and the reasons of corrupted ones."""
     faults: dict[Path, str] = {}
     own: dict[str, CatalogueEntry] = {}
     others: dict[str, CatalogueEntry] = {}

@@ -34,7 +34,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Margin(Shown):
-    """How far one frame is from overturning under one motion.
+    """The margin of one frame against overturning under one motion.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Margin(Shown):
     largest_scale : float
         Largest multiple of the motion that was searched [1].
     undecided_by : Sensitivity
-        What changes whether it overturns under the motion itself.
+        Perturbations that change the verdict under the motion itself.
     robust : RobustMargin, optional
         The scales at which 10, 25 and 50 % of an ensemble overturn, if they were asked for.
     """

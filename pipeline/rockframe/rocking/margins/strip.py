@@ -48,7 +48,7 @@ def strip_of(
     islands: Iterable[tuple[float, float]],
     robust: tuple[float, ...] = (),
 ) -> Strip:
-    """Return the strip of a critical scale, NaN if there is none, and the islands above it.
+    """Return the scales that overturn: from the critical scale (NaN if none) but for the islands.
 
     Examples
     --------

@@ -149,7 +149,7 @@ def screen_stage(
 
 
 def _identity(chosen: Motions) -> dict[str, Any]:
-    """Return what identifies the motions: their names, and their azimuths, which names round."""
+    """Return what identifies the motions: names, and azimuths, which names round."""
     return {
         "motions": [motion.name for motion in chosen.motions],
         "azimuths": [motion.azimuth for motion in chosen.motions],

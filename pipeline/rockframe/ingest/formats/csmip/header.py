@@ -242,7 +242,7 @@ def require_header(
 
 
 def filter_corners(filters: str) -> tuple[float, float]:
-    """Return the corners [Hz] of the archive's band-pass, of ramps the inner ends; NaN if unstated.
+    """Return the corners [Hz] of the archive's band-pass (inner ends of ramps); NaN if unstated.
 
     Examples
     --------
