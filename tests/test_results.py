@@ -285,7 +285,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 def test_something_that_is_no_netcdf_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "records.nc"
     path.write_text("not netCDF")
-    with pytest.raises(InputError, match="cannot be read as netCDF"):
+    with pytest.raises(InputError, match=r"is not a netCDF file. Run `rockframe ingest` first"):
         read_records(path)
 
 

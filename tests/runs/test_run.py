@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import fcntl
 import json
+import re
 import shutil
 import threading
 from dataclasses import replace
@@ -44,6 +45,20 @@ def steps_done(home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> s
     capsys.readouterr()
     run(home / "small.toml", home / "run", "--json", *words)
     return set(json.loads(capsys.readouterr().out)["steps_done"])
+
+
+def test_a_run_without_a_terminal_says_each_step_and_the_verdicts(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "run" / "table.csv").unlink()
+    capsys.readouterr()
+    assert run(home / "small.toml", home / "run") == 0
+    said = capsys.readouterr()
+    lines = [line for line in said.err.splitlines() if " s" in line and "made again" not in line]
+    assert re.fullmatch(r"rockframe: 1/\d+ table, \d+\.\d s", lines[0])
+    assert said.out.splitlines()[0].strip() == "Verdicts"
+    assert main(["status", str(home / "run")]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "complete"
 
 
 def test_a_run_is_whole(made: Path) -> None:

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
@@ -166,3 +167,19 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def progress_of_steps(what: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Yield a callback for the step done, its number and the total.
+
+    On a terminal it draws a bar; elsewhere it prints a line with the time since the start.
+    """
+    began = time.monotonic()
+
+    def line(name: str, done: int, total: int) -> None:
+        passed = time.monotonic() - began
+        print(f"rockframe: {done}/{total} {name}, {passed:.1f} s", file=sys.stderr, flush=True)
+
+    with progress_bar(what) as bar:
+        yield (lambda _name, *counts: bar(*counts)) if sys.stderr.isatty() else line

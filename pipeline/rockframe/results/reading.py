@@ -27,6 +27,8 @@ from rockframe.units import conversion_factor
 #: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
 #: is none.
 _UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
+#: Number of netCDF's error for a file that is none.
+_UNKNOWN_FORMAT: Final = -51
 #: What is read of global attributes as JSON, and what it must be.
 _JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
 #: Those without which a file is none of ours.
@@ -74,6 +76,9 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         store.path, store.kind = path, KINDS[kind]
         dataset = xr.open_dataset(store, decode_times=False)
     except _UNREADABLE as error:
+        if getattr(error, "errno", 0) == _UNKNOWN_FORMAT:
+            again = f"Run `rockframe {KINDS[kind].stage}` first and state its output"
+            raise InputError(path, f"is not a netCDF file. {again}.") from error
         raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
     with dataset, damage_named(path, kind):
         if not (dataset.variables or empty):

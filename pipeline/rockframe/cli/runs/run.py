@@ -34,7 +34,7 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 def run_run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
     from rockframe.cli.arguments import chosen_engine
-    from rockframe.cli.console import progress_bar, show_json
+    from rockframe.cli.console import progress_of_steps, show_json
     from rockframe.results.tables.entries import rejections_of
     from rockframe.runs.plan import make_plan
     from rockframe.runs.run import Watch, run_plan
@@ -45,13 +45,13 @@ def run_run(options: argparse.Namespace) -> int:
     if options.plan:
         return _write_plan(plan, options)
     try:
-        with progress_bar(study.name) as progress:
+        with progress_of_steps(study.name) as told:
             outcome = run_plan(
                 plan,
                 options.output,
                 engine=chosen_engine(options),
                 replace=options.replace,
-                watch=Watch(_warn, lambda _name, done, total: progress(done, total)),
+                watch=Watch(_warn, told),
             )
     except KeyboardInterrupt:
         again = "what is done stays done, and the same command resumes"
@@ -91,10 +91,28 @@ def _warn(text: str) -> None:
     print(f"rockframe: {text}", file=sys.stderr)
 
 
+def _show_verdicts(table: Path) -> None:
+    """Print how many records gave each structure each verdict."""
+    from rockframe.cli.console import show_table
+    from rockframe.results.tables.entries import rows_of
+    from rockframe.results.tables.table import stated_verdict
+    from rockframe.rocking import VerdictKind
+
+    if not table.is_file():  # a study without records
+        return
+    counts: dict[str, Counter[VerdictKind]] = {}
+    for row in rows_of(table):
+        counts.setdefault(row["structure"], Counter())[stated_verdict(row).kind] += 1
+    kinds = [kind for kind in VerdictKind if any(count[kind] for count in counts.values())]
+    rows = [[name, *(str(count[kind]) for kind in kinds)] for name, count in counts.items()]
+    show_table("Verdicts", ["structure", *(f"{kind.label}>" for kind in kinds)], rows)
+
+
 def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:
     from rockframe.provenance import MANIFEST, listed_outputs
 
     files = len(listed_outputs(folder / MANIFEST)) + 1
+    _show_verdicts(folder / "table.csv")
     did = f"{len(outcome.done)} steps done" if outcome.done else "nothing to do"
     print(f"{did}; {files} files in {folder}")
     for what, reason in rejected.items():
