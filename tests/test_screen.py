@@ -17,7 +17,7 @@ from tests.screening import names, sine, site, stored, structures, three
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.respond import DesignOptions, ScreenOptions
+from rockframe.options.respond import DesignOptions, Ensemble, ScreenOptions
 from rockframe.results.screening.histories import read_screen_history
 from rockframe.results.screening.screen import read_screening
 from rockframe.rocking import as_ground, margins, respond, respond_many
@@ -44,14 +44,18 @@ def test_scenarios_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> No
 
 def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
     records = site(3)[1:]
-    found = screen(records, margins="first")
-    expected = margins(records, read_structures(tmp_path / "structures.toml"))
+    ensemble = Ensemble(members=32)
+    found = screen(records, margins="robust", ensemble=ensemble)
+    expected = margins(records, read_structures(tmp_path / "structures.toml"), ensemble=ensemble)
     for i, row in enumerate(expected):
         for k, margin in enumerate(row):
             one = found.isel(record=i, structure=k)
             assert float(one["critical_scale"]) == margin.critical_scale
             assert int(one["safe_islands"]) == margin.safe_islands
             assert bool(one["undecided"]) == bool(margin.undecided_by)
+            assert margin.robust is not None
+            assert_array_equal(one["robust_scale_25"], margin.robust.s25)
+            assert_array_equal(one["robust_error_50"], margin.robust.error50)
 
 
 @pytest.mark.parametrize("scales", [[1.0], np.linspace(0.5, 2.0, 2000).tolist()])
