@@ -81,7 +81,7 @@ ROBUST_MARGINS: Final = tuple(
     for share in (10, 25, 50)
     for variable in (
         Variable(f"robust_scale_{share}", "record structure", float, "1", f"multiple of the motion that overturns {share} % of an ensemble of plausible structures", f"robust.s{share}", comment="the least, of means over the multiples within 4 %; NaN: not so many overturn up to largest_scale. The ensemble is stated in parameters"),
-        Variable(f"robust_error_{share}", "record structure", float, "1", f"sampling error of robust_scale_{share}, as a share of it", f"robust.error{share}", comment="half the range that holds the middle 68 % of ensembles drawn again from the members"),
+        Variable(f"robust_error_{share}", "record structure", float, "1", f"sampling error of the multiple that overturns {share} %, as a share of it", f"robust.error{share}", comment="half the range that holds the middle 68 % of ensembles drawn again from the members"),
     )
 )
 ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
