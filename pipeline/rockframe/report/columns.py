@@ -86,7 +86,7 @@ COLUMNS: Final = (
     Column("v_max_m", "v", "cm", 2, 100.0, minor=True),
     Column("event", "Earthquake", minor=True, wraps=True),
     Column("magnitude", "M", "", 1, minor=True),
-    Column("epicentral_distance_km", "R", "km", 1, minor=True),
+    Column("epicentral_distance_km", "Repi", "km", 1, minor=True),
     Column("pga_g", "PGA", "g", 2, minor=True),
     Column("pgv_m_s", "PGV", "m/s", 2, minor=True),
     Column("a_p_g", "a_p", "g", 2, minor=True),

@@ -161,7 +161,7 @@ _LABELS: Final = {
     "T_p_s": "T_p [s]",
 }
 _OF_RECORD: Final = (
-    *("Earthquake", "Record", "M_w>", "R\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
+    *("Earthquake", "Record", "M_w>", "Repi\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
     *("T_p\n[s]>", "Ricker"),
 )
 _OF_RESPONSE: Final = (
@@ -213,7 +213,7 @@ def _show_notes(rows: Sequence[TableRow]) -> None:
             f"  more than {100.0 * LEVEL:g} % of the draws (pulse_p_value in table.csv)"
         )
     if any(BORROWED in row.facts_source for row in rows):
-        notes.append(f"Names, M_w and R that the files do not state: {BORROWED}.")
+        notes.append(f"Names, M_w and Repi that the files do not state: {BORROWED}.")
     for note in notes:
         print(note)
     if notes:
