@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import direction, record_ids, require_distinct
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
@@ -36,13 +36,8 @@ _LINES: Final = (
     (11, re.compile(r"UNITS ARE SECONDS AND G/10\s*$"), "UNITS ARE SECONDS AND G/10"),
     (21, re.compile(r" *(?P<rate>\.\d{6}E[-+]\d\d)"), "  .200000E+03"),
 )
-_STATION: Final = re.compile(
-    r"(?P<name>.*?)\s+Station\s+(?P<north>[\d.]+) N\s*(?P<east>[\d.]+) E.*?"
-    r"Azimuth L\s*(?P<L>\d+)\s+T\s*(?P<T>\d+)"
-)
-_EPICENTRE: Final = re.compile(
-    r"Epicenter\s+(?P<north>[\d.]+) N\s*(?P<east>[\d.]+) E\s+FD\s*(?P<depth>\d*)"
-)
+_STATION: Final = re.compile(r"(?P<name>.*?)\s+Station\b.*?Azimuth L\s*(?P<L>\d+)\s+T\s*(?P<T>\d+)")
+_DEPTH: Final = re.compile(r".*\bFD\s*(\d+)")
 _MAGNITUDE: Final = re.compile(r"\bM[wsbL]?\s*(\d+\.\d+)")
 
 
@@ -77,7 +72,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     if len(ends) != 3 or ends[-1] != len(lines) - 1:
         raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one a component.")
     tops = [0, *(end + 1 for end in ends[:-1])]
-    stated = [_stated(path, lines, top) for top in tops]
+    words = [line.decode("latin-1") for line in lines]
+    stated = [_stated(path, words, top) for top in tops]
     names = [one["component"] for one in stated]
     if names != ["L", "V", "T"] or [one["number"] for one in stated] != ["1", "2", "3"]:
         raise InputError(path, f"components {', '.join(names)}. Must be L1, V2, T3.")
@@ -91,15 +87,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     return records
 
 
-def _stated(path: Path, lines: list[bytes], top: int) -> dict[str, str]:
+def _stated(path: Path, words: list[str], top: int) -> dict[str, str]:
     found: dict[str, str] = {}
     for index, pattern, example in _LINES:
-        line = lines[top + index].decode("latin-1") if top + index < len(lines) else ""
-        match = pattern.match(line)
-        if not match:
-            message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
-            raise InputError(path, message, line=top + index + 1)
-        found |= match.groupdict()
+        found |= required_line(path, words, top + index, pattern, example).groupdict()
     return found
 
 
@@ -123,18 +114,11 @@ def _record(
     if not rate > 0.0 or abs(length * rate - count) > 1.0:
         message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
         raise InputError(path, f"{message} Must agree.", line=line)
-    place = _STATION.match(lines[top + 7].decode("latin-1"))
-    event = _EPICENTRE.match(lines[top + 8].decode("latin-1"))
-    size = _MAGNITUDE.search(lines[top + 8].decode("latin-1"))
+    about, quake = (lines[top + k].decode("latin-1") for k in (7, 8))
+    place, depth, size = _STATION.match(about), _DEPTH.match(quake), _MAGNITUDE.search(quake)
     name = stated["component"]
     orientation, azimuth = direction(place[name] if place and name != "V" else name)
-    known = {}
-    if place and event:
-        known = distances(
-            (float(event["north"]), float(event["east"])),
-            (float(place["north"]), float(place["east"])),
-            float(event["depth"] or math.nan),
-        )
+    deep = float(depth[1]) if depth else math.nan
     return Record(
         record_id=record_id,
         acceleration=tenths * 0.1 * acceleration_factor(units),
@@ -146,5 +130,5 @@ def _record(
         event=lines[top + 2].decode("latin-1").partition(":")[2].strip(),
         station=place["name"].strip() if place else "",
         magnitude=float(size[1]) if size else math.nan,
-        **known,  # type: ignore[arg-type]
+        **distances(place_in(quake), place_in(about), deep),  # type: ignore[arg-type]
     )

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_location
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
-from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
@@ -20,7 +20,6 @@ from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 16
 _NUMBER: Final = r"(-?\d*\.?\d+)"
-_PLACE: Final = rf"{_NUMBER}([NS])\s+{_NUMBER}([EW])"
 #: Indices of the header lines that are needed, their patterns, and examples.
 _LINES: Final = (
     (9, re.compile(r"COMP\.\s*(?P<component>\S+)\s*$"), "COMP. EW"),
@@ -78,12 +77,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     lines = [line.decode("latin-1") for line in text.split(b"\n", _HEADER_LINES)[:_HEADER_LINES]]
     found: dict[str, str] = {}
     for index, pattern, example in _LINES:
-        line = lines[index] if index < len(lines) else ""
-        stated = pattern.match(line)
-        if not stated:
-            message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
-            raise InputError(path, message, line=index + 1)
-        found |= stated.groupdict()
+        found |= required_line(path, lines, index, pattern, example).groupdict()
     units = settle_units(path, "cm/s2", options, 11)
     rest = text.split(b"\n", _HEADER_LINES)
     samples = parse_numbers(path, rest[-1] if len(rest) > _HEADER_LINES else b"", _HEADER_LINES + 1)
@@ -114,8 +108,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             magnitude=float(_text(header, r"MAGNITUDE\s+(\d+\.?\d*)") or math.nan),
             peak_ratio=ratio,
             **distances(
-                _place(_text(header, r"EPICENTER\s+(.*?)\s+DEPTH")),
-                _place(_text(header, r"STATION:\s*\w+\s+(.*)")),
+                place_in(_text(header, r"EPICENTER\s+(.*?)\s+DEPTH")),
+                place_in(_text(header, r"STATION:\s*\w+\s+(.*)")),
                 float(_text(header, r"DEPTH\s+(\d+\.?\d*)\s*KM") or math.nan),
             ),  # type: ignore[arg-type]
         )
@@ -125,14 +119,6 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 def _text(header: str, pattern: str) -> str:
     found = re.search(rf"^.*?{pattern}", header, re.M)
     return found[1].strip() if found else ""
-
-
-def _place(text: str) -> tuple[float, float]:
-    found = re.match(_PLACE, text)
-    if not found:
-        return 0.0, 0.0
-    north, ns, east, ew = found.groups()
-    return float(north) * (1 if ns == "N" else -1), float(east) * (1 if ew == "E" else -1)
 
 
 def _unit(token: str) -> float:

@@ -65,7 +65,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     step = number_of(path, stated[_STEP], header.lines[_STEP], "time step")
     name = header.get("Orientation")
     orientation, azimuth = direction(name)
-    filtered = re.match(r"([\d.]+)\s*-\s*([\d.]+)\s*$", header.get("Filter Cut-off Frequency (Hz)"))
+    filtered = re.match(
+        r"(\d*\.?\d+)\s*-\s*(\d*\.?\d+)\s*$", header.get("Filter Cut-off Frequency (Hz)")
+    )
     low, high = (
         number_of(path, token, 6, "filter corner") if token else float("nan")
         for token in (filtered.groups() if filtered else ("", ""))

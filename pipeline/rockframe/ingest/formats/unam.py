@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.parsing.columns import Columns, read_columns
@@ -108,7 +108,11 @@ def _record(
         signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,
     )  # fmt: skip
     orientation, azimuth = direction(name)
-    places = [_place(header, what) for what in ("DEL EPICENTRO", "DE LA ESTACION")]
+    # Latitude and longitude stand in two lines.
+    places = [
+        place_in(f"{header.get(key)} {header.get(f'{key} (2)')}")
+        for key in ("COORDENADAS DEL EPICENTRO", "COORDENADAS DE LA ESTACION")
+    ]
     magnitude = re.search(r"/M\w?=(\d+\.?\d*)", header.get("MAGNITUD(ES)"))
     day = header.get("FECHA DEL SISMO [GMT]").replace("/", "-")
     first = header.get("HORA DE LA PRIMERA MUESTRA (GMT)")
@@ -140,14 +144,3 @@ def _values(header: KeyedHeader, key: str) -> list[str]:
     if values[0] or len(values) != len(known) + 1:
         raise header.invalid(key, f"a value for each of {len(known)} channels, after /")
     return values[1:]
-
-
-def _place(header: KeyedHeader, what: str) -> tuple[float, float]:
-    """Return latitude and longitude, which stand in two lines; (0, 0) if they are unknown."""
-    key = f"COORDENADAS {what}"
-    stated = header.get(key) + " " + header.get(f"{key} (2)")
-    found = re.match(r"(\d+\.\d+) LAT\. ([NS]) (\d+\.\d+) LONG\. ([EW])", stated)
-    if not found:
-        return 0.0, 0.0
-    north, east = float(found[1]), float(found[3])
-    return north * (1 if found[2] == "N" else -1), east * (1 if found[4] == "E" else -1)

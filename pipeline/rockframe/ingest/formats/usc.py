@@ -17,7 +17,7 @@ from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_station
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
@@ -26,23 +26,23 @@ from rockframe.units import acceleration_factor
 _VOLUME_2: Final = re.compile(r"CORRECTED ACCELEROGRAM\s+II\w+.*?\bCOMP\s+(?P<name>\S+)")
 _SECOND: Final = re.compile(r"FILE\s+\d+ OF UNCORRECTED ACCELEROGRAM DATA")
 _HEADING: Final = re.compile(
-    r"\s*(?P<count>\d+) POINTS OF ACC DATA EQUALLY SPACED AT\s+(?P<step>[\d.]+)\s*SEC"
+    r"\s*(?P<count>\d+) POINTS OF ACC DATA EQUALLY SPACED AT\s+(?P<step>\d*\.?\d+)\s*SEC"
 )
 _PEAK: Final = re.compile(
-    r"PEAK ACCELERATION =\s*-?(?P<peak>[\d.]+)\s+CMS/SEC/SEC AT\s+(?P<time>[\d.]+)\s*SEC"
+    r"PEAK ACCELERATION =\s*-?(?P<peak>\d*\.?\d+)\s+CMS/SEC/SEC AT\s+(?P<time>\d*\.?\d+)\s*SEC"
 )
 _FACTS: Final = re.compile(
-    r"MAGNITUDE =\s*(?P<size>[\d.]+)\s+EPICENTRAL DISTANCE =\s*(?P<km>[\d.]+) KM"
+    r"MAGNITUDE =\s*(?P<size>\d*\.?\d+)\s+EPICENTRAL DISTANCE =\s*(?P<km>\d*\.?\d+) KM"
 )
 _BAND: Final = re.compile(
-    r".*BAND-PASS FILTERED BETWEEN\s+[\d.]+-\s*(?P<low>[\d.]+) AND\s+(?P<high>[\d.]+)-"
+    r".*BAND-PASS FILTERED BETWEEN\s+\d*\.?\d+-\s*(?P<low>\d*\.?\d+) AND\s+(?P<high>\d*\.?\d+)-"
 )
 _HEADING_LINE: Final = 45
 #: Quantities of the blocks of a USC file, and the lines of the header of each.
 _BLOCKS: Final = {"AC": Columns(10, 8), "VL": Columns(10, 8), "DP": Columns(10, 8)}
 _BLOCK_HEADER: Final = 7
 _RATE: Final = re.compile(
-    r"\s*SAMPLES/SEC=\s*(?P<rate>\d+) FILTER TYPE=\S*\s+CORNER=\s*(?P<low>[\d.]+).*"
+    r"\s*SAMPLES/SEC=\s*(?P<rate>\d+) FILTER TYPE=\S*\s+CORNER=\s*(?P<low>\d*\.?\d+).*"
     r"DATA TYPE=(?P<quantity>\w\w)\s*$"
 )
 _POINTS: Final = re.compile(r"\s*NO OF POINTS=\s*(?P<count>\d+), UNITS=CM/SEC\*\*2,")
@@ -83,21 +83,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     return [_caltech(path, lines, words, options)]
 
 
-def _match(
-    path: Path, words: list[str], index: int, pattern: re.Pattern[str], example: str
-) -> re.Match[str]:
-    line = words[index] if index < len(words) else ""
-    found = pattern.match(line)
-    if not found:
-        message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
-        raise InputError(path, message, line=index + 1)
-    return found
-
-
 def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOptions) -> Record:
-    name = _match(path, words, 0, _VOLUME_2, "CORRECTED ACCELEROGRAM IIBA338 ... COMP UP")["name"]
-    peak = _match(path, words, 17, _PEAK, "PEAK ACCELERATION = -9.492 CMS/SEC/SEC AT .180 SEC")
-    heading = _match(path, words, _HEADING_LINE, _HEADING, "574 POINTS OF ACC DATA EQUALLY ...")
+    name = required_line(path, words, 0, _VOLUME_2, "CORRECTED ACCELEROGRAM IIBA338 ... COMP UP")[
+        "name"
+    ]
+    peak = required_line(path, words, 17, _PEAK, "PEAK ACCELERATION = -9.492 CMS/SEC/SEC")
+    heading = required_line(path, words, _HEADING_LINE, _HEADING, "574 POINTS OF ACC DATA")
     line = _HEADING_LINE + 1
     columns = Columns(8, 10)
     rows = lines[line:]
@@ -138,8 +129,8 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
     top = 0
     blocks = []
     for quantity, columns in _BLOCKS.items():
-        rate = _match(path, words, top + 5, _RATE, f"SAMPLES/SEC=200 ... DATA TYPE={quantity}")
-        points = _match(path, words, top + 6, _POINTS, "NO OF POINTS= 5983, UNITS=CM/SEC**2, ...")
+        rate = required_line(path, words, top + 5, _RATE, f"SAMPLES/SEC=200 ... TYPE={quantity}")
+        points = required_line(path, words, top + 6, _POINTS, "NO OF POINTS= 5983, UNITS=CM/...")
         if rate["quantity"] != quantity or words[top : top + 5] != words[:5]:
             raise InputError(
                 path, f"block of {rate['quantity']}. Must be {quantity}.", line=top + 6

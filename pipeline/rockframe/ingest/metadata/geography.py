@@ -3,10 +3,32 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Final
 
 #: Mean radius of the earth [km].
 _RADIUS: Final = 6371.0
+
+
+#: `39.939N 77.339E`, `38.474 N 47.059 E`, `18.567 LAT. N 101.977 LONG. W`.
+_PLACE: Final = re.compile(
+    r"(\d+\.\d*)\s*(?:LAT\.\s*)?([NS]),?\s*(\d+\.\d*)\s*(?:LONG\.\s*)?([EW])", re.I
+)
+
+
+def place_in(text: str) -> tuple[float, float]:
+    """Return the first latitude and longitude in a text [degree]; (0, 0) if there are none.
+
+    Examples
+    --------
+    >>> place_in("STATION NO. 14403   33.929N, 118.260W"), place_in("STATION")
+    ((33.929, -118.26), (0.0, 0.0))
+    """
+    found = _PLACE.search(text)
+    if not found:
+        return 0.0, 0.0
+    north, east = float(found[1]), float(found[3])
+    return north * (-1 if found[2] in "sS" else 1), east * (-1 if found[4] in "wW" else 1)
 
 
 def distances(

@@ -102,3 +102,21 @@ def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> Keye
             values[key] = value.strip()
             places[key] = number
     return KeyedHeader(path, values, places, len(lines))
+
+
+def required_line(
+    path: Path, lines: Sequence[str], index: int, pattern: re.Pattern[str], example: str
+) -> re.Match[str]:
+    r"""Return the match of a header line with its pattern; raise if it does not begin so.
+
+    Examples
+    --------
+    >>> required_line(Path("a.dat"), ["COMP. EW"], 0, re.compile(r"COMP\. (\w+)"), "COMP. NS")[1]
+    'EW'
+    """
+    line = lines[index] if index < len(lines) else ""
+    found = pattern.match(line)
+    if not found:
+        message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
+        raise InputError(path, message, line=index + 1)
+    return found

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.ingest.formats.csmip.agreement import direction_of, require_agreement
 from rockframe.ingest.formats.csmip.header import Header, require_channels
-from rockframe.ingest.metadata.geography import distances
+from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import record_ids, require_distinct
 from rockframe.ingest.metadata.site import site_of_station
 from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
 from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of
+from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import even_samples
@@ -53,9 +53,6 @@ _NAME: Final = re.compile(
 )
 _CODE: Final = re.compile(r"STATION (?:NO\.|USC#)\s*(?P<code>\d+)(?=[\s,])", re.I)
 _MAGNITUDE: Final = re.compile(r"\bM(?P<kind>[WL])\s*=\s*(?P<size>\d+\.\d+)", re.I)
-_PLACE: Final = re.compile(
-    r"(?P<north>\d+\.\d+)\s*(?P<ns>[NS]),?\s+(?P<east>\d+\.\d+)\s*(?P<ew>[EW])"
-)
 _DEPTH: Final = re.compile(r"\bH\s*=\s*(?P<depth>\d+(\.\d+)?)\s*KM", re.I)
 _TIMES: Final = (
     re.compile(r"\s*(\d+/\d+/\d{4}\s+\d+:\d+:\d+)\s*\(GMT\)"),
@@ -120,16 +117,10 @@ def _header(path: Path, lines: list[bytes], top: int) -> Header:
             f"Must be {_HEADER_LINES} lines.",
             line=top + len(header),
         )
-    name = _NAME.match(header[6])
-    for index, found, example in (
-        (6, name, "CHAN  1: 90 DEG"),
-        (10, _POINTS.match(header[10]), "NO. OF POINTS = 5652 RECORD LENGTH = 28.260 SEC"),
-        (11, _UNITS.match(header[11]), "UNITS ARE SEC AND G/10"),
-    ):
-        if not found:
-            shown = header[index].strip()[:60]
-            raise InputError(path, f"{shown!r}. Must be as in {example!r}.", line=top + index + 1)
-    assert name  # noqa: S101 - required above
+    words = [line.decode("latin-1") for line in lines[: top + _HEADER_LINES]]
+    name = required_line(path, words, top + 6, _NAME, "CHAN  1: 90 DEG")
+    required_line(path, words, top + 10, _POINTS, "NO. OF POINTS = 5652 RECORD LENGTH = 28.260 SEC")
+    required_line(path, words, top + 11, _UNITS, "UNITS ARE SEC AND G/10")
     # The direction is read as that of newer files.
     header[6] = f"Chan {name['number'] or 1}: {name['name']}"
     return Header(path, header, top + 1, 6, 13, 20)
@@ -229,8 +220,8 @@ def _known(header: Header, record_id: str) -> Record:
     sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
     magnitude = sizes.get("W") or sizes.get("L") or math.nan
     depth = _DEPTH.search(lines[8])
-    places = [_coordinates(lines[8]), _coordinates(lines[4])]
-    known = distances(places[0], places[1], float(depth["depth"]) if depth else math.nan)
+    deep = float(depth["depth"]) if depth else math.nan
+    known = distances(place_in(lines[8]), place_in(lines[4]), deep)
     if lines[4].startswith("STATION USC#"):
         stated = [header.real(item) for item in (11, 12)]
         known = {"epicentral_distance": stated[0].value} if stated[0] else {}
@@ -249,11 +240,3 @@ def _known(header: Header, record_id: str) -> Record:
         magnitude=magnitude,
         **known,  # type: ignore[arg-type]
     )
-
-
-def _coordinates(line: str) -> tuple[float, float]:
-    place = _PLACE.search(line)
-    if not place:
-        return 0.0, 0.0
-    north, east = float(place["north"]), float(place["east"])
-    return (north if place["ns"] == "N" else -north), (east if place["ew"] == "E" else -east)

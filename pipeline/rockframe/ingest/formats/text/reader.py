@@ -91,7 +91,9 @@ def sniff(head: bytes) -> bool:
     names = column_names(rows[0])
     if not names:
         numeric = [is_row(row) for row in rows]
-        few = len(fields_of(rows[0])) <= 4 or len(fields_of(rows[0])) in _SERIES
+        # Below comments, three or four columns may be of another format, such as CWA.
+        count = len(fields_of(rows[0]))
+        few = count <= (2 if start else 4) or count in _SERIES
         return numeric[0] and few and 2 * sum(numeric) > len(rows)
     return (len(names) <= 2 or any(map(is_known, names))) and any(
         is_row(row) and len(fields_of(row)) == len(names) for row in rows[1:4]
