@@ -82,7 +82,9 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
     assert (row["unit"], row["motions"], row["observations"]) == ("g", "80", "960")
 
 
-def test_tables_are_those_of_the_file(tmp_path: Path) -> None:
+def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the scenarios are read four motions at a time."""
+    monkeypatch.setattr("rockframe.results.screening.tables._TOGETHER", 4 * 2 * 5)
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)

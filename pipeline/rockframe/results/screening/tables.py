@@ -11,6 +11,8 @@ import numpy as np
 import xarray as xr
 
 from rockframe.cells import TABLE_FORMATS
+from rockframe.results.reading import opened
+from rockframe.results.schema import SCREEN
 from rockframe.results.screening.screen import read_screening
 from rockframe.results.screening.table import screen_rows, screen_summary
 from rockframe.results.tables.entries import refuse_other_table
@@ -20,6 +22,9 @@ from rockframe.rocking.response import Verdict
 from rockframe.units import GRAVITY
 
 Rows = Iterator[dict[str, Any]]
+
+#: Scenarios that are read together.
+_TOGETHER: Final = 2**18
 
 
 def fragility_rows(screening: xr.Dataset) -> Rows:
@@ -92,11 +97,19 @@ def scenario_rows(screening: xr.Dataset) -> Rows:
         }
 
 
+def _scenarios(path: Path) -> Rows:
+    """Yield the rows of all scenarios; a part of the motions is in memory at a time."""
+    with opened(path, SCREEN) as dataset:
+        known = dataset.drop_dims("obs", errors="ignore")
+        together = max(1, _TOGETHER // (known.sizes["structure"] * known.sizes["scale"]))
+        for first in range(0, known.sizes["record"], together):
+            yield from scenario_rows(known.isel(record=slice(first, first + together)).load())
+
+
 #: What makes the rows of each table, by the end of its name.
 _ROWS: Final[Mapping[str, Callable[[xr.Dataset], Rows]]] = MappingProxyType(
     {
         "": screen_rows,
-        "scenarios": scenario_rows,
         "fragility": fragility_rows,
         "rates": rate_rows,
         "design": design_rows,
@@ -151,12 +164,13 @@ def write_screen_tables(
     InputError
         If the screening cannot be read, or a table not written.
     """
-    screening = read_screening(screen_path)
+    screening = read_screening(screen_path, every_scale=False)
     rates, design = "annual_rate" in screening, "design_share" in screening
     beside = output or screen_path
     paths = screen_table_paths(beside, rates=rates, design=design, table_format=table_format)
     for kind, path in paths.items():
-        write_rows_as(path, _ROWS[kind](screening), table_format)
+        rows = _scenarios(screen_path) if kind == "scenarios" else _ROWS[kind](screening)
+        write_rows_as(path, rows, table_format)
     return paths
 
 
