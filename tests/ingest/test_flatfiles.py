@@ -136,6 +136,10 @@ def test_an_event_applies_to_the_records_of_its_time(
     assert facts_of(entries, replace(record, start_time="2019-07-06T02:19:40Z"), ["a"]) == {}
 
 
+COMCAT = """{"type": "Feature", "id": "a", "properties": {"mag": 7.1, "place": "",
+ "title": "b", "url": "https://earthquake.usgs.gov", "time": %d}}"""
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
@@ -144,6 +148,7 @@ def test_an_event_applies_to_the_records_of_its_time(
         ("a.csv", "Record Sequence Number,EQID\n1,1\n", "cannot be read as NGA-West2 flatfile"),
         ("a.csv", "event_id;event_time;Mw\nA;B;x\n", "cannot be read as ESM flatfile|number"),
         ("a.json", '{"type": "Feature", "u": "earthquake.usgs.gov"}', "cannot be read as ComCat"),
+        ("a.json", COMCAT % 10**17, "cannot be read as ComCat event"),
         ("a.xml", "<q:quakeml><broken", "cannot be read as QuakeML"),
         ("a.xml", "<!DOCTYPE a><q:quakeml/>", "XML with a document type"),
     ],

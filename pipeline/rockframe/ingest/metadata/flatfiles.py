@@ -107,7 +107,7 @@ def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry
     """
     try:
         found = dict(_READERS[kind](path, data))
-    except (ValueError, LookupError, TypeError, OverflowError, csv.Error) as error:
+    except (ValueError, LookupError, TypeError, OverflowError, OSError, csv.Error) as error:
         if isinstance(error, InputError):
             raise
         shown = " ".join(str(error).split())[:100]
