@@ -20,6 +20,9 @@ time_step_s = 0.01
 [figures]
 most = 1
 
+[respond]
+margins = "first"
+
 [batches]
 records = 2
 
@@ -35,7 +38,11 @@ height_m = 2.0
 width_m = 0.2
 """
 #: The same with no figures and one batch: the fewest steps.
-FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
+FEW = (
+    STUDY.replace("most = 1", "most = 0")
+    .replace("records = 2", "records = 9")
+    .replace('margins = "first"', 'margins = "none"')
+)
 
 
 def make_study(home: Path, records: int = 5, text: str = STUDY) -> Path:

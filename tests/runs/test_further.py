@@ -67,6 +67,7 @@ def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None
     assert listed[0] == "file,shows"
     shown = dict(line.split(",") for line in listed[1:])
     assert {file.partition("/")[0] for file in shown if "/" in file} == {
+        "margins",
         "screen",
         "spectrum",
         "rocking_spectrum",
