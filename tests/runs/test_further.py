@@ -74,6 +74,7 @@ def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None
     }
     assert shown["screen/fragility-slender-column.png"] == "slender-column"
     assert "motion-3.png" in shown
+    assert shown["margins/motion-3.png"] == "motion-3"
     drawn = {p.relative_to(made / "figures").as_posix() for p in made.rglob("*.png")}
     assert drawn == set(shown)
 
