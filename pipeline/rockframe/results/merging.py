@@ -13,16 +13,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.results.ragged import slices
 from rockframe.results.reading import opened
-from rockframe.results.writing import WITHOUT_RECORDS, growing, named, put
+from rockframe.results.writing import growing, named, put
 
 #: What the files of the batches of one stage have in common.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
-
-
-def no_records() -> xr.Dataset:
-    """Return the dataset of a batch in which no record came through."""
-    return xr.Dataset(attrs={"title": WITHOUT_RECORDS})
 
 
 def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
@@ -186,9 +182,7 @@ def _of_record(dataset: xr.Dataset, row: int) -> dict[str, NDArray[Any]]:
     """What a file says of one record, its samples included."""
     one = dataset.isel(record=row)
     if "obs" in dataset.sizes and "row_size" in dataset:
-        sizes = dataset["row_size"].values
-        end = int(sizes[: row + 1].sum())
-        one = one.isel(obs=slice(end - int(sizes[row]), end))
+        one = one.isel(obs=slices(dataset["row_size"].values)[row])
     of_records = (n for n, v in dataset.variables.items() if {"record", "obs"} & set(v.dims))
     return {str(name): one[name].values for name in of_records}
 

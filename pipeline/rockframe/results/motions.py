@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockframe.results.ragged import slices
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.tables.pulse_rows import best_pulses
@@ -124,10 +125,5 @@ def _names(dataset: xr.Dataset, variable: str) -> list[str]:
 
 def _rows(dataset: xr.Dataset) -> dict[str, slice]:
     """Samples of each record along ``obs``."""
-    sizes = dataset["row_size"].values
-    ends = np.cumsum(sizes)
-    names = _names(dataset, "record_id")
-    return {
-        name: slice(int(end - size), int(end))
-        for name, end, size in zip(names, ends, sizes, strict=True)
-    }
+    of_obs = slices(dataset["row_size"].values)
+    return dict(zip(_names(dataset, "record_id"), of_obs, strict=True))

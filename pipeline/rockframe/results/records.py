@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,9 +13,9 @@ import xarray as xr
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.record import Orientation, Record
+from rockframe.results.ragged import position, slices, write_rows
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS, RECORDS_NC
-from rockframe.results.writing import growing, named, put
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate, peak
 
@@ -59,23 +57,23 @@ def write_records(
     InputError
         If the file cannot be written.
     """
-    columns: dict[str, list[Any]] = defaultdict(list)
-    source = iter(records)
-    # Validate everything before creating a folder or a file.
-    first = tuple(islice(source, 1))
-    with named(path) as partial:
-        with growing(partial, {"acceleration": RECORDS_NC["acceleration"].holding([])}) as append:
-            for record, passport in chain(first, source):
-                append({"acceleration": record.acceleration})
-                for name, value in _known(record, passport).items():
-                    columns[name].append(value)
-        held = dict(zip(columns["source_file"], columns["source_sha256"], strict=True))
-        held |= zip(columns["instrument_file"], columns["instrument_sha256"], strict=True)
-        inputs = {**{name: digest for name, digest in held.items() if digest}, **input_sha256}
-        origin = {"input_sha256": inputs, "parameters": parameters}
-        put(RECORDS_NC.dataset(columns), partial, RECORDS, mode="a", **origin)
-        if sweep is not None:
-            put(_swept(partial, sweep), partial, RECORDS, mode="a", **origin)
+    inputs = dict(input_sha256)
+
+    def complete(columns: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
+        for of in ("source", "instrument"):
+            held = zip(columns[f"{of}_file"], columns[f"{of}_sha256"], strict=True)
+            inputs.update({n: digest for n, digest in held if digest and n not in input_sha256})
+        return columns
+
+    write_rows(
+        RECORDS_NC,
+        (({"acceleration": r.acceleration}, _known(r, passport)) for r, passport in records),
+        path,
+        complete,
+        further=None if sweep is None else lambda partial: _swept(partial, sweep),
+        input_sha256=inputs,
+        parameters=parameters,
+    )
     return inputs
 
 
@@ -131,7 +129,7 @@ class RecordsFile:
             self._samples = dataset["acceleration"].variable
             self._known = dataset.drop_vars("acceleration").load()
             self._open = stack.pop_all()
-        self._ends = np.cumsum(self._known["row_size"].values)
+        self._samples_of = slices(self._known["row_size"].values)
         self._rows = {name: row for row, name in enumerate(self.names)}
 
     def __enter__(self) -> RecordsFile:
@@ -191,16 +189,13 @@ class RecordsFile:
         InputError
             If it is damaged.
         """
-        if name not in self._rows:
-            names = ", ".join(self.names)
-            raise ParameterError(f"Invalid record {name!r}. Must be one of: {names}.")
-        row = self._rows[name]
+        row = position(self.names, name, "record") if name not in self._rows else self._rows[name]
         known: dict[Any, Any] = {
             key: array.values[row] for key, array in self._known.variables.items()
         }
-        end, steps = int(self._ends[row]), str(known["processing"])
+        steps = str(known["processing"])
         with damage_named(self.path, RECORDS):
-            samples = self._samples[end - int(known["row_size"]) : end].values
+            samples = self._samples[self._samples_of[row]].values
         try:
             record = Record(
                 acceleration=samples,

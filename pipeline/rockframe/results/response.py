@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
-from itertools import chain, islice
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 import numpy as np
 import xarray as xr
@@ -16,11 +14,11 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.results.margins import margin_values, strips_of
-from rockframe.results.merging import no_records
+from rockframe.results.ragged import position, slices, write_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RESPONSE, RESPONSE_NC
 from rockframe.results.schema.response import FateUnderPulse
-from rockframe.results.writing import growing, named, put
+from rockframe.results.writing import Origin
 from rockframe.rocking import ToPulse
 from rockframe.rocking.margins.strip import Strip
 from rockframe.rocking.response import Response
@@ -35,10 +33,8 @@ def write_responses(
     frames: Sequence[RockingFrame],
     path: Path,
     *,
-    input_sha256: Mapping[str, str],
-    parameters: Mapping[str, Any],
-    left_out: Mapping[str, str] | None = None,
     batch: str = "",
+    **origin: Unpack[Origin],
 ) -> None:
     """Write the output of the respond stage, whole or not at all; holds one record at a time.
 
@@ -53,55 +49,31 @@ def write_responses(
         At least one, with different names.
     path : Path
         Where it goes; an older file there is replaced.
-    input_sha256 : mapping
-        Name and SHA-256 of each input.
-    parameters : mapping
-        The options of the stage; JSON values. If ``pulses`` is true, what the records' pulses alone
-        do goes into the file.
-    left_out : mapping of str to str, optional
-        Why records that went in did not come out, by identifier; read after the answers.
     batch : str
-        Of the batch of which it is, ``2/3``; empty for all records.
+        The batch of the records, ``2/3``; empty for all records.
+    **origin
+        As `Origin` has them. If ``pulses`` among the parameters is true, the responses to the
+        records' pulses alone are in the file.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    columns: dict[str, list[Any]] = defaultdict(list)
-    source = iter(answers)
-    # Validate everything before creating a folder or a file.
-    first = tuple(islice(source, 1))
-    with named(path) as partial:
-        with growing(partial, _series(len(frames))) as append:
-            for name, responses in chain(first, source):
-                append(_histories(responses))
-                columns["record_id"].append(name)
-                columns["row_size"].append(max(response.time.size for response in responses))
-                columns["history"].append([response.time.size > 0 for response in responses])
-                for name, values in RESPONSE_NC.filled("response", list(responses)).items():
-                    columns[name].append(values)
-                columns["to_pulse"].append([response.to_pulse for response in responses])
-                columns["margin"].append([response.margin for response in responses])
-                columns["contact"].append([response.contact for response in responses])
-        made = _dataset(columns, frames, parameters) if columns else no_records()
-        put(
-            made.assign_attrs(batch=batch) if batch else made,
-            partial,
-            RESPONSE,
-            input_sha256=input_sha256,
-            parameters=parameters,
-            left_out=left_out,
-            mode="a" if columns else "w",
-        )
+    rows = ((_histories(responses), _values(name, responses)) for name, responses in answers)
+    pulses = bool(origin["parameters"].get("pulses"))
+    complete = partial(_complete, frames=frames, pulses=pulses)
+    write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
-def _series(structures: int) -> dict[str, xr.Variable]:
-    """What histories are like."""
-    empty = np.empty((structures, 0))
+def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
+    """Values of a record; parts of responses by their own names."""
     return {
-        "time": RESPONSE_NC["time"].holding([]),
-        **{name: RESPONSE_NC[name].holding(empty) for name in _HISTORIES},
+        "record_id": name,
+        "row_size": max(response.time.size for response in responses),
+        "history": [response.time.size > 0 for response in responses],
+        **RESPONSE_NC.filled("response", list(responses)),
+        **{part: [getattr(response, part) for response in responses] for part in _PARTS},
     }
 
 
@@ -117,22 +89,20 @@ def _histories(responses: Sequence[Response]) -> dict[str, NDArray[np.float64]]:
     return series
 
 
-def _dataset(
-    columns: Mapping[str, list[Any]],
-    frames: Sequence[RockingFrame],
-    parameters: Mapping[str, Any],
-) -> xr.Dataset:
-    """Return all variables but the histories."""
+def _complete(
+    columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame], pulses: bool
+) -> dict[str, Any]:
+    """Return the values of all variables but the histories."""
     values = {name: column for name, column in columns.items() if name not in _PARTS}
     values |= RESPONSE_NC.filled("frame", list(frames))
     values["structure"] = [frame.name for frame in frames]
-    if parameters.get("pulses"):
+    if pulses:
         values |= to_pulse_values(columns["to_pulse"])
     if all(margin is not None for row in columns["margin"] for margin in row):
         values |= margin_values(columns["margin"])
     if all(contact is not None for row in columns["contact"] for contact in row):
         values |= RESPONSE_NC.filled("contact", columns["contact"])
-    return RESPONSE_NC.dataset(values)
+    return values
 
 
 class ResponseFile:
@@ -153,7 +123,7 @@ class ResponseFile:
         self.path = Path(path)
         self._context = opened(self.path, RESPONSE)
         self.dataset = self._context.__enter__()
-        self._ends = np.cumsum(self.dataset["row_size"].values)
+        self._rows = slices(self.dataset["row_size"].values)
 
     def __enter__(self) -> ResponseFile:
         return self
@@ -177,7 +147,7 @@ class ResponseFile:
 
     def kept(self, record: str) -> list[str]:
         """Return the names of the structures whose histories under a record are in the file."""
-        kept = self.dataset["history"].values[_position(self.records, record, "record")]
+        kept = self.dataset["history"].values[position(self.records, record, "record")]
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 
     def strips(self, record: str) -> dict[str, Strip]:
@@ -194,16 +164,14 @@ class ResponseFile:
         ParameterError
             If there is no such record or structure, or its history was not kept.
         """
-        i = _position(self.records, record, "record")
-        k = _position(self.structures, structure, "structure")
+        i = position(self.records, record, "record")
+        k = position(self.structures, structure, "structure")
         if not self.dataset["history"].values[i, k]:
             raise ParameterError(
                 f"no history of {structure!r} under {record!r} was kept. Must be computed with "
                 "--histories all."
             )
-        end = int(self._ends[i])
-        rows = slice(end - int(self.dataset["row_size"].values[i]), end)
-        chosen = self.dataset.isel(record=i, structure=k, obs=rows).drop_vars("row_size")
+        chosen = self.dataset.isel(record=i, structure=k, obs=self._rows[i]).drop_vars("row_size")
         return chosen.load().swap_dims(obs="time").set_coords("record_id")
 
 
@@ -236,14 +204,6 @@ def open_response(path: str | Path) -> ResponseFile:
     (('time',), True)
     """
     return ResponseFile(path)
-
-
-def _position(names: list[str], name: str, what: str) -> int:
-    try:
-        return names.index(name)
-    except ValueError:
-        message = f"Invalid {what} {name!r}. Must be one of: {', '.join(names)}."
-        raise ParameterError(message) from None
 
 
 def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:

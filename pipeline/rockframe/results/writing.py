@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Required, TypedDict, Unpack
 
 import netCDF4
 import numpy as np
@@ -32,15 +32,20 @@ COMPRESSED: Final[dict[str, Any]] = {
 }
 
 
-def write(
-    dataset: xr.Dataset,
-    path: Path,
-    kind: str,
-    *,
-    input_sha256: Mapping[str, str],
-    parameters: Mapping[str, Any],
-    left_out: Mapping[str, str] | None = None,
-) -> None:
+class Origin(TypedDict, total=False):
+    """What a file was made from: keywords of the functions that write files.
+
+    ``input_sha256`` has the name and SHA-256 of each input, ``parameters`` the options of the stage
+    as JSON values, and ``left_out`` the reasons why records that went in did not come out, by
+    identifier; it is read last.
+    """
+
+    input_sha256: Required[Mapping[str, str]]
+    parameters: Required[Mapping[str, Any]]
+    left_out: Mapping[str, str] | None
+
+
+def write(dataset: xr.Dataset, path: Path, kind: str, **origin: Unpack[Origin]) -> None:
     """Write a dataset whole or not at all; the same inputs give the same bytes.
 
     Parameters
@@ -51,12 +56,8 @@ def write(
         Where it goes; an older file there is replaced.
     kind : str
         One of the names above.
-    input_sha256 : mapping
-        Name and SHA-256 of each input.
-    parameters : mapping
-        The options of the stage; JSON values.
-    left_out : mapping of str to str, optional
-        Why records that went in did not come out, by identifier.
+    **origin
+        As `Origin` has them.
 
     Raises
     ------
@@ -64,14 +65,7 @@ def write(
         If the file cannot be written.
     """
     with named(path) as partial:
-        put(
-            dataset,
-            partial,
-            kind,
-            input_sha256=input_sha256,
-            parameters=parameters,
-            left_out=left_out,
-        )
+        put(dataset, partial, kind, **origin)
 
 
 @contextmanager
@@ -123,10 +117,8 @@ def put(
     partial: Path,
     kind: str,
     *,
-    input_sha256: Mapping[str, str],
-    parameters: Mapping[str, Any],
-    left_out: Mapping[str, str] | None = None,
     mode: Literal["w", "a"] = "w",
+    **origin: Unpack[Origin],
 ) -> None:
     """Write a dataset and its origin into a file of `named`; mode ``a``: beside what it holds."""
     stage = KINDS[kind].stage
@@ -137,9 +129,9 @@ def put(
         rockframe_kind=kind,
         rockframe_version=version,
         source_code_hash=source_code_hash(),
-        input_sha256=json.dumps(dict(input_sha256), sort_keys=True),
-        parameters=json.dumps(dict(parameters), sort_keys=True),
-        left_out=json.dumps(dict(left_out or {}), sort_keys=True),
+        input_sha256=json.dumps(dict(origin["input_sha256"]), sort_keys=True),
+        parameters=json.dumps(dict(origin["parameters"]), sort_keys=True),
+        left_out=json.dumps(dict(origin.get("left_out") or {}), sort_keys=True),
         gravity=GRAVITY,
     )
     encoding = {name: _encoding(variable) for name, variable in described.variables.items()}

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from rockframe.errors import ParameterError
+from rockframe.results.ragged import position, slices
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN, SCREEN_NC
 from rockframe.results.writing import growing
@@ -76,9 +77,9 @@ def read_screen_history(
     """
     with opened(Path(path), SCREEN) as dataset:
         where = [
-            _position([str(name) for name in dataset["record_id"].values], record, "record"),
-            _position([str(name) for name in dataset["structure"].values], structure, "structure"),
-            _position(dataset["scale"].values.tolist(), scale, "scale"),
+            position([str(name) for name in dataset["record_id"].values], record, "record"),
+            position([str(name) for name in dataset["structure"].values], structure, "structure"),
+            position(dataset["scale"].values.tolist(), scale, "scale"),
         ]
         found = np.empty(0, dtype=np.intp)
         if "history_size" in dataset:
@@ -89,18 +90,9 @@ def read_screen_history(
                 f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. Must "
                 "be computed with --histories selected or all."
             )
-        end = int(np.cumsum(dataset["history_size"].values)[found[0]])
-        rows = slice(end - int(dataset["history_size"].values[found[0]]), end)
+        rows = slices(dataset["history_size"].values)[found[0]]
         chosen = dataset[["theta", "u", "v"]].isel(obs=rows)
         return chosen.load().swap_dims(obs="time")
-
-
-def _position(known: list[str] | list[float], asked: str | float, what: str) -> int:
-    if asked not in known:
-        raise ParameterError(
-            f"Invalid {what} {asked!r}. Must be one of: {', '.join(map(str, known))}."
-        )
-    return [one == asked for one in known].index(True)
 
 
 def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
