@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import inspect
-import io
 import os
 import re
 import shutil
-import tempfile
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-import xarray
-
 import rockframe
-from rockframe.cli.main import main, parser
+from rockframe.cli.main import parser
 from rockframe.ingest import FORMATS
+from rockframe.results.schema import KINDS, Variable
 
 _STUB = Path(rockframe.__file__).with_suffix(".pyi")
 #: Rooms of the package, in the order in which a reader needs them, with what they are.
@@ -126,39 +121,28 @@ def _formats() -> str:
 
 
 def _write_datasets(folder: Path) -> None:
-    """Variables of the files that the stages write, as they are in files just written."""
-    with tempfile.TemporaryDirectory() as made:
-        home = Path(made)
-        records = home / "records.nc"
-        rockframe.ingest_stage([rockframe.bundled_records() / "Ridgecrest2019-CCC.V1"], records)
-        rockframe.pulse_stage(records, home / "pulses.nc")
-        (home / "hazard.csv").write_text("pga_g,annual_rate\n0.05,0.05\n0.8,0.0002\n")
-        for words in _FURTHER:
-            with contextlib.redirect_stdout(io.StringIO()):
-                main([word.format(home=home) for word in words.split()])
-        for path in sorted(home.glob("*.nc")):
-            with xarray.open_dataset(path) as dataset:
-                text = _variables(dataset)
-            (folder / f"dataset-{path.stem}.txt").write_text(text, encoding="utf-8")
+    """Write the declared variables of each kind of file."""
+    for kind in KINDS.values():
+        heads = _table("variable", "dimensions", "unit", "what it is")
+        rows = (
+            f"| `{one.name}` | {', '.join(one.dims)} | {_units(one)} | {_said(one)} |"
+            for one in kind.variables
+        )
+        text = "\n".join([heads, *rows, ""])
+        (folder / f"dataset-{kind.name}.txt").write_text(text, encoding="utf-8")
 
 
-def _variables(dataset: xarray.Dataset) -> str:
-    rows = [
-        f"| `{name}` | {', '.join(map(str, array.dims))} | {array.attrs.get('units', '')} "
-        f"| {_said(array)} |"
-        for name, array in dataset.variables.items()
-    ]
-    return "\n".join([_table("variable", "dimensions", "unit", "what it is"), *rows, ""])
+def _units(one: Variable) -> str:
+    return f"{one.units} or {one.also_units}" if one.also_units else one.units
 
 
-def _said(array: xarray.Variable) -> str:
-    flags = ""
-    if "flag_meanings" in array.attrs:
-        kind = "flag_values" if "flag_values" in array.attrs else "flag_masks"
-        values = map(str, np.atleast_1d(array.attrs[kind]))
-        meanings = array.attrs["flag_meanings"].split()
-        flags = ": " + ", ".join(f"{v} {m}" for v, m in zip(values, meanings, strict=True))
-    return (str(array.attrs.get("long_name", "")) + flags).replace("|", r"\|")
+def _said(one: Variable) -> str:
+    """Return what a variable is, the words of its flags, and when it is there."""
+    said = one.long_name
+    if one.holds == "flags":
+        said += ": " + ", ".join(f"{member.value} {member.name.lower()}" for member in one.dtype)
+    said += f"; {one.comment}" if one.comment else ""
+    return (said + (f" (only with {one.group})" if one.group else "")).replace("|", r"\|")
 
 
 def _table(*heads: str) -> str:
@@ -173,18 +157,6 @@ def _index(title: str, text: str, pages: Sequence[str]) -> str:
     listed = "\n".join(pages)
     return f"# {title}\n\n{text}\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
 
-
-#: Files of further commands, as small as they come.
-_FURTHER = (
-    "respond {home}/records.nc --pulses {home}/pulses.nc --output {home}/response.nc",
-    "screen {home}/records.nc --pulses {home}/pulses.nc --structure slender-frame --scales 1 "
-    "--hazard {home}/hazard.csv --design-dimension height --design-range 2 4 --design-steps 2 "
-    "--histories all --output {home}/screen.nc",
-    "spectrum --wavelet symmetric_ricker --slenderness-deg 14 --mass-ratio 0 --frequency-ratio 3 "
-    "--max-amplitude 4 --output {home}/spectrum.nc",
-    "spectrum --records {home}/records.nc --slenderness-deg 10 --column-period 5 "
-    "--output {home}/rocking.nc",
-)
 
 _API = """All public names are in `rockframe` itself: `import rockframe`, then `rockframe.respond`.
 Arrays are of NumPy, in SI units; angles are in rad. What a user can mend is raised as a child of
