@@ -3,20 +3,92 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sized
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
-from rockframe.engines.pool import serve
+from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool
 from rockframe.engines.threads import cores
-from rockframe.errors import ParameterError
+from rockframe.errors import EngineError, ParameterError
 
 Batch = TypeVar("Batch")
 Result = TypeVar("Result")
+Submitted = TypeVar("Submitted")
 
 #: What the start of a pool costs: Python, numba and the compiled kernels in each worker [s].
 _START: Final = 2.0
+
+
+def in_order(
+    submit: Callable[..., Submitted], calls: Iterable[tuple[Any, ...]], ahead: int
+) -> Generator[Submitted, None, None]:
+    """Submit calls as they are needed, and yield their futures in order.
+
+    Parameters
+    ----------
+    submit : callable
+        Takes the arguments of a call, and returns its future.
+    calls : iterable of tuple
+        The arguments of each call.
+    ahead : int
+        Number of calls that may be submitted before their results are asked for.
+    """
+    waiting: deque[Submitted] = deque()
+    for arguments in calls:
+        waiting.append(submit(*arguments))
+        if len(waiting) >= ahead:
+            yield waiting.popleft()
+    while waiting:
+        yield waiting.popleft()
+
+
+def serve(
+    function: Callable[..., Result], batches: Iterable[Any], workers: int, first: int = 1
+) -> Generator[Result, None, None]:
+    """Call a function in worker processes, and give its results in the order of the batches.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module that the workers can import.
+    batches : iterable
+        Taken as they are needed.
+    workers : int
+        Processes, 1 or more.
+    first : int
+        Number of the first batch, for errors.
+
+    Raises
+    ------
+    RockframeError
+        If the function raises one.
+    EngineError
+        If a batch kills its workers.
+    RuntimeError
+        If the function raises anything else: with the worker's traceback.
+
+    Examples
+    --------
+    >>> import math
+    >>> list(serve(math.sqrt, [4.0, 9.0], workers=1))
+    [2.0, 3.0]
+    """
+    with WorkerPool(workers) as pool:
+        futures = in_order(partial(pool.submit, function), ((b,) for b in batches), 2 * workers)
+        for number, future in enumerate(futures, first):
+            try:
+                yield future.result()
+            except WorkerDiedError as death:
+                if death.said:
+                    failed = f"batch {number} failed in its worker:\n{death.said}"
+                    raise RuntimeError(failed) from None
+                raise EngineError(
+                    f"batch {number} ended its worker {ATTEMPTS} times (the last: {death.how}). "
+                    "Must leave it running: is there memory for so many workers?"
+                ) from None
 
 
 class Engine(ABC):

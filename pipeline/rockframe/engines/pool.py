@@ -7,8 +7,7 @@ import pickle
 import signal
 import subprocess
 import sys
-from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +15,7 @@ from queue import SimpleQueue
 from threading import Lock
 from typing import Any, Final, ParamSpec, TypeVar
 
-from rockframe.errors import EngineError, ParameterError
+from rockframe.errors import ParameterError
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -31,7 +30,7 @@ OUT_OF_MEMORY: Final = 86
 _MEGABYTE: Final = 1 << 20
 _KILLED: Final = -getattr(signal, "SIGKILL", 9)
 #: Number of attempts at a call whose worker dies: the call may not be the cause.
-_ATTEMPTS: Final = 3
+ATTEMPTS: Final = 3
 _LONGEST_REASON: Final = 200
 #: The pool is the parallel part; threads of libraries below it would only fight for the cores.
 _ONE_THREAD: Final = {
@@ -148,7 +147,7 @@ class WorkerPool(Executor):
     def _call(self, call: partial[Any]) -> Any:
         worker = self._idle.get()
         try:
-            for _ in range(_ATTEMPTS - 1):
+            for _ in range(ATTEMPTS - 1):
                 try:
                     return worker.call(call)
                 except WorkerDiedError as death:
@@ -167,78 +166,6 @@ class WorkerPool(Executor):
 
     def __exit__(self, *_: object) -> None:
         self.shutdown(cancel_futures=True)
-
-
-Submitted = TypeVar("Submitted")
-
-
-def in_order(
-    submit: Callable[..., Submitted], calls: Iterable[tuple[Any, ...]], ahead: int
-) -> Generator[Submitted, None, None]:
-    """Submit calls as they are needed, and yield their futures in order.
-
-    Parameters
-    ----------
-    submit : callable
-        Takes the arguments of a call, and returns its future.
-    calls : iterable of tuple
-        The arguments of each call.
-    ahead : int
-        Number of calls that may be submitted before their results are asked for.
-    """
-    waiting: deque[Submitted] = deque()
-    for arguments in calls:
-        waiting.append(submit(*arguments))
-        if len(waiting) >= ahead:
-            yield waiting.popleft()
-    while waiting:
-        yield waiting.popleft()
-
-
-def serve(
-    function: Callable[..., T], batches: Iterable[Any], workers: int, first: int = 1
-) -> Generator[T, None, None]:
-    """Call a function in worker processes, and give its results in the order of the batches.
-
-    Parameters
-    ----------
-    function : callable
-        Of a module that the workers can import.
-    batches : iterable
-        Taken as they are needed.
-    workers : int
-        Processes, 1 or more.
-    first : int
-        Number of the first batch, for errors.
-
-    Raises
-    ------
-    RockframeError
-        If the function raises one.
-    EngineError
-        If a batch kills its workers.
-    RuntimeError
-        If the function raises anything else: with the worker's traceback.
-
-    Examples
-    --------
-    >>> import math
-    >>> list(serve(math.sqrt, [4.0, 9.0], workers=1))
-    [2.0, 3.0]
-    """
-    with WorkerPool(workers) as pool:
-        futures = in_order(partial(pool.submit, function), ((b,) for b in batches), 2 * workers)
-        for number, future in enumerate(futures, first):
-            try:
-                yield future.result()
-            except WorkerDiedError as death:
-                if death.said:
-                    failed = f"batch {number} failed in its worker:\n{death.said}"
-                    raise RuntimeError(failed) from None
-                raise EngineError(
-                    f"batch {number} ended its worker {_ATTEMPTS} times (the last: {death.how}). "
-                    "Must leave it running: is there memory for so many workers?"
-                ) from None
 
 
 class _Worker:

@@ -10,8 +10,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
 
-from rockframe.engines.engine import Engine, OneProcess, ProcessPool
-from rockframe.engines.pool import in_order
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool, in_order
 from rockframe.errors import EngineError, ParameterError
 from rockframe.provenance import source_code_hash
 

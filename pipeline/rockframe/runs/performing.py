@@ -9,8 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from rockframe.engines.engine import Engine
-from rockframe.engines.pool import serve
+from rockframe.engines.engine import Engine, serve
 from rockframe.engines.scheduler import choose_engine
 from rockframe.errors import InputError, RockframeError
 from rockframe.ingest import Rejection

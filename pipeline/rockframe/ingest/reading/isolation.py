@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool, in_order
+from rockframe.engines.engine import in_order
+from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool
 from rockframe.engines.threads import cores
 from rockframe.errors import ParameterError
 
