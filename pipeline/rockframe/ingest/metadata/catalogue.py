@@ -177,8 +177,12 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     facts = dict(vars(entry)) if entry else {}
     facts |= {"facts_source": facts.pop("source", "")}
     facts = {name: value for name, value in facts.items() if name not in {"file", "origin_time"}}
-    unknown = ("", SiteType.UNKNOWN)
-    return {name: one for name, one in facts.items() if one not in unknown and one == one}
+    # a magnitude or a distance of zero is a number, and equal to the unknown site
+    return {
+        name: one
+        for name, one in facts.items()
+        if one != "" and one is not SiteType.UNKNOWN and one == one
+    }
 
 
 def facts_of(
