@@ -33,7 +33,8 @@ def records(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> 
 
 def options(verb: str, records: Path) -> list[object]:
     """Two structures: five take longer and are no other code."""
-    return ["--structures", structures(records.parent)] if verb == "respond" else []
+    few = ["--structures", structures(records.parent), "--margins", "first"]
+    return few if verb == "respond" else []
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from rockframe.cli.main import main
 from rockframe.runs.lock import is_locked, locked
 from rockframe.runs.plan import make_plan
 from rockframe.runs.plan_file import read_plan, write_plan
-from rockframe.runs.run import status_of
+from rockframe.runs.state import states_of
 from rockframe.study.study import read_study
 
 
@@ -37,7 +37,7 @@ def home(made: Path, tmp_path: Path) -> Path:
 
 
 def states(folder: Path) -> dict[str, str]:
-    return {state.step.name: state.state for state in status_of(folder)}
+    return {state.step.name: state.state for state in states_of(read_plan(folder), folder)}
 
 
 def steps_done(home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> set[str]:

@@ -251,14 +251,3 @@ def _strange(plan: Plan, folder: Path) -> str:
     """Something in the folder that has the name of an output and was not made by this study."""
     names = [*plan.outputs, MANIFEST, PAGE]
     return next((name for name in names if (folder / name).exists()), "")
-
-
-def status_of(folder: Path) -> list[StepState]:
-    """Return the state of each step of the run in a folder.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no run of a study.
-    """
-    return states_of(read_plan(folder), folder)

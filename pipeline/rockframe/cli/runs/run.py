@@ -131,11 +131,10 @@ def run_status(options: argparse.Namespace) -> int:
     from rockframe.runs.lock import is_locked
     from rockframe.runs.manifest import changed_inputs
     from rockframe.runs.plan_file import read_plan
-    from rockframe.runs.run import status_of
-    from rockframe.runs.state import damaged
+    from rockframe.runs.state import damaged, states_of
 
     plan = read_plan(options.folder)
-    states = status_of(options.folder)
+    states = states_of(plan, options.folder)
     running = is_locked(options.folder)
     changed = dict(changed_inputs(plan))
     same_source = plan.source == source_code_hash()
