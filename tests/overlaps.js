@@ -11,6 +11,7 @@
     for (const box of range.getClientRects()) boxes.push([node.data.trim(), box, host]);
   }
   for (const host of document.querySelectorAll("input, select, canvas, svg")) {
+    if (host.closest(".wide")) continue;
     const box = host.getBoundingClientRect();
     if (host.checkVisibility()) boxes.push([host.id || host.tagName, box, host]);
   }
