@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 DRIVER = Path(__file__).with_name("driver.py")
 #: So long a run may take on a machine that does other things too [s].
 PATIENCE = 300.0
+_STEP_DONE = re.compile(r"rockframe: \d+/\d+ \S+, [\d.]+ s$")
 
 
 def command(study: Path, folder: Path, pool: bool) -> list[str]:
@@ -39,7 +41,9 @@ def start(study: Path, folder: Path, *, pool: bool = False, **env: str) -> subpr
 def finished(process: subprocess.Popen[str]) -> tuple[int, str]:
     """Wait for a run; its exit status and what it said on the error stream."""
     said = process.communicate(timeout=PATIENCE)[1]
-    return process.returncode, said
+    lines = said.splitlines(keepends=True)
+    # without a terminal, a run says each step that is done
+    return process.returncode, "".join(one for one in lines if not _STEP_DONE.match(one))
 
 
 def stamps(folder: Path) -> int:

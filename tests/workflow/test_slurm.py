@@ -31,7 +31,7 @@ def test_jobs_of_slurm_give_the_bytes_of_a_run(
 ) -> None:
     study = make_study(tmp_path / "home", 3)
     assert run(study, tmp_path / "run") == 0
-    rockframe("plan", study, "--output", tmp_path / "flow")
+    rockframe("run", study, "--output", tmp_path / "flow", "--plan")
     with one_node(tmp_path / "slurm") as env:
         for name, value in env.items():
             monkeypatch.setenv(name, value)

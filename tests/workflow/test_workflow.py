@@ -30,7 +30,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study done by Snakemake in `flow`."""
     home = tmp_path_factory.mktemp("workflow")
     study = make_study(home)
-    rockframe("plan", study, "--output", home / "flow")
+    rockframe("run", study, "--output", home / "flow", "--plan")
     ended = snakemake(home / "flow")
     assert ended.returncode == 0, ended.stderr
     return home
@@ -59,14 +59,14 @@ def test_run_takes_over_what_the_workflow_has_done(
 
 
 def test_unchanged_plan_has_no_jobs(made: Path) -> None:
-    rockframe("plan", made / "small.toml", "--output", made / "flow")
+    rockframe("run", made / "small.toml", "--output", made / "flow", "--plan")
     ended = snakemake(made / "flow")
     assert ended.returncode == 0
     assert "Nothing to be done" in ended.stderr + ended.stdout
 
 
 def test_second_run_is_refused(made: Path) -> None:
-    rockframe("plan", made / "small.toml", "--output", made / "flow")
+    rockframe("run", made / "small.toml", "--output", made / "flow", "--plan")
     (made / "flow" / "table.csv").unlink()
     with locked(made / "flow"):
         ended = snakemake(made / "flow")
@@ -78,7 +78,7 @@ def test_second_run_is_refused(made: Path) -> None:
 def test_lock_is_held_until_the_workflow_ends(made: Path) -> None:
     """Snakemake's own lock is not asked for: this one must refuse a second run."""
     folder = made / "held"
-    rockframe("plan", made / "small.toml", "--output", folder)
+    rockframe("run", made / "small.toml", "--output", folder, "--plan")
     process = started(folder)
     assert wait_until(lambda: logs(folder) > 0, process)
     assert is_locked(folder)
@@ -98,7 +98,7 @@ def test_killed_at_random_moments_it_goes_on(made: Path) -> None:
     chance = random.Random(2026)  # noqa: S311 - moments, no secrets
     folder, kills = made / "killed", 0
     while kills < KILLS:
-        rockframe("plan", made / "small.toml", "--output", folder)
+        rockframe("run", made / "small.toml", "--output", folder, "--plan")
         begun, process = logs(folder) + chance.choice((0, 1, 3)), started(folder)
         if wait_until(lambda begun=begun: logs(folder) >= begun, process):  # type: ignore[misc]
             time.sleep(chance.uniform(0.0, 5.0))
@@ -111,7 +111,7 @@ def test_killed_at_random_moments_it_goes_on(made: Path) -> None:
             shutil.rmtree(folder)
         process.communicate()
         assert all_gone(below)
-    rockframe("plan", made / "small.toml", "--output", folder)
+    rockframe("run", made / "small.toml", "--output", folder, "--plan")
     ended = snakemake(folder)
     assert ended.returncode == 0, ended.stderr
     assert results(folder) == results(made / "flow")
@@ -150,7 +150,7 @@ def test_change_of_an_option_concerns_what_follows(made: Path) -> None:
     """The last test: the run is another one after it."""
     study = made / "small.toml"
     study.write_text(STUDY + "[pulse]\nperiods_s = [0.3, 4.0]\n")
-    rockframe("plan", study, "--output", made / "flow")
+    rockframe("run", study, "--output", made / "flow", "--plan")
     done = jobs_done(snakemake(made / "flow"))
     assert {"pulse", "merge_pulse", "table", "manifest", "report", "verify"} <= done
     assert not {"ingest", "respond", "merge_respond"} & done
