@@ -132,7 +132,7 @@ def _of_status(reply: ServiceReply) -> Problem:
         reason = f"answered {status}{said}{asked}. {_AGAIN}"
         return Problem(Kind.UNAVAILABLE, reason, passing=True, wait=wait)
     if status == 400:
-        return Problem(Kind.MISTAKE, f"answered 400, bad request{said}. Must be asked otherwise.")
+        return Problem(Kind.MISTAKE, f"answered 400, bad request{said}. Change the request.")
     return Problem(Kind.MISTAKE, f"answered {status}{said}. Must be 200: check the address.")
 
 

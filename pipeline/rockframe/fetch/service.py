@@ -82,7 +82,7 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
                 return b"", slow(timeout)
             if len(body) > _MOST_BYTES:
                 return b"", Problem(
-                    Kind.TOO_MUCH, f"more than {_MOST_BYTES} bytes. Must be asked in parts."
+                    Kind.TOO_MUCH, f"more than {_MOST_BYTES} bytes. Request them in parts."
                 )
     except TimeoutError:
         return b"", slow(timeout)
