@@ -89,7 +89,10 @@ def test_without_pulses_there_is_none(stages: Path, tmp_path: Path) -> None:
 
 def test_pulses_of_other_samples_are_refused(stages: Path, tmp_path: Path) -> None:
     output = tmp_path / "response.nc"
-    with pytest.raises(InputError, match=r"the pulse of 'a' is of other samples. Must be made fr"):
+    with pytest.raises(
+        InputError,
+        match=r"the pulse of 'a' was computed from other samples. Compute the pulses of th",
+    ):
         respond_stage(stages / "other" / "records.nc", output, pulses_path=stages / "pulses.nc")
     assert not output.exists()
 

@@ -23,7 +23,7 @@ _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"
 #: A disk with less free space than this counts as full [bytes].
 _FULL: Final = 65536
 #: Message for a file that was changed after it was written.
-DAMAGED: Final = "is damaged: not as it was written"
+DAMAGED: Final = "is corrupted"
 #: File that completes a run.
 MANIFEST: Final = "manifest.json"
 #: Distributions whose versions can change results.

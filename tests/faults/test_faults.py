@@ -231,7 +231,7 @@ def test_damaged_batch_of_a_killed_run_is_made_again(
     batch.write_bytes(content if damage == "flipped" else content[: len(content) // 2])
     status, said = finished(start(home / "small.toml", folder))
     assert status == 0
-    assert f"{batch}: is damaged: not as it was written; made again." in said
+    assert f"{batch}: is corrupted; made again." in said
     require_whole(folder, home)
 
 

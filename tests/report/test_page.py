@@ -244,7 +244,7 @@ def test_a_damaged_page_is_a_fault(
     page = run / "report.html"
     page.write_bytes(page.read_bytes().replace(b"</h1>", b"</h2>", 1))
     assert main(["verify", str(run)]) == 1
-    assert "report.html: is damaged: not as it was written. Must be" in capsys.readouterr().err
+    assert "report.html: is corrupted. Must be" in capsys.readouterr().err
 
 
 def test_no_file_of_the_run_is_written_over(hostile_run: Path) -> None:

@@ -56,7 +56,7 @@ def test_damaged_plan_is_named_and_made_again(
     assert main(["status", str(home / "run")]) == 2
     assert run(home / "small.toml", home / "run") == 0
     said = capsys.readouterr()
-    what = "missing" if text is None else "is damaged: not as it was written"
+    what = "missing" if text is None else "is corrupted"
     assert f"{plan}: {what}; made again." in said.err
     assert "nothing to do" in said.out
     assert read_plan(home / "run").keys == before
@@ -98,12 +98,10 @@ def test_verify_names_what_is_damaged_and_nothing_else(
     assert f"{folder / name}: " in said
     assert main(["status", str(folder)]) in (0, 2)
     told = capsys.readouterr()
-    assert f"{folder / name}: is damaged: not as it was written" in told.out + told.err
+    assert f"{folder / name}: is corrupted" in told.out + told.err
     assert "\ncomplete" not in told.out
     assert run(home / "small.toml", folder) == 0
-    assert f"{folder / name}: is damaged: not as it was written; made again." in (
-        capsys.readouterr().err
-    )
+    assert f"{folder / name}: is corrupted; made again." in (capsys.readouterr().err)
     assert main(["verify", str(folder)]) == 0
     assert main(["status", str(folder)]) == 0
     assert "\ncomplete" in capsys.readouterr().out
@@ -117,7 +115,7 @@ def test_manifest_that_is_damaged_after_a_workflow_is_named(
     flip(home / "run" / "manifest.json", b'"table.csv": "')
     assert main(["status", str(home / "run")]) == 0
     said = capsys.readouterr().out
-    assert f"{home / 'run' / 'manifest.json'}: is damaged: not as it was written." in said
+    assert f"{home / 'run' / 'manifest.json'}: is corrupted." in said
     assert "table.csv" not in said
 
 
@@ -137,9 +135,7 @@ def test_run_that_a_damaged_plan_keeps_out_says_so(
     (home / "run" / "manifest.json").unlink()
     flip(home / "run" / ".rockframe" / "plan.json", b"9.6")
     assert run(home / "small.toml", home / "run") == 2
-    assert "plan.json: is damaged: not as it was written. Must be another folder, or --repl" in (
-        capsys.readouterr().err
-    )
+    assert "plan.json: is corrupted. Must be another folder, or --repl" in (capsys.readouterr().err)
     assert run(home / "small.toml", home / "run", "--replace") == 0
     assert main(["verify", str(home / "run")]) == 0
 

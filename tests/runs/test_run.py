@@ -140,7 +140,7 @@ def test_damaged_file_is_named_and_made_again(
     assert str(path) in capsys.readouterr().err
     assert "damaged" in states(home / "run").values()
     assert run(home / "small.toml", home / "run") == 0
-    assert f"{path}: {'missing' if damage == 'gone' else 'is damaged'}" in capsys.readouterr().err
+    assert f"{path}: {'missing' if damage == 'gone' else 'is corrupted'}" in capsys.readouterr().err
     assert contents(home / "run") == before
 
 

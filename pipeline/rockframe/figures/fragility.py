@@ -168,7 +168,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
         f"{scale:g}, under which the peak rotation of {structure} is at most θ/α; "
         f"{fell} overturn, so that the curve ends at "
         f"{1.0 - fell / screening.sizes['record']:.2f}. Shaded: 90 % confidence, by drawing "
-        "recordings with replacement, and at least Wilson's interval for so many of them."
+        "recordings with replacement; where Wilson's interval for their number is wider, that one."
     )
     return Captioned(figure, f"Peak rotations of {structure}", caption)
 

@@ -271,7 +271,7 @@ def strange_report(folder: Path) -> Sequence[str]:
     content = page.read_bytes()
     again = f"Must be made again, by `rockframe report {folder}`."
     if not is_whole(content):
-        return [f"{page}: is damaged: not as it was written. {again}"]
+        return [f"{page}: is corrupted. {again}"]
     if sha256_of(folder / MANIFEST).encode() not in content:
         return [f"{page}: shows another run. {again}"]
     return []

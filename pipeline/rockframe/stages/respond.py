@@ -88,8 +88,8 @@ def respond_stage(
     Raises
     ------
     InputError
-        If records, structures or pulses cannot be read, the pulses are of other samples, or the
-        output cannot be written.
+        If records, structures or pulses cannot be read, the pulses were computed from other
+        samples, or the output cannot be written.
     ParameterError
         If there is no structure of that name, the spreads of the ensemble leave a frame that does
         not rock, no record is horizontal, or none is left.
@@ -195,8 +195,8 @@ class _Pulses:
         if sha256 != record.samples_sha256:
             raise InputError(
                 self.path,
-                f"the pulse of {record.record_id!r} is of other samples. "
-                "Must be made from these records.",
+                f"the pulse of {record.record_id!r} was computed from other samples. "
+                "Compute the pulses of these records.",
             )
         return {record.record_id: pulse}
 

@@ -54,7 +54,7 @@ def require_quantity(channel: Channel) -> None:
     Raises
     ------
     InputError
-        If they differ. Otherwise acceleration mistaken for velocity would be skipped silently.
+        If they differ: an acceleration that a header calls a velocity must not be skipped.
     """
     code = channel.integer(QUANTITY)
     name = QUANTITIES.get(code or 0, "unknown")
