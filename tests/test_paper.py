@@ -12,7 +12,7 @@ from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit, checked_
 from rockframe.paper.claims import all_claims
 from rockframe.paper.pulses import record_claims
 from rockframe.paper.table1 import paper_records
-from rockframe.results.tables.table import TableRow
+from rockframe.results.tables.rows import Row
 
 Expected = Callable[[str], Any]
 
@@ -27,7 +27,7 @@ def claims(listed: list[Claim]) -> dict[str, Claim]:
     return {claim.name: claim for claim in listed}
 
 
-def row(number: int, **changed: Any) -> TableRow:
+def row(number: int, **changed: Any) -> Row:
     """A row with the paper's own values, under its bridge."""
     paper = paper_records()[number]
     values: dict[str, Any] = {
@@ -39,7 +39,7 @@ def row(number: int, **changed: Any) -> TableRow:
         "impacts": 9, "verdict": "safe", "uplift_time_s": 1.0, "overturning_time_s": math.nan,
         "record_id": f"r{number}", "source_file": f"{paper.files[0]}.AT2",
     }  # fmt: skip
-    return TableRow(**(values | changed))
+    return values | {"facts_source": ""} | changed
 
 
 @pytest.mark.parametrize(

@@ -13,14 +13,15 @@ import pytest
 from tests.commands import run
 
 from rockframe import GroundAcceleration, open_records, open_response
-from rockframe.cli.stages.respond import response_cells
+from rockframe.cli.stages.respond import response_columns
 from rockframe.explorer.answer import Motion, answer
 from rockframe.explorer.page import render
 from rockframe.explorer.settings import read_settings
 from rockframe.figures.margin_strips import draw_margin_strips
 from rockframe.figures.response_history import draw_response_history
 from rockframe.results.run import read_run
-from rockframe.results.tables.table import stated_verdict, table_rows
+from rockframe.results.tables.columns import stated_verdict
+from rockframe.results.tables.table import table_rows
 from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
 
 RECORD = "Ridgecrest2019-CCC-360"
@@ -77,9 +78,9 @@ def test_the_table_has_the_stored_verdict_and_its_words(folder: Path) -> None:
 
 def test_the_terminal_prints_the_same_words(folder: Path) -> None:
     files = (folder / f"{name}.nc" for name in ("records", "pulses", "response"))
-    told = {r.structure: response_cells(vars(r)) for r in table_rows(*files)
-            if r.record_id == RECORD}  # fmt: skip
-    assert {name: cells[-1] for name, cells in told.items()} == {
+    verdict = response_columns({})[-1]
+    rows = (row for row in table_rows(*files) if row["record_id"] == RECORD)
+    assert {row["structure"]: verdict.cell(row) for row in rows} == {
         name: words for name, (_, words) in EXPECTED.items()
     }
 

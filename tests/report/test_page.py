@@ -22,7 +22,7 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import sealed as sealed_json
 from rockframe.provenance import sha256_of
-from rockframe.report.columns import shown
+from rockframe.report.page import shown
 from rockframe.report.payload import decode, encode, unpack
 from rockframe.report.seal import is_whole, sealed
 from rockframe.stages.report import report_stage

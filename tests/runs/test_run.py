@@ -10,6 +10,7 @@ import shutil
 import threading
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.runs.small import STUDY, contents, make_study, run
@@ -157,16 +158,16 @@ def test_record_that_changes_under_way_spoils_the_manifest(
     tmp_path: Path, change: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Between ingest and the manifest: the outputs would be of a file that is not there."""
-    from rockframe.stages import table
+    from rockframe.results.tables.formats import write_rows_as
 
     study, motion = make_study(tmp_path), tmp_path / "motions" / "motion-1.csv"
-    original, write = motion.read_bytes(), table.write_table
+    original, write = motion.read_bytes(), write_rows_as
 
-    def meddle(*arguments: object) -> None:
+    def meddle(*arguments: Any) -> int:
         motion.write_bytes(original + b"0.0\n") if change == "changed" else motion.unlink()
-        write(*arguments)  # type: ignore[arg-type]
+        return write(*arguments)
 
-    monkeypatch.setattr(table, "write_table", meddle)
+    monkeypatch.setattr("rockframe.stages.table.write_rows_as", meddle)
     assert run(study, tmp_path / "run") == 2
     assert f"{motion}: {change} since the run began" in capsys.readouterr().err
     assert not (tmp_path / "run" / "manifest.json").exists()

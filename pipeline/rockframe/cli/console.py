@@ -9,13 +9,14 @@ import re
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
+    from rockframe.results.tables.columns import Column
     from rockframe.results.tables.entries import Entry
 
 #: Width of tables that are not printed to a terminal [characters].
@@ -68,6 +69,32 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
     print(table_text.get(), end="")
     if more:
         print(f"{more} more rows: the files have all.\n")
+
+
+def show_rows(
+    title: str,
+    columns: Sequence[Column],
+    rows: Iterable[Mapping[str, Any]],
+    *,
+    group: str = "",
+    rules: bool = True,
+) -> None:
+    """Print rows as a table.
+
+    Rows with the same value of `group` stay together: cells of columns that are shown once are
+    printed for the first of them, and rules are drawn between groups.
+    """
+
+    def cells() -> Iterator[list[str]]:
+        last: Any = None
+        for row in rows:
+            begins = not group or row[group] != last
+            if group and rules and begins and last is not None:
+                yield []
+            last = row.get(group)
+            yield ["" if column.once and not begins else column.cell(row) for column in columns]
+
+    show_table(title, [column.head for column in columns], cells())
 
 
 def _layout(
@@ -129,11 +156,6 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(inner) for inner in value]
     return value
-
-
-def number(value: float, decimals: int) -> str:
-    """Return a number with the given decimals, or a dash if it is unknown."""
-    return f"{value:.{decimals}f}" if math.isfinite(value) else "–"
 
 
 def show_rejections(rejections: Sequence[Rejection | Entry]) -> None:

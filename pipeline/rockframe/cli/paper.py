@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rockframe.paper.claim import Claim
-    from rockframe.results.tables.table import TableRow
+    from rockframe.results.tables.rows import Row
     from rockframe.stages.intake import Ingested
 
 #: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
@@ -81,7 +81,7 @@ def run_paper(options: argparse.Namespace) -> int:
     return 1 if ingested.rejections else 0
 
 
-def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[TableRow]]:
+def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[Row]]:
     """Run the stages for the paper's bridge; return the rows of the table."""
     from rockframe.paper.table1 import with_paper_facts
     from rockframe.results.tables.table import table_rows
@@ -123,14 +123,14 @@ def _draw(folder: Path, grid: int) -> dict[str, str]:
 
 
 def _write(
-    claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[TableRow], folder: Path
+    claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
 ) -> None:
     from rockframe.cli.figures.table import FIGURES
     from rockframe.paper.claim import checked_page
     from rockframe.paper.table1 import paper_record_of, paper_records
     from rockframe.provenance import whole_file
 
-    own = {row.record_id for row in rows if paper_record_of(row.source_file)}
+    own = {row["record_id"] for row in rows if paper_record_of(row["source_file"])}
     records = f"{len(own)} of the paper's {len(paper_records())} records are here by name" + (
         "." if own else ": what it says of them is not checked, and figures show others."
     )
@@ -157,11 +157,9 @@ def _show(claims: Sequence[Claim], json: bool) -> None:
     if json:
         show_json({"claims": [_plain(claim) for claim in claims]})
         return
-    show_table(
-        "The paper, checked",
-        ("claim", "paper", "ours", "finding"),
-        [[claim.name, claim.printed, claim.ours, claim.finding.value] for claim in claims],
-    )
+    columns = ("claim", "paper", "ours", "finding")
+    cells = ([one.name, one.printed, one.ours, one.finding.value] for one in claims)
+    show_table("The paper, checked", columns, cells)
     if len(claims) == 1:
         (claim,) = claims
         print(f"{claim.where}: {claim.says}. {claim.remark}".rstrip())

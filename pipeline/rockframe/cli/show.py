@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -115,6 +114,9 @@ def _figure(folder: Path, name: str) -> str:
 
 
 def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
+    from rockframe.cli.console import show_rows
+    from rockframe.cli.stages.respond import response_columns
+
     facts = told["facts"]
     print(told["record_id"] or told["file"])
     for label, text in (
@@ -131,44 +133,28 @@ def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
         if text or label == "accepted":
             print(f"  {label:<10} {text}".rstrip())
     if rows:
-        _show_responses(rows)
+        show_rows("", response_columns({}), rows)
     if told["screening"]:
         _show_screening(told["screening"])
 
 
-def _show_responses(rows: Sequence[Mapping[str, str]]) -> None:
-    from rockframe.cli.console import show_table
-    from rockframe.cli.stages.respond import response_cells
-
-    cells = []
-    for row in rows:
-        numbers = {name: _number(text) for name, text in row.items()}
-        cells.append([row["structure"], *response_cells(numbers | {"verdict": row["verdict"]})])
-    heads = ["structure", "θ/α>", "u_max [cm]>", "v_max [cm]>", "critical scale>"]
-    heads += ["10 25 50 % overturn>", "verdict"]
-    show_table("", heads, cells)
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
 def _show_screening(rows: list[dict[str, Any]]) -> None:
-    from rockframe.cli.console import number, show_table
+    from rockframe.cli.console import show_rows
+    from rockframe.results.tables.columns import Column
 
-    cells = []
-    for row in rows:
+    def verdicts(row: Mapping[str, Any], _key: str) -> str:
         runs: dict[str, list[str]] = {}
         for scale, verdict in row["verdicts"].items():
             runs.setdefault(verdict.replace("_", " "), []).append(scale)
-        verdicts = "; ".join(f"{verdict} at {', '.join(at)}" for verdict, at in runs.items())
-        azimuth = number(row["azimuth_degree"], 0)
-        cells.append([row["structure"], azimuth, number(row["critical_scale"], 3), verdicts])
-    heads = ["structure", "azimuth>", "critical scale>", "verdict at multiples of the record"]
-    show_table("Screening", heads, cells)
+        return "; ".join(f"{verdict} at {', '.join(at)}" for verdict, at in runs.items())
+
+    columns = [
+        Column("structure", "structure"),
+        Column("azimuth>", "azimuth_degree", ".0f"),
+        Column("critical scale>", "critical_scale", ".3f"),
+        Column("verdict at multiples of the record", rule=verdicts),
+    ]
+    show_rows("Screening", columns, rows)
 
 
 def _of_file(told: Mapping[str, Any]) -> str:

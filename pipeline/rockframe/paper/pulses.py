@@ -17,7 +17,7 @@ from rockframe.paper.table1 import (
     compare,
     paper_records,
 )
-from rockframe.results.tables.table import TableRow
+from rockframe.results.tables.rows import Row
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
 from rockframe.wavelets.ricker import BETA
@@ -106,14 +106,12 @@ _PRINTED: Final = {
 }
 
 
-def record_claims(
-    rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()
-) -> list[Claim]:
+def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Claim]:
     """Return the claims about the paper's records among the rows.
 
     Parameters
     ----------
-    rows : sequence of TableRow
+    rows : sequence of mapping
         As returned by `table_rows`.
     pulses : iterable of mapping, optional
         As returned by `pulse_rows` for these records; see `compare`.
@@ -155,17 +153,17 @@ def _of_table(name: str, comparison: Comparison, other: str) -> Claim:
     )
 
 
-def _of_bridge(own: Sequence[TableRow]) -> list[Claim]:
+def _of_bridge(own: Sequence[Row]) -> list[Claim]:
     turned, drifts, lifted = bridge_extremes(own)
     of = f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV"
-    ratio, lift = turned.peak_rotation_ratio, 100.0 * lifted.v_max_m
+    ratio, lift = turned["peak_rotation_ratio"], 100.0 * lifted["v_max_m"]
     return [
         Claim(
             name="bridge-rotation",
             where="section 8, Figure 11",
             says="θ/α of the bridge under all six records",
             printed="< 0.33",
-            ours=f"at most {ratio:.3f} ({turned.record})",
+            ours=f"at most {ratio:.3f} ({turned['record']})",
             finding=judged(ratio < 0.33),
             remark=of,
             command=_COMMAND,
@@ -185,7 +183,7 @@ def _of_bridge(own: Sequence[TableRow]) -> list[Claim]:
             where="section 8, Figure 11",
             says="its largest lift",
             printed="up to 5 cm",
-            ours=f"up to {lift:.1f} cm ({lifted.record})",
+            ours=f"up to {lift:.1f} cm ({lifted['record']})",
             finding=judged(lift <= 5.0),
             remark=of,
             command=_COMMAND,

@@ -6,13 +6,13 @@ import math
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 from rockframe.paper.claim import judged
-from rockframe.results.tables.table import TableRow
+from rockframe.results.tables.rows import Row
 
 #: Relative differences of peaks above which a record or its processing is not the paper's [1].
 #: Rounding to two decimals makes up to 1 %; integration and the baseline add to that for PGV.
@@ -104,31 +104,30 @@ def paper_record_of(source_file: str) -> PaperRecord | None:
     return None
 
 
-def with_paper_facts(row: TableRow) -> TableRow:
+def with_paper_facts(row: Row) -> Row:
     """Fill in facts of the paper's records that are unknown, and add Table 1 to the sources."""
-    paper = paper_record_of(row.source_file)
+    paper = paper_record_of(row["source_file"])
     if paper is None:
         return row
-    distance = row.epicentral_distance_km
-    filled = replace(
-        row,
-        event=row.event or paper.event,
-        record=row.record if row.event else paper.record,
-        magnitude=paper.magnitude if math.isnan(row.magnitude) else row.magnitude,
-        epicentral_distance_km=paper.epicentral_distance_km if math.isnan(distance) else distance,
-    )
-    if filled == row:
+    borrowed = {
+        name: getattr(paper, name)
+        for name in ("magnitude", "epicentral_distance_km")
+        if math.isnan(row[name])
+    }
+    if not row["event"]:
+        borrowed |= {"event": paper.event, "record": paper.record}
+    if not borrowed:
         return row
-    sources = (row.facts_source, BORROWED)
-    return replace(filled, facts_source="; ".join(source for source in sources if source))
+    sources = (row["facts_source"], BORROWED)
+    return row | borrowed | {"facts_source": "; ".join(source for source in sources if source)}
 
 
-def compare(rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Comparison]:
+def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Comparison]:
     """Compare PGA, PGV, a_p and T_p of the paper's records with ours.
 
     Parameters
     ----------
-    rows : sequence of TableRow
+    rows : sequence of mapping
         Rows of any structures; each record is compared once.
     pulses : iterable of mapping, optional
         As returned by `pulse_rows`. If the wavelet of Mavroeidis and Papageorgiou was matched, its
@@ -137,17 +136,17 @@ def compare(rows: Sequence[TableRow], pulses: Iterable[Mapping[str, Any]] = ()) 
     """
     others = {pulse["record_id"]: pulse for pulse in pulses if pulse["wavelet"] == _OF_SECTION_6}
     comparisons: list[Comparison] = []
-    for row in {row.record_id: row for row in rows}.values():
-        paper = paper_record_of(row.source_file)
+    for row in {row["record_id"]: row for row in rows}.values():
+        paper = paper_record_of(row["source_file"])
         if paper is None:
             continue
-        comparisons += _compared(paper, row, vars(row))
-        if row.record_id in others and row.wavelet != _OF_SECTION_6:
-            comparisons += _compared(paper, row, others[row.record_id])
+        comparisons += _compared(paper, row, row)
+        if row["record_id"] in others and row["wavelet"] != _OF_SECTION_6:
+            comparisons += _compared(paper, row, others[row["record_id"]])
     return comparisons
 
 
-def _compared(paper: PaperRecord, row: TableRow, values: Mapping[str, Any]) -> Iterator[Comparison]:
+def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterator[Comparison]:
     """Compare the quantities that have values."""
     for quantity in ("pga_g", "pgv_m_s", "a_p_g", "T_p_s"):
         if quantity not in values:
@@ -156,7 +155,7 @@ def _compared(paper: PaperRecord, row: TableRow, values: Mapping[str, Any]) -> I
         difference = ours / stated - 1.0
         other = abs(difference) > _SAME.get(quantity, math.inf)
         yield Comparison(
-            record_id=row.record_id,
+            record_id=row["record_id"],
             record=f"{paper.event}, {paper.record}",
             quantity=quantity,
             wavelet=values["wavelet"] if quantity in ("a_p_g", "T_p_s") else "",
@@ -168,12 +167,12 @@ def _compared(paper: PaperRecord, row: TableRow, values: Mapping[str, Any]) -> I
         )
 
 
-def statements(rows: Sequence[TableRow]) -> list[str]:
+def statements(rows: Sequence[Row]) -> list[str]:
     """Return sentences that compare ours with section 8 of the paper, on its bridge bent.
 
     Parameters
     ----------
-    rows : sequence of TableRow
+    rows : sequence of mapping
         Rows of any structures and records; only the bridge bent under the paper's records, with
         its PGA and PGV, is compared.
     """
@@ -181,32 +180,32 @@ def statements(rows: Sequence[TableRow]) -> list[str]:
     if not own:
         return []
     turned, drifts, lifted = bridge_extremes(own)
+    ratio, lift = turned["peak_rotation_ratio"], lifted["v_max_m"]
     return [
         f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV; "
         "of its bridge bent:",
         "theta/alpha: the paper says below 0.33; ours is at most "
-        f"{turned.peak_rotation_ratio:.3f} ({turned.record}): "
-        f"{judged(turned.peak_rotation_ratio < 0.33)}.",
+        f"{ratio:.3f} ({turned['record']}): {judged(ratio < 0.33)}.",
         f"u_max: the paper says 20 to 50 cm; ours is {drifts[0]:.1f} to {drifts[-1]:.1f} cm: "
         f"{judged(drifts[0] >= 20.0 and drifts[-1] <= 50.0)}.",
-        f"v_max: the paper says up to 5 cm; ours is up to {100.0 * lifted.v_max_m:.1f} cm "
-        f"({lifted.record}): {judged(lifted.v_max_m <= 0.05)}. By eqs (7) and (10) a drift of "
+        f"v_max: the paper says up to 5 cm; ours is up to {100.0 * lift:.1f} cm "
+        f"({lifted['record']}): {judged(lift <= 0.05)}. By eqs (7) and (10) a drift of "
         "50 cm comes with a lift of 7.0 cm: the paper's two numbers do not fit each other.",
     ]
 
 
-def bridge_rows(rows: Sequence[TableRow]) -> list[TableRow]:
+def bridge_rows(rows: Sequence[Row]) -> list[Row]:
     """Return the rows of the bridge bent under the paper's records, found by name, PGA and PGV."""
-    return [row for row in rows if row.structure == _BRIDGE and _is_the_papers(row)]
+    return [row for row in rows if row["structure"] == _BRIDGE and _is_the_papers(row)]
 
 
-def bridge_extremes(own: Sequence[TableRow]) -> tuple[TableRow, list[float], TableRow]:
+def bridge_extremes(own: Sequence[Row]) -> tuple[Row, list[float], Row]:
     """Return the row of the largest rotation, drifts [cm], and the row of the largest lift."""
-    turned = max(own, key=lambda row: row.peak_rotation_ratio)
-    drifts = sorted(100.0 * row.u_max_m for row in own)
-    return turned, drifts, max(own, key=lambda row: row.v_max_m)
+    turned = max(own, key=lambda row: row["peak_rotation_ratio"])
+    drifts = sorted(100.0 * row["u_max_m"] for row in own)
+    return turned, drifts, max(own, key=lambda row: row["v_max_m"])
 
 
-def _is_the_papers(row: TableRow) -> bool:
-    paper = paper_record_of(row.source_file)
-    return paper is not None and not any(c.remark for c in _compared(paper, row, vars(row)))
+def _is_the_papers(row: Row) -> bool:
+    paper = paper_record_of(row["source_file"])
+    return paper is not None and not any(c.remark for c in _compared(paper, row, row))

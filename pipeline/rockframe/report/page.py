@@ -11,12 +11,17 @@ import xarray as xr
 from markupsafe import Markup
 
 from rockframe.provenance import source_code_hash, versions
-from rockframe.report.columns import shown
 from rockframe.report.payload import checks, payload
 from rockframe.report.screening import screening_content
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run
-from rockframe.results.tables.table import pulse_mark, stated_verdict
+from rockframe.results.tables.columns import (
+    OVERVIEW,
+    Column,
+    critical_scale,
+    pulse_mark,
+    stated_verdict,
+)
 from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, VerdictKind
 from rockframe.web.assets import UPLOT, environment, policy, script, style
 from rockframe.web.strips import strip_svg
@@ -100,6 +105,22 @@ def _overview(run: Run) -> dict[str, Any]:
         "entries": [(entry, checks(entry)) for entry in _looked_at_first(run)],
         "all_entries": len(run.entries),
     }
+
+
+def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
+    """Return the columns of the overview that have a value in any row.
+
+    Examples
+    --------
+    >>> [column.head for column in shown([{"record": "A", "magnitude": "", "verdict": "safe"}])]
+    ['Record', 'Verdict']
+    """
+    return [
+        column
+        for column in OVERVIEW
+        if any(row.get(column.key) for row in rows)
+        or (column.rule is critical_scale and any(row.get("largest_scale") for row in rows))
+    ]
 
 
 def _strips(run: Run) -> list[Markup]:

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from rockframe.cells import write_table
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run, rank
+from rockframe.results.tables.columns import stated_pulse, stated_verdict
 from rockframe.results.tables.known import Fact
-from rockframe.results.tables.table import stated_pulse, stated_verdict
 from rockframe.rocking import StatedVerdict
 from rockframe.signals.checks import CHECKS
 from rockframe.units import GRAVITY

@@ -16,9 +16,9 @@ from rockframe.results.margins import strips_of
 from rockframe.results.motions import Pair
 from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.tables.columns import stated_verdict
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.known import Facts, FactsOf
-from rockframe.results.tables.table import stated_verdict
 from rockframe.rocking import Strip
 
 #: Columns of ``table.csv`` without which it says nothing of a record and a structure.

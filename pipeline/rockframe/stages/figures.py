@@ -17,9 +17,10 @@ from rockframe.provenance import replaced_folder
 from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
+from rockframe.results.tables.columns import stated_pulse
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.pulse_rows import best_pulses
-from rockframe.results.tables.table import TableRow, stated_pulse
+from rockframe.results.tables.rows import Row
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.curves import draw_curves
 from rockframe.stages.table import table_rows_of
@@ -113,11 +114,11 @@ def _draw_furthest(
 ) -> dict[str, str]:
     """Return the description of each figure by its file."""
     files = tuple(given[kind] for kind in _OF_RECORDS)
-    first: dict[str, TableRow] = {}
+    first: dict[str, Row] = {}
 
-    def rows() -> Iterator[TableRow]:
+    def rows() -> Iterator[Row]:
         for row in table_rows_of(*files):  # keeps one row per record in memory
-            first.setdefault(row.record_id, row)
+            first.setdefault(row["record_id"], row)
             yield row
 
     chosen = _furthest(rows(), given["response"], most)
@@ -125,7 +126,7 @@ def _draw_furthest(
 
 
 def draw_records(
-    rows: Iterable[TableRow],
+    rows: Iterable[Row],
     files: Sequence[Path],
     folder: Path,
     chosen: Sequence[str],
@@ -139,7 +140,7 @@ def draw_records(
         The record of each figure by its file, relative to the folder.
     """
     drawn: dict[str, str] = {}
-    by_record = {row.record_id: vars(row) for row in rows}
+    by_record = {row["record_id"]: row for row in rows}
     pulses = best_pulses(files[1])
     with open_records(files[0]) as records, open_response(files[2]) as response:
         for i, name in enumerate(chosen):
@@ -162,13 +163,13 @@ def draw_records(
     return drawn
 
 
-def _furthest(rows: Iterable[TableRow], response: Path, most: int) -> list[str]:
+def _furthest(rows: Iterable[Row], response: Path, most: int) -> list[str]:
     """Return records with histories, at most `most`: those with the largest rotations."""
     furthest: dict[str, float] = {}
     for row in rows:
-        stands = row.verdict in ("safe", "undecided") and math.isnan(row.overturning_time_s)
-        ratio = row.peak_rotation_ratio if stands else 0.0
-        furthest[row.record_id] = max(ratio, furthest.get(row.record_id, 0.0))
+        stands = row["verdict"] in ("safe", "undecided") and math.isnan(row["overturning_time_s"])
+        ratio = row["peak_rotation_ratio"] if stands else 0.0
+        furthest[row["record_id"]] = max(ratio, furthest.get(row["record_id"], 0.0))
     with open_response(response) as file:
         furthest = {name: ratio for name, ratio in furthest.items() if file.kept(name)}
     chosen = set(sorted(furthest, key=lambda name: -furthest[name])[:most])

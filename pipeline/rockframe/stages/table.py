@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rockframe.ingest import CATALOGUE, CatalogueEntry, Rejection, write_catalogue
 from rockframe.options.fetch import FetchOptions
@@ -13,7 +13,8 @@ from rockframe.provenance import refuse_overwriting
 from rockframe.results.merging import merge
 from rockframe.results.reading import kind_of
 from rockframe.results.tables.formats import write_rows_as
-from rockframe.results.tables.table import TableRow, table_rows
+from rockframe.results.tables.rows import Row
+from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
     from rockframe.fetch.coverage import Fetched
@@ -44,17 +45,12 @@ def table_stage(
         If a file cannot be read or belongs to other records, or the table cannot be written.
     """
     refuse_overwriting([output], (records, pulses, response))
-    return write_table(table_rows_of(records, pulses, response), output, table_format)
+    return write_rows_as(output, table_rows_of(records, pulses, response), table_format)
 
 
-def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[TableRow]:
+def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[Row]:
     """Return the rows, with the paper's values for the paper's records."""
     return map(with_paper_facts, table_rows(records, pulses, response))
-
-
-def write_table(rows: Iterable[Any], path: Path, table_format: str = "csv") -> int:
-    """Write rows with unknown values blank, and return their number."""
-    return write_rows_as(path, map(vars, rows), table_format)
 
 
 def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:

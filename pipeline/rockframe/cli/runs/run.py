@@ -94,8 +94,8 @@ def _warn(text: str) -> None:
 def _show_verdicts(table: Path) -> None:
     """Print how many records gave each structure each verdict."""
     from rockframe.cli.console import show_table
+    from rockframe.results.tables.columns import stated_verdict
     from rockframe.results.tables.entries import rows_of
-    from rockframe.results.tables.table import stated_verdict
     from rockframe.rocking import VerdictKind
 
     if not table.is_file():  # a study without records

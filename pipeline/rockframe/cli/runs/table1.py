@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.arguments import (
@@ -17,15 +17,16 @@ from rockframe.cli.arguments import (
     reading_workers,
     refuse_folder_of_records,
 )
-from rockframe.cli.console import number, show_table, table_width
+from rockframe.cli.console import show_rows, table_width
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
-from rockframe.cli.stages.respond import margin_notes, response_cells
+from rockframe.cli.stages.respond import margin_notes
 from rockframe.matching.likeness import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.paper.table1 import BORROWED, Comparison
-from rockframe.results.tables.table import TableRow, pulse_mark
+from rockframe.results.tables.columns import Column, pulse_mark, titled, wavelet_name
+from rockframe.results.tables.rows import Row
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
@@ -53,9 +54,10 @@ def run_table1(options: argparse.Namespace) -> int:
     from rockframe.cli.console import progress_bar, show_json, show_rejections
     from rockframe.paper.table1 import compare, statements
     from rockframe.provenance import whole_folder
+    from rockframe.results.tables.formats import write_rows_as
     from rockframe.results.tables.pulse_rows import pulse_rows
     from rockframe.stages.figures import draw_records
-    from rockframe.stages.table import table_rows_of, write_table
+    from rockframe.stages.table import table_rows_of
 
     folder: Path = options.output
     _require_sound(options)
@@ -64,13 +66,13 @@ def run_table1(options: argparse.Namespace) -> int:
         files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
         rows = list(table_rows_of(*files))
         comparisons, said = compare(rows, pulse_rows(files[1])), statements(rows)
-        write_table(rows, partial / "table.csv")
+        write_rows_as(partial / "table.csv", rows)
         if comparisons:
-            write_table(comparisons, partial / "paper.csv")
+            write_rows_as(partial / "paper.csv", map(vars, comparisons))
         if options.format != "csv":
             ending = TABLE_FORMATS[options.format]
-            write_table(rows, partial / f"table{ending}", options.format)
-        names = list(dict.fromkeys(row.record_id for row in rows))
+            write_rows_as(partial / f"table{ending}", rows, options.format)
+        names = list(dict.fromkeys(row["record_id"] for row in rows))
         with progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
         stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
@@ -83,7 +85,7 @@ def run_table1(options: argparse.Namespace) -> int:
     if options.json:
         show_json(
             {
-                "rows": [vars(row) for row in rows],
+                "rows": rows,
                 "paper": [vars(comparison) for comparison in comparisons],
                 "statements": said,
                 "rejected": [vars(rejection) for rejection in rejections],
@@ -147,52 +149,63 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
 
 
-_SHORT: Final = {
-    "symmetric_ricker": "sym",
-    "antisymmetric_ricker": "antisym",
-    "ricker_any_phase": "any phase",
-    "mavroeidis_papageorgiou": "not: M.-P.",
-    "": "–",
-}
 _LABELS: Final = {
     "pga_g": "PGA [g]",
     "pgv_m_s": "PGV [m/s]",
     "a_p_g": "a_p [g]",
     "T_p_s": "T_p [s]",
 }
+
+
+def _ricker(row: Mapping[str, Any], key: str) -> str:
+    return wavelet_name(row, key).replace("mavroeidis_papageorgiou", "not: M.-P.")
+
+
 _OF_RECORD: Final = (
-    *("Earthquake", "Record", "M_w>", "Repi\n[km]>", "PGA\n[g]>", "PGV\n[m/s]>", "a_p\n[g]>"),
-    *("T_p\n[s]>", "Ricker"),
+    *titled({"event": "Earthquake", "record": "Record", "magnitude": "M_w>"}, once=True),
+    *titled({"epicentral_distance_km": "Repi\n[km]>", "pga_g": "PGA\n[g]>"}, once=True),
+    *titled({"pgv_m_s": "PGV\n[m/s]>", "a_p_g": "a_p\n[g]>"}, once=True),
+    *titled({"T_p_s": "T_p\n[s]>"}, once=True, mark=("at_period_bound", "*")),
+    Column("Ricker", "wavelet", rule=_ricker, once=True),
 )
-_OF_RESPONSE: Final = (
-    "Structure",
-    "θ/α\n>",
-    "u_max\n[cm]>",
-    "v_max\n[cm]>",
-    "critical\nscale>",
-    "10 25 50 %\noverturn>",
-    "Verdict",
+_OF_RESPONSE: Final = titled(
+    {
+        "structure": "Structure",
+        "peak_rotation_ratio": "θ/α\n>",
+        "u_max_m": "u_max\n[cm]>",
+        "v_max_m": "v_max\n[cm]>",
+        "critical_scale": "critical\nscale>",
+        "robust_scales": "10 25 50 %\noverturn>",
+        "verdict": "Verdict",
+    }
+)
+_OF_PAPER: Final = (
+    Column("Record", rule=lambda row, _: row["record"] if row["quantity"] == "pga_g" else ""),
+    Column("", rule=lambda row, _: _LABELS[row["quantity"]]),
+    Column("paper>", "printed"),
+    Column("ours>", "ours", ".3f"),
+    Column("difference>", rule=lambda row, _: f"{100.0 * row['relative_difference']:+.1f} %"),
+    Column("Ricker", "wavelet", rule=lambda row, key: _ricker(row, key) if row[key] else ""),
+    Column("", "remark"),
 )
 #: Least width for one table of records and responses [characters]; in less, there are two.
 _WIDE: Final = 157
 
 
-def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
+def show(rows: Sequence[Row], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
+    several = len({row["structure"] for row in rows}) > 1
     if table_width() >= _WIDE:
-        title = "Records, pulses and response"
-        show_table(title, (*_OF_RECORD, *_OF_RESPONSE), _together(rows))
+        title, columns = "Records, pulses and response", (*_OF_RECORD, *_OF_RESPONSE)
     else:
-        first = {row.record_id: row for row in reversed(rows)}
-        show_table("Records and pulses", _OF_RECORD, [_record(r) for r in reversed(first.values())])
-        show_table("Response", ("Record", *_OF_RESPONSE), _together(rows, short=True))
+        first = {row["record_id"]: row for row in reversed(rows)}
+        show_rows("Records and pulses", _OF_RECORD, reversed(first.values()))
+        title, columns = "Response", (*titled({"record": "Record"}, once=True), *_OF_RESPONSE)
+    show_rows(title, columns, rows, group="record_id", rules=several)
     _show_notes(rows)
     if comparisons:
-        show_table(
-            "The paper's records: its values and ours",
-            ("Record", "", "paper>", "ours>", "difference>", "Ricker", ""),
-            [_comparison(comparison) for comparison in comparisons],
-        )
+        compared = map(vars, comparisons)
+        show_rows("The paper's records: its values and ours", _OF_PAPER, compared)
         print("T_p and a_p depend on the wavelet; the paper does not name its own for each record.")
     for i, statement in enumerate(said):
         print(f"- {statement}" if i else statement)
@@ -200,62 +213,21 @@ def show(rows: Sequence[TableRow], comparisons: Sequence[Comparison], said: Sequ
         print()
 
 
-def _show_notes(rows: Sequence[TableRow]) -> None:
+def _show_notes(rows: Sequence[Row]) -> None:
     notes = []
-    if any(row.largest_scale > 0.0 for row in rows):
+    if any(row["largest_scale"] > 0.0 for row in rows):
         notes.append(margin_notes())
-    if any(row.at_period_bound for row in rows):
+    if any(row["at_period_bound"] for row in rows):
         notes.append("* the end of the range of periods searched, not a maximum")
-    mark = max((pulse_mark(vars(row)) for row in rows), default="")
+    mark = max((pulse_mark(row) for row in rows), default="")
     if mark:
         notes.append(
             f"{mark} best match, not told from noise: noise like the record matches as well in\n"
             f"  more than {100.0 * LEVEL:g} % of the draws (pulse_p_value in table.csv)"
         )
-    if any(BORROWED in row.facts_source for row in rows):
+    if any(BORROWED in row["facts_source"] for row in rows):
         notes.append(f"Names, M_w and Repi that the files do not state: {BORROWED}.")
     for note in notes:
         print(note)
     if notes:
         print()
-
-
-def _together(rows: Sequence[TableRow], short: bool = False) -> list[list[str]]:
-    """Return the cells of records and responses; a record is named only in its first row."""
-    cells: list[list[str]] = []
-    last = ""
-    for row in rows:
-        record = [row.record] if short else _record(row)
-        if row.record_id == last:
-            record = [""] * len(record)
-        elif last and row.structure != rows[-1].structure:
-            cells.append([])
-        last = row.record_id
-        cells.append([*record, row.structure, *response_cells(vars(row))])
-    return cells
-
-
-def _record(row: TableRow) -> list[str]:
-    return [
-        row.event,
-        row.record,
-        number(row.magnitude, 1),
-        number(row.epicentral_distance_km, 1),
-        number(row.pga_g, 2),
-        number(row.pgv_m_s, 2),
-        number(row.a_p_g, 2),
-        number(row.T_p_s, 2) + ("*" if row.at_period_bound else ""),
-        _SHORT[row.wavelet] + pulse_mark(vars(row)),
-    ]
-
-
-def _comparison(comparison: Comparison) -> list[str]:
-    return [
-        comparison.record if comparison.quantity == "pga_g" else "",
-        _LABELS[comparison.quantity],
-        comparison.printed,
-        number(comparison.ours, 3),
-        f"{100.0 * comparison.relative_difference:+.1f} %",
-        _SHORT[comparison.wavelet] if comparison.wavelet else "",
-        comparison.remark,
-    ]

@@ -60,7 +60,7 @@ def run_table(options: argparse.Namespace) -> int:
     table_format = options.format or known[options.output.suffix.lower()]
     count = table_stage(*files, options.output, table_format)
     if options.json:
-        rows = [vars(row) for row in table_rows_of(*files)]
+        rows = list(table_rows_of(*files))
         show_json({"rows": rows, "output": str(options.output)})
     else:
         print(f"{count} rows in {options.output}")
@@ -107,24 +107,18 @@ def run_formats(options: argparse.Namespace) -> int:
     from rockframe.cli.console import show_json, show_table
     from rockframe.ingest import FORMATS
 
+    heads = {
+        "name": "name",
+        "obspy_name": "obspy",
+        "extensions": "usual endings",
+        "description": "what it is",
+    }
+    rows = [{key: getattr(entry, key) for key in heads} for entry in FORMATS]
     if options.json:
-        show_json(
-            [
-                {
-                    "name": entry.name,
-                    "obspy_name": entry.obspy_name,
-                    "extensions": entry.extensions,
-                    "description": entry.description,
-                }
-                for entry in FORMATS
-            ]
-        )
+        show_json(rows)
         return 0
-    rows = [
-        [entry.name, entry.obspy_name, " ".join(entry.extensions), entry.description]
-        for entry in FORMATS
+    cells = [
+        [text if isinstance(text, str) else " ".join(text) for text in row.values()] for row in rows
     ]
-    show_table(
-        "Formats of strong-motion records", ["name", "obspy", "usual endings", "what it is"], rows
-    )
+    show_table("Formats of strong-motion records", list(heads.values()), cells)
     return 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,24 +46,19 @@ def run_fetch(options: argparse.Namespace) -> int:
 
 
 def _show(coverage: tuple[Coverage, ...], folder: Path) -> None:
-    from rockframe.cli.console import number, show_table
+    from rockframe.cli.console import show_rows
+    from rockframe.results.tables.columns import Column, number
 
-    rows = [
-        [
-            row.what,
-            number(math.nan if row.distance is None else row.distance, 1),
-            row.requested_start[:19],
-            row.requested_end[11:19],
-            row.received_start[11:22],
-            row.received_end[11:22],
-            str(row.samples or "–"),
-            row.verdict,
-        ]
-        for row in coverage
-    ]
     complete = sum(row.complete for row in coverage)
-    show_table(
-        f"{complete} of {len(coverage)} complete in {folder}",
-        ["channel", "R [km]>", "asked from", "to", "received from", "to", "samples>", "coverage"],
-        rows,
-    )
+    columns = [
+        Column("channel", "what"),
+        Column("R [km]>", "distance", ".1f", rule=lambda row, key: number(row[key])),
+        Column("asked from", "requested_start", rule=lambda row, key: row[key][:19]),
+        Column("to", "requested_end", rule=lambda row, key: row[key][11:19]),
+        Column("received from", "received_start", rule=lambda row, key: row[key][11:22]),
+        Column("to", "received_end", rule=lambda row, key: row[key][11:22]),
+        Column("samples>", "samples", rule=lambda row, key: str(row[key] or "–")),
+        Column("coverage", "verdict"),
+    ]
+    rows = [vars(row) | {"verdict": row.verdict} for row in coverage]
+    show_rows(f"{complete} of {len(coverage)} complete in {folder}", columns, rows)

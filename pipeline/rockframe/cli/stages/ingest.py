@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -110,28 +110,27 @@ def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _show(accepted: list[dict[str, Any]], output: Path) -> None:
-    from rockframe.cli.console import number, show_table
+    from rockframe.cli.console import show_rows
+    from rockframe.results.tables.columns import Column
 
-    show_table(
-        f"{len(accepted)} record{'s' if len(accepted) > 1 else ''} in {output}",
-        [
-            *("record", "format", "samples>", "step [s]>", "PGA [g]>", "PGV [m/s]>"),
-            *("processing", "passport"),
-        ],
-        [
-            [
-                str(row["record_id"]),
-                str(row["format"]),
-                str(row["samples"]),
-                f"{row['time_step_s']:g}",
-                number(row["pga_g"], 3),
-                number(row["pgv_m_s"], 3),
-                "corrected here" if row["corrected_here"] else "as given",
-                row["passport"] + (": " if row["warnings"] else "") + ", ".join(row["warnings"]),
-            ]
-            for row in accepted
-        ],
-    )
+    def processing(row: Mapping[str, Any], key: str) -> str:
+        return "corrected here" if row[key] else "as given"
+
+    def passport(row: Mapping[str, Any], key: str) -> str:
+        return str(row[key]) + (": " if row["warnings"] else "") + ", ".join(row["warnings"])
+
+    columns = [
+        Column("record", "record_id"),
+        Column("format", "format"),
+        Column("samples>", "samples"),
+        Column("step [s]>", "time_step_s", "g"),
+        Column("PGA [g]>", "pga_g", ".3f"),
+        Column("PGV [m/s]>", "pgv_m_s", ".3f"),
+        Column("processing", "corrected_here", rule=processing),
+        Column("passport", "passport", rule=passport),
+    ]
+    many = "s" if len(accepted) > 1 else ""
+    show_rows(f"{len(accepted)} record{many} in {output}", columns, accepted)
 
 
 def _passport(passport: Passport | None) -> dict[str, Any]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import add_batch, chosen_batch, chosen_engine, records_file
@@ -15,6 +16,7 @@ from rockframe.options.pulse import PulseOptions
 if TYPE_CHECKING:
     from rockframe.paper.pulse_table import PaperPulse
     from rockframe.record import Record
+    from rockframe.results.tables.columns import Column
 
 
 def add_pulse(parser: argparse.ArgumentParser) -> None:
@@ -71,33 +73,51 @@ def _find(options: argparse.Namespace) -> int:
 
 #: Least width for all columns of the table [characters].
 _WIDE: Final = 137
-#: Indices of the columns that are shown in narrower tables.
-_KEPT: Final = (1, 2, 3, 4, 7, 8, 10, 11)
 
 
 def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
-    from rockframe.cli.console import number, show_table, table_width
+    from rockframe.cli.console import show_rows, table_width
 
     wide = table_width() >= _WIDE
-    cells: list[list[str]] = []
-    for i, row in enumerate(rows):
-        first = i == 0 or row["record_id"] != rows[i - 1]["record_id"]
-        if first and i:
-            cells.append([])
-        if first and not wide:
-            cells.append(["", str(row["record_id"]), *[""] * 11])
-        baker = number(row["velocity_indicator"], 2) if first else ""
-        cells.append([str(row["record_id"]) if first else "", *_cells(row), baker])
-        cells += [["", *_further(up)] for up in row["runners_up"]]
-    names: tuple[str, ...] = (
-        *("record", "wavelet", "a_p\n[g]>", "T_p\n[s]>", "at\n[s]>", "phase\n>", "half\ncycles>"),
-        *("L_p\n[m]>", "match\n>", "energy\n>", "p\n>", "", "Baker\n>"),
-    )
-    if not wide:
-        names = tuple(names[i] for i in _KEPT)
-        cells = [[row[i] for i in _KEPT] if row else [] for row in cells]
-    show_table(f"Pulses in {output}", names, cells)
+    lines: list[Mapping[str, Any]] = []
+    for row in rows:
+        if not wide and (not lines or lines[-1]["record_id"] != row["record_id"]):
+            lines.append({"record_id": row["record_id"], "way": row["record_id"]})
+        lines.append({**row, "way": f"{'→ ' if row['best'] else '  '}{row['wavelet']}"})
+        further = {"record_id": row["record_id"], "way": "  then, in what is left"}
+        lines += [{**up, **further} for up in row["runners_up"]]
+    columns = _columns() if wide else [one for one in _columns() if not one.minor]
+    show_rows(f"Pulses in {output}", columns, lines, group="record_id")
     _explain(rows, output, wide=wide)
+
+
+def _columns() -> list[Column]:
+    """Return the columns; in narrow tables the minor ones are left out."""
+    from rockframe.results.tables.columns import Column
+
+    words = {"pulse": "pulse", "noise": "as noise", "untested": ""}
+
+    def verdict(row: Mapping[str, Any], key: str) -> str:
+        word = str(row.get(key, "untested"))
+        return words.get(word, word.replace("_", " "))
+
+    return [
+        Column("record", "record_id", once=True, minor=True),
+        Column("wavelet", "way"),
+        Column("a_p\n[g]>", "a_p_g", ".3f"),
+        Column("T_p\n[s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
+        Column("at\n[s]>", "pulse_time_s", ".2f", mark=("cut", " cut")),
+        Column("phase\n>", "phase_rad", ".2f", minor=True),
+        Column(
+            "half\ncycles>", "half_cycles", ".2f", mark=("at_half_cycle_bound", "*"), minor=True
+        ),
+        Column("L_p\n[m]>", "L_p_m", ".2f"),
+        Column("match\n>", "match_index", ".3f"),
+        Column("energy\n>", "energy_share", ".2f", minor=True),
+        Column("p\n>", "p_value", ".2f"),
+        Column("", "pulse_verdict", rule=verdict),
+        Column("Baker\n>", "velocity_indicator", ".2f", once=True, minor=True),
+    ]
 
 
 def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> None:
@@ -110,42 +130,6 @@ def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> N
         print(f"{left_out}: in {output}, or {_WIDE} columns wide.")
     if any(row["at_period_bound"] or row["at_half_cycle_bound"] for row in rows):
         print("* the end of the range that is searched, not a maximum")
-
-
-def _cells(row: Mapping[str, Any]) -> list[str]:
-    from rockframe.cli.console import number
-
-    words = str(row["pulse_verdict"]).replace("_", " ")
-    return [
-        f"{'→ ' if row['best'] else '  '}{row['wavelet']}",
-        number(row["a_p_g"], 3),
-        number(row["T_p_s"], 3) + ("*" if row["at_period_bound"] else ""),
-        number(row["pulse_time_s"], 2) + (" cut" if row["cut"] else ""),
-        number(row["phase_rad"], 2),
-        number(row["half_cycles"], 2) + ("*" if row["at_half_cycle_bound"] else ""),
-        number(row["L_p_m"], 2),
-        number(row["match_index"], 3),
-        number(row["energy_share"], 2),
-        number(row["p_value"], 2),
-        {"pulse": "pulse", "noise": "as noise", "untested": ""}.get(words, words),
-    ]
-
-
-def _further(up: Mapping[str, Any]) -> list[str]:
-    from rockframe.cli.console import number
-
-    return [
-        "  then, in what is left",
-        number(up["a_p_g"], 3),
-        number(up["T_p_s"], 3),
-        number(up["pulse_time_s"], 2),
-        number(up["phase_rad"], 2),
-        number(up["half_cycles"], 2),
-        number(up["L_p_m"], 2),
-        "",
-        number(up["energy_share"], 2),
-        *("", "", ""),
-    ]
 
 
 def show_paper(options: argparse.Namespace) -> int:
@@ -187,40 +171,43 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 
 def _show_paper(pulses: Sequence[PaperPulse]) -> None:
     """Print a table for each weighting, and the distance of each way over all records."""
-    from rockframe.cli.console import number, show_table
+    from rockframe.cli.console import show_rows, show_table
     from rockframe.paper.pulse_table import overall_distances
+    from rockframe.results.tables.columns import Column
 
+    def over(ours: str, printed: str) -> Callable[[Mapping[str, Any], str], str]:
+        return lambda row, _: f"{100.0 * (row[ours] / row[printed] - 1.0):+.1f} %"
+
+    least: dict[tuple[str, str], float] = {}
+    for pulse in pulses:
+        of = (pulse.record, pulse.weighting)
+        least[of] = min(pulse.distance, least.get(of, math.inf))
+
+    def way(row: Mapping[str, Any], _key: str) -> str:
+        nearest = row["distance"] == least[row["record"], row["weighting"]]
+        return f"{'→ ' if nearest else '  '}{row['wavelet']}"
+
+    columns = [
+        Column("record", "record", once=True),
+        Column("paper\na_p [g]>", "printed_a_p_g", ".2f", once=True),
+        Column("\nT_p [s]>", "printed_period_s", ".2f", once=True),
+        Column("wavelet", rule=way),
+        Column("ours\na_p [g]>", "a_p_g", ".3f"),
+        Column("\nT_p [s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
+        Column("a_p\n>", rule=over("a_p_g", "printed_a_p_g")),
+        Column("T_p\n>", rule=over("T_p_s", "printed_period_s")),
+        Column("distance\n>", "distance", ".3f"),
+    ]
+    rows = [{**vars(pulse), "distance": pulse.distance} for pulse in pulses]
     for weighting in dict.fromkeys(pulse.weighting for pulse in pulses):
-        cells: list[list[str]] = []
-        own = [pulse for pulse in pulses if pulse.weighting == weighting]
-        for record in dict.fromkeys(pulse.record for pulse in own):
-            ways = [pulse for pulse in own if pulse.record == record]
-            if cells:
-                cells.append([])
-            for i, way in enumerate(ways):
-                nearest = way.distance == min(one.distance for one in ways)
-                cells.append(
-                    [
-                        record if i == 0 else "",
-                        number(way.printed_a_p_g, 2) if i == 0 else "",
-                        number(way.printed_period_s, 2) if i == 0 else "",
-                        f"{'→ ' if nearest else '  '}{way.wavelet}",
-                        number(way.a_p_g, 3),
-                        number(way.T_p_s, 3) + ("*" if way.at_period_bound else ""),
-                        f"{100.0 * (way.a_p_g / way.printed_a_p_g - 1.0):+.1f} %",
-                        f"{100.0 * (way.T_p_s / way.printed_period_s - 1.0):+.1f} %",
-                        number(way.distance, 3),
-                    ]
-                )
-        names = (
-            *("record", "paper\na_p [g]>", "\nT_p [s]>", "wavelet", "ours\na_p [g]>"),
-            *("\nT_p [s]>", "a_p\n>", "T_p\n>", "distance\n>"),
+        own = [row for row in rows if row["weighting"] == weighting]
+        show_rows(
+            f"Weighting {weighting}: the paper's pulses and ours", columns, own, group="record"
         )
-        show_table(f"Weighting {weighting}: the paper's pulses and ours", names, cells)
     show_table(
         "Over all records, the nearest first",
         ("wavelet", "weighting", "distance>"),
-        [[w, weighting, number(d, 3)] for w, weighting, d in overall_distances(pulses)],
+        [[w, weighting, f"{d:.3f}"] for w, weighting, d in overall_distances(pulses)],
     )
     print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper names neither")
     print("wavelet nor weighting nor range of periods for its records; nothing is tuned.")

@@ -6,7 +6,7 @@ import argparse
 import math
 import textwrap
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import (
     add_batch,
@@ -19,12 +19,18 @@ from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.respond import RespondOptions
 
-#: Peak quantities with their conversion factors and decimals.
-_OF_MOTION: Final = (
-    ("peak_rotation_ratio", 1.0, 3),
-    ("u_max_m", 100.0, 1),
-    ("v_max_m", 100.0, 2),
-)
+if TYPE_CHECKING:
+    from rockframe.results.tables.columns import Column
+
+#: Headings of the responses, by the columns of the overview.
+_HEADS: Final = {
+    "peak_rotation_ratio": "θ/α>",
+    "u_max_m": "u_max [cm]>",
+    "v_max_m": "v_max [cm]>",
+    "critical_scale": "critical scale>",
+    "robust_scales": "10 25 50 % overturn>",
+    "verdict": "verdict",
+}
 
 
 def add_respond(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +53,8 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.console import progress_bar, show_json, show_rejections, show_table
+    from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows
+    from rockframe.results.tables.columns import Column
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
@@ -67,28 +74,24 @@ def run_respond(options: argparse.Namespace) -> int:
         rejected = [vars(rejection) for rejection in rejections]
         show_json({"responses": list(rows), "rejected": rejected, "output": str(options.output)})
     else:
-        show_table(
-            f"Responses in {options.output}",
-            [
-                *("record", "structure", "θ/α>", "u_max [cm]>", "v_max [cm]>"),
-                *("critical scale>", "10 25 50 % overturn>", "verdict"),
-                *(["pulse alone"] if options.pulses else []),
-            ],
-            (
-                [
-                    *(str(row["record_id"]), str(row["structure"]), *response_cells(row)),
-                    *([pulse_cell(row)] if options.pulses else []),
-                ]
-                for row in rows
-            ),
-        )
+        columns = response_columns({"record_id": "record"})
+        if options.pulses:
+            columns.append(Column("pulse alone", rule=pulse_cell))
+        show_rows(f"Responses in {options.output}", columns, rows)
         if chosen(options, RespondOptions).margins != "none":
             print(margin_notes())
     show_rejections(rejections)
     return 1 if rejections else 0
 
 
-def pulse_cell(row: Mapping[str, Any]) -> str:
+def response_columns(first: Mapping[str, str]) -> list[Column]:
+    """Return the columns of responses, with the structure and other columns before them."""
+    from rockframe.results.tables.columns import titled
+
+    return titled({**first, "structure": "structure", **_HEADS})
+
+
+def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
     """Return the response to the pulse alone: theta/alpha and its error, or the verdict.
 
     Examples
@@ -103,56 +106,6 @@ def pulse_cell(row: Mapping[str, Any]) -> str:
     told = f"θ/α {row['peak_rotation_ratio_to_pulse']:.3f}"
     error = row["surrogate_error"]
     return told if math.isnan(error) else f"{told}, {100.0 * error:+.0f} %"
-
-
-def response_cells(row: Mapping[str, Any]) -> list[str]:
-    """Return theta/alpha, u, v, critical scale, robust margin and verdict as text.
-
-    The first three are dashes for structures that overturn.
-    """
-    from rockframe.cli.console import number
-    from rockframe.results.tables.table import stated_verdict
-
-    stated = stated_verdict(row)
-    return [
-        *(
-            "–" if stated.overturns else number(factor * row[name], decimals)
-            for name, factor, decimals in _OF_MOTION
-        ),
-        critical_scale(row),
-        robust_scales(row),
-        stated.words,
-    ]
-
-
-def critical_scale(row: Mapping[str, Any]) -> str:
-    """Return the critical scale as text, or its lower bound if none was found.
-
-    Examples
-    --------
-    >>> critical_scale({"critical_scale": math.nan, "largest_scale": 10.0})
-    '> 10'
-    """
-    from rockframe.cli.console import number
-
-    if math.isnan(row["critical_scale"]) and math.isfinite(row["largest_scale"]):
-        return f"> {row['largest_scale']:.3g}"
-    return number(row["critical_scale"], 2)
-
-
-def robust_scales(row: Mapping[str, Any]) -> str:
-    """Return the scales at which 10, 25 and 50 % of the ensemble overturn, to two decimals.
-
-    Examples
-    --------
-    >>> robust_scales({f"robust_scale_{share}": 0.1043 * share for share in (10, 25)}
-    ...     | {"robust_scale_50": math.nan})
-    '1.04 2.61 –'
-    """
-    from rockframe.cli.console import number
-
-    scales = [row[f"robust_scale_{share}"] for share in (10, 25, 50)]
-    return "–" if all(map(math.isnan, scales)) else " ".join(number(one, 2) for one in scales)
 
 
 def margin_notes() -> str:

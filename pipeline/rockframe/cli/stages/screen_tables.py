@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.console import number, show_json, show_table
+from rockframe.cli.console import show_json, show_rows, show_table
+from rockframe.results.tables.columns import Column
+from rockframe.results.tables.rows import columns_of, rows_along
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,79 +73,78 @@ def _show_ranking(screening: xr.Dataset) -> None:
     from rockframe.results.screening.table import screen_rows
 
     structures = [str(name) for name in screening["structure"].values]
-    width = len(structures)
-    rows = list(islice(screen_rows(screening), _SHOWN * width))
-    motions = [rows[i : i + width] for i in range(0, len(rows), width)]
-    scale = float(screening["reference_scale"])
-    cells = [
-        [
-            motion[0]["record_id"],
-            number(motion[0]["mean_rank"], 1),
-            *(_ratio(row) for row in motion),
-        ]
-        for motion in motions
+    rows = list(islice(screen_rows(screening), _SHOWN * len(structures)))
+    motions: dict[str, dict[str, Any]] = {}
+    for row in rows:
+        fell = row["verdict"] == "overturned"
+        ratio = math.inf if fell else row["peak_rotation_ratio"]
+        motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = ratio
+    columns = [
+        Column("record", "record_id"),
+        Column("mean rank>", "mean_rank", ".1f"),
+        *(Column(f"{name}>", f"of {name}", ".3f", rule=_ratio) for name in structures),
     ]
-    show_table(
-        f"Motions by demand: θ/α at scale {scale:g}",
-        ["record", "mean rank>", *(f"{name}>" for name in structures)],
-        cells,
-    )
+    scale = float(screening["reference_scale"])
+    show_rows(f"Motions by demand: θ/α at scale {scale:g}", columns, motions.values())
 
 
 def _show_azimuths(screening: xr.Dataset) -> None:
     if "recording" not in screening:
         return
-    parts = [screening[f"rotd{part}_peak_rotation_ratio"].values for part in ("00", "50", "100")]
-    rows = []
-    for i, recording in enumerate(screening["recording"].values[:_SHOWN]):
-        for k, structure in enumerate(screening["structure"].values):
-            name = str(recording) if k == 0 else ""
-            rows.append([name, str(structure), *(_turned(float(p[i, k])) for p in parts)])
-    show_table(
-        "θ/α over the azimuths of a recording: least, median, largest",
-        ["first motion of it", "structure", "RotD00>", "RotD50>", "RotD100>"],
-        rows,
+    parts = {f"RotD{part}>": f"rotd{part}_peak_rotation_ratio" for part in ("00", "50", "100")}
+    rows = rows_along(
+        screening.isel(recording=slice(_SHOWN)),
+        "recording structure",
+        columns_of("recording structure", *parts.values()),
     )
+    columns = [
+        Column("first motion of it", "recording", once=True),
+        Column("structure", "structure"),
+        *(Column(head, key, ".3f", rule=_ratio) for head, key in parts.items()),
+    ]
+    title = "θ/α over the azimuths of a recording: least, median, largest"
+    show_rows(title, columns, rows, group="recording", rules=False)
 
 
-def _turned(ratio: float) -> str:
-    return "overturned" if ratio == float("inf") else number(ratio, 3)
+def _ratio(row: Mapping[str, Any], key: str) -> float | str:
+    """Return a peak rotation ratio, infinite where the structure overturns."""
+    return "overturned" if row[key] == math.inf else float(row[key])
 
 
-def _ratio(row: dict[str, Any]) -> str:
-    if row["verdict"] == "overturned":
-        return "overturned"
-    return number(row["peak_rotation_ratio"], 3)
+_FRAGILITY: Final = (
+    Column("structure", "structure"),
+    Column("limit state", "words"),
+    Column("over", "symbol"),
+    Column("median>", "median", ".3f"),
+    Column("", "unit"),
+    Column("lognormal β>", "lognormal_beta", ".3f"),
+    Column("logistic scale>", "logistic_scale", ".3f"),
+    Column("pseudo R²>", "pseudo_r2", ".2f"),
+    Column("concordance>", "concordance", ".2f"),
+    Column("", "said"),
+)
+_RATES: Final = (
+    Column("structure", "structure"),
+    Column("limit state", "words"),
+    Column("return period [years]>", "return_period_years", ".0f"),
+    Column("rate [1/year]>", "rate_per_year", ".2e"),
+    Column("from>", "rate_low_per_year", ".2e"),
+    Column("to>", "rate_high_per_year", ".2e"),
+    Column("mostly from", "main_intensity"),
+    Column("extrapolated [%]>", "extrapolated_share", ".0f", 100.0),
+)
+
+
+def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:
+    """Yield the fits or rates of all structures, with the name of the structure."""
+    for structure in summary:
+        for one in structure[part]:
+            yield {"structure": structure["structure"], **one}
 
 
 def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
-    rows = []
-    for structure in summary:
-        rows += [
-            [
-                structure["structure"],
-                fit["words"],
-                fit["symbol"],
-                number(fit["median"], 3),
-                fit["unit"],
-                number(fit["lognormal_beta"], 3),
-                number(fit["logistic_scale"], 3),
-                number(fit["pseudo_r2"], 2),
-                number(fit["concordance"], 2),
-                fit["said"],
-            ]
-            for fit in structure["fragility"]
-            if fit["outcome"] != "unknown"
-        ]
-        rows.append([])
-    show_table(
-        "Fragility",
-        [
-            *("structure", "limit state", "over", "median>", "", "lognormal β>", "logistic scale>"),
-            *("pseudo R²>", "concordance>", ""),
-        ],
-        rows[:-1],
-    )
+    known = (fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown")
+    show_rows("Fragility", _FRAGILITY, known, group="structure")
     for told, structures in _told(summary).items():
         print(f"{', '.join(structures)}: {told}.")
     print()
@@ -162,33 +164,8 @@ def _told(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
 def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
     if "rates" not in summary[0]:
         return
-    rows = [
-        [
-            structure["structure"],
-            one["words"],
-            number(one["return_period_years"], 0),
-            _scientific(one["rate_per_year"]),
-            _scientific(one["rate_low_per_year"]),
-            _scientific(one["rate_high_per_year"]),
-            one["main_intensity"],
-            number(100.0 * one["extrapolated_share"], 0),
-        ]
-        for structure in summary
-        for one in structure["rates"]
-    ]
-    show_table(
-        "Mean annual rates",
-        [
-            *("structure", "limit state", "return period [years]>", "rate [1/year]>", "from>"),
-            *("to>", "mostly from", "extrapolated [%]>"),
-        ],
-        rows,
-    )
+    show_rows("Mean annual rates", _RATES, _each(summary, "rates"))
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
-
-
-def _scientific(value: float) -> str:
-    return "–" if value != value else f"{value:.2e}"
 
 
 def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
@@ -203,15 +180,13 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     scale = float(screening["reference_scale"])
     tried = screening["design_value"].values
     unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
-    parts = ("smallest", "sure_from")
-    show_table(
-        f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}",
-        ["structure", f"smallest that does{unit}>", f"from which on all do{unit}>"],
-        [
-            [one["structure"], *(number(one[f"design_{part}"], 3) for part in parts)]
-            for one in summary
-        ],
-    )
+    columns = [
+        Column("structure", "structure"),
+        Column(f"smallest that does{unit}>", "design_smallest", ".3f"),
+        Column(f"from which on all do{unit}>", "design_sure_from", ".3f"),
+    ]
+    title = f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}"
+    show_rows(title, columns, summary)
     print(
         f"{tried.size} values from {tried[0]:g} to {tried[-1]:g} were tried: demand is not "
         f"monotone in the {what}.\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,36 +87,26 @@ def _cells(dataset: xr.Dataset) -> list[list[str]]:
 
 def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
     """Return all curves as JSON values, each point with its intervals."""
-    dims = ("wavelet", "slenderness", "mass_ratio", "frequency_ratio")
-    lines = dataset.drop_dims("amplitude").stack(line=dims)
-    rows = []
-    for i in range(lines.sizes["line"]):
-        line = lines.isel(line=i)
-        known = int(line["overturning_intervals"])
-        rows.append(
-            {
-                "wavelet": str(line["wavelet"].item()),
-                "slenderness_deg": math.degrees(float(line["slenderness"])),
-                "mass_ratio": float(line["mass_ratio"]),
-                "frequency_ratio": float(line["frequency_ratio"]),
-                "minimum_overturning_amplitude": float(line["minimum_overturning_amplitude"]),
-                "intervals": [
-                    {
-                        "lower": float(line["interval_lower"][k]),
-                        "upper": float(line["interval_upper"][k]),
-                        "impacts": int(line["interval_impacts"][k]),
-                    }
-                    for k in range(known)
-                ],
-                "safe_islands": int(line["safe_islands"]),
-            }
-        )
+    from rockframe.results.tables.rows import columns_of, rows_along
+
+    columns = columns_of(
+        "wavelet slenderness_deg=slenderness mass_ratio frequency_ratio",
+        "minimum_overturning_amplitude intervals=overturning_intervals safe_islands",
+    )
+    along = "wavelet slenderness mass_ratio frequency_ratio"
+    parts = columns_of("lower=interval_lower upper=interval_upper impacts=interval_impacts")
+    intervals = rows_along(dataset, f"{along} interval", parts)
+    rows = list(rows_along(dataset, along, columns))
+    for row in rows:
+        each = list(islice(intervals, dataset.sizes["interval"]))
+        row["intervals"] = each[: row["intervals"]]
     return rows
 
 
 def _of_records(options: argparse.Namespace) -> int:
-    from rockframe.cli.console import show_json, show_table
+    from rockframe.cli.console import show_json, show_rows
     from rockframe.results.spectra import read_rocking_spectrum
+    from rockframe.results.tables.columns import Column
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
     output: Path = options.output
@@ -125,43 +116,34 @@ def _of_records(options: argparse.Namespace) -> int:
     if options.json:
         show_json({"spectra": rows, "output": str(output)})
         return 0
-    show_table(
-        "Rocking spectra: from which 2π/p on the frame stands",
-        ["record", "α [deg]>", "γ>", "stands from [s]>", "largest θ/α from there>"],
-        [
-            [
-                row["record_id"],
-                f"{row['slenderness_deg']:.4g}",
-                f"{row['mass_ratio']:g}",
-                "–" if row["stands_from_s"] is None else f"{row['stands_from_s']:g}",
-                "–" if row["stands_from_s"] is None else f"{row['peak_rotation_ratio']:.3f}",
-            ]
-            for row in rows
-        ],
-    )
+    columns = [
+        Column("record", "record_id"),
+        Column("α [deg]>", "slenderness_deg", ".4g"),
+        Column("γ>", "mass_ratio", "g"),
+        Column("stands from [s]>", "stands_from_s", "g"),
+        Column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
+    ]
+    show_rows("Rocking spectra: from which 2π/p on the frame stands", columns, rows)
     print(output)
     return 0
 
 
 def _safe_from(dataset: xr.Dataset) -> list[dict[str, Any]]:
     """Return, for each record and frame, the least 2 pi / p above which the frame stands."""
+    import numpy as np
+
+    from rockframe.results.tables.rows import columns_of, rows_along
     from rockframe.rocking import Verdict
 
-    fallen = (dataset["verdict"] == Verdict.OVERTURNED).values
-    periods = dataset["column_period"].values
-    rows = []
-    for i, name in enumerate(dataset["record_id"].values):
-        for j, alpha in enumerate(dataset["slenderness"].values):
-            for k, gamma in enumerate(dataset["mass_ratio"].values):
-                where = int(fallen[i, j, k].nonzero()[0].max(initial=-1)) + 1
-                peaks = dataset["peak_rotation_ratio"].values[i, j, k, where:]
-                rows.append(
-                    {
-                        "record_id": str(name),
-                        "slenderness_deg": math.degrees(float(alpha)),
-                        "mass_ratio": float(gamma),
-                        "stands_from_s": float(periods[where]) if peaks.size else None,
-                        "peak_rotation_ratio": float(peaks.max()) if peaks.size else None,
-                    }
-                )
-    return rows
+    periods, dims = dataset["column_period"].values, ("record", "slenderness", "mass_ratio")
+    after = np.arange(periods.size)
+    fallen = dataset["verdict"].values == Verdict.OVERTURNED
+    first = np.max(np.where(fallen, after + 1, 0), axis=-1)
+    peaks = np.where(after >= first[..., None], dataset["peak_rotation_ratio"].values, -np.inf)
+    peaks = np.where(first < periods.size, peaks.max(axis=-1), np.nan)
+    known = dataset.assign(
+        stands_from=(dims, np.append(periods, np.nan)[first]), largest=(dims, peaks)
+    )
+    columns = "record_id slenderness_deg=slenderness mass_ratio stands_from_s=stands_from"
+    ratio = "peak_rotation_ratio=largest"
+    return list(rows_along(known, " ".join(dims), columns_of(columns, ratio)))

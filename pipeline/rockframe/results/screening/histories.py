@@ -14,8 +14,9 @@ from rockframe.errors import ParameterError
 from rockframe.results.ragged import position, slices
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN, SCREEN_NC
+from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import growing
-from rockframe.rocking.response import Response, Verdict
+from rockframe.rocking.response import Response
 
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
@@ -119,19 +120,10 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     with opened(path, SCREEN) as dataset:
         rows = np.flatnonzero(dataset["record_id"].values == record)
         found = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()
-    critical = found.get("critical_scale")
-    return [
-        {
-            "structure": str(structure),
-            "azimuth_degree": float(found["azimuth"].values[i]),
-            "verdicts": {
-                f"{scale:g}": Verdict(int(verdict)).name.lower()
-                for scale, verdict in zip(
-                    found["scale"].values, found["verdict"].values[i, k], strict=True
-                )
-            },
-            "critical_scale": np.nan if critical is None else float(critical.values[i, k]),
-        }
-        for i in range(rows.size)
-        for k, structure in enumerate(found["structure"].values)
-    ]
+    scales = [f"{scale:g}" for scale in found["scale"].values]
+    columns = columns_of("structure azimuth_degree=azimuth verdicts=structure critical_scale")
+    verdicts = rows_along(found, "record structure scale", columns_of("verdict"))
+    rows_of_it = list(rows_along(found, "record structure", columns))
+    for row in rows_of_it:
+        row["verdicts"] = {scale: next(verdicts)["verdict"] for scale in scales}
+    return rows_of_it

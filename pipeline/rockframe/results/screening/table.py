@@ -11,25 +11,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.results.schema.response import ROBUST
+from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
-from rockframe.rocking.response import Verdict
-from rockframe.units import GRAVITY
 
-#: Columns of the motion: variable, and what is printed is its value over this.
-_OF_MOTION: Final = {
-    "event": ("event", None),
-    "station": ("station", None),
-    "azimuth_degree": ("azimuth", 1.0),
-    "magnitude": ("magnitude", 1.0),
-    "epicentral_distance_km": ("epicentral_distance", 1.0),
-    "vs30_m_s": ("vs30", 1.0),
-    "pga_g": ("pga", GRAVITY),
-    "pgv_m_s": ("pgv", 1.0),
-    "a_p_g": ("a_p", GRAVITY),
-    "T_p_s": ("T_p", 1.0),
-    "L_p_m": ("L_p", 1.0),
-    "mean_rank": ("mean_rank", 1.0),
-}
+#: Columns of a row with their variables; of margins only those that the file has.
+_OF_PAIR: Final = columns_of(
+    "record_id structure scale=reference_scale verdict peak_rotation_ratio u_max_m=peak_u",
+    "v_max_m=peak_v demand_rank",
+)
+_MARGINS: Final = ("critical_scale", "safe_islands", "undecided", *ROBUST)
+_OF_MOTION: Final = columns_of(
+    "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
+    "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_rank",
+)
 #: Numbers of a fit: in the unit of the measure, and without a unit.
 _INTENSITIES: Final = (
     *("median", "median_low", "median_high"),
@@ -42,7 +36,7 @@ _RATIOS: Final = (
 
 
 def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Give a row for each motion and structure, at the scale nearest to 1; units in the names.
+    """Return a row for each motion and structure, at the scale nearest to 1; units in the names.
 
     The motions are in the order of their mean rank: the most severe first.
 
@@ -51,34 +45,17 @@ def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
     screening : Dataset
         What `read_screening` returned.
     """
-    reference = float(screening["reference_scale"])
-    at = screening
     if "scale" in screening["verdict"].dims:
-        at = screening.isel(scale=int(np.flatnonzero(screening["scale"].values == reference)[0]))
-    columns = {name: at[name].values for name in at.variables}
-    of_motion = _OF_MOTION | {
-        spectral(period).column: (f"spectral {k}", GRAVITY)
-        for k, period in enumerate(columns.get("spectral_period", ()))
-    }
-    for k, _ in enumerate(columns.get("spectral_period", ())):
-        columns[f"spectral {k}"] = columns["spectral_acceleration"][:, k]
-    for i in np.argsort(columns["mean_rank"], kind="stable"):
-        motion = {
-            column: _value(columns[name][i], over) for column, (name, over) in of_motion.items()
-        }
-        for k, structure in enumerate(columns["structure"]):
-            yield {
-                "record_id": str(columns["record_id"][i]),
-                "structure": str(structure),
-                "scale": reference,
-                "verdict": Verdict(int(columns["verdict"][i, k])).name.lower(),
-                "peak_rotation_ratio": float(columns["peak_rotation_ratio"][i, k]),
-                "u_max_m": float(columns["peak_u"][i, k]),
-                "v_max_m": float(columns["peak_v"][i, k]),
-                "demand_rank": float(columns["demand_rank"][i, k]),
-                **_margins(columns, i, k),
-                **motion,
-            }
+        reference = float(screening["reference_scale"])
+        at = int(np.flatnonzero(screening["scale"].values == reference)[0])
+        screening = screening.isel(scale=at)
+    ranked = screening.isel(record=np.argsort(screening["mean_rank"].values, kind="stable"))
+    columns = _OF_PAIR | {name: name for name in _MARGINS if name in screening} | _OF_MOTION
+    for k, period in enumerate(screening.get("spectral_period", ())):
+        column = spectral(float(period)).column
+        ranked[column] = ranked["spectral_acceleration"].isel(spectral_period=k)
+        columns[column] = column
+    return rows_along(ranked, "record structure", columns)
 
 
 def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
@@ -167,18 +144,3 @@ def _range(intensity: NDArray[np.float64], k: int, measure: Measure) -> str:
     if k + 1 == intensity.size:
         return f"above {intensity[k]:.3g} {measure.unit}"
     return f"{intensity[k]:.3g} to {intensity[k + 1]:.3g} {measure.unit}"
-
-
-def _margins(columns: dict[Any, Any], i: int, k: int) -> dict[str, Any]:
-    if "critical_scale" not in columns:
-        return {}
-    return {
-        "critical_scale": float(columns["critical_scale"][i, k]),
-        "safe_islands": int(columns["safe_islands"][i, k]),
-        "undecided": bool(columns["undecided"][i, k]),
-        **{name: float(columns[name][i, k]) for name in ROBUST if name in columns},
-    }
-
-
-def _value(value: Any, over: float | None) -> Any:
-    return str(value) if over is None else float(value) / over

@@ -7,7 +7,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-import numpy as np
 import xarray as xr
 
 from rockframe.cells import TABLE_FORMATS
@@ -17,9 +16,8 @@ from rockframe.results.screening.screen import read_screening
 from rockframe.results.screening.table import screen_rows, screen_summary
 from rockframe.results.tables.entries import refuse_other_table
 from rockframe.results.tables.formats import write_rows_as
+from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import measure_of
-from rockframe.rocking.response import Verdict
-from rockframe.units import GRAVITY
 
 Rows = Iterator[dict[str, Any]]
 
@@ -56,45 +54,25 @@ def rate_rows(screening: xr.Dataset) -> Rows:
 
 
 def design_rows(screening: xr.Dataset) -> Rows:
-    """Yield a row for each structure and value tried in the design."""
-    values = screening["design_value"]
-    for structure in screening["structure"].values:
-        one = screening.sel(structure=structure)
-        for value, share in zip(values.values, one["design_share"].values, strict=True):
-            yield {
-                "structure": str(structure),
-                "dimension": str(screening["design_dimension"].item()),
-                "value": float(value),
-                "unit": values.attrs["units"],
-                "quantity": str(screening["design_quantity"].item()),
-                "limit": float(screening["design_limit"]),
-                "share_below": float(share),
-                "required_share": float(screening["design_required_share"]),
-                "smallest": float(one["design_smallest"]),
-                "sure_from": float(one["design_sure_from"]),
-            }
+    """Return a row for each structure and value tried in the design."""
+    unit = screening["design_value"].attrs["units"]
+    columns = columns_of(
+        "structure dimension=design_dimension value=design_value unit quantity=design_quantity",
+        "limit=design_limit share_below=design_share required_share=design_required_share",
+        "smallest=design_smallest sure_from=design_sure_from",
+    )
+    return rows_along(screening.assign(unit=unit), "structure design_step", columns)
 
 
 def scenario_rows(screening: xr.Dataset) -> Rows:
     """Yield a row for each motion, structure and scale, with the intensity at that scale."""
-    columns = {
-        "peak_rotation_ratio": screening["peak_rotation_ratio"].values,
-        "u_max_m": screening["peak_u"].values,
-        "v_max_m": screening["peak_v"].values,
-    }
-    verdict, scales = screening["verdict"].values, screening["scale"].values
-    pga, pgv = screening["pga"].values / GRAVITY, screening["pgv"].values
-    records, structures = screening["record_id"].values, screening["structure"].values
-    for i, k, s in np.ndindex(verdict.shape):
-        yield {
-            "record_id": str(records[i]),
-            "structure": str(structures[k]),
-            "scale": float(scales[s]),
-            "verdict": Verdict(int(verdict[i, k, s])).name.lower(),
-            **{name: float(values[i, k, s]) for name, values in columns.items()},
-            "pga_g": float(pga[i] * scales[s]),
-            "pgv_m_s": float(pgv[i] * scales[s]),
-        }
+    columns = columns_of(
+        "record_id structure scale verdict peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v",
+        "pga_g=pga pgv_m_s=pgv",
+    )
+    for row in rows_along(screening, "record structure scale", columns):
+        intensities = {name: row[name] * row["scale"] for name in ("pga_g", "pgv_m_s")}
+        yield row | intensities
 
 
 def _scenarios(path: Path) -> Rows:

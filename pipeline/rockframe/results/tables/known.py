@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, TypeVar
@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+
+from rockframe.results.tables.rows import flag_words
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -107,12 +109,12 @@ class _Column:
     def __init__(self, name: str, array: xr.DataArray) -> None:
         self._name, self._values = name, array.values
         self._label, self._units = str(array.attrs["long_name"]), str(array.attrs["units"])
-        self._meaning = _meaning(array)
+        self._words = flag_words(array.attrs)
 
     def fact(self, at: tuple[int, ...]) -> Fact:
         value = _plain(self._values, at)
-        if self._meaning is not None:
-            value = self._meaning(value)
+        if self._words is not None:
+            value = self._words(value).replace("_", " ")
         value = float(value) if isinstance(value, int | float) else str(value)
         return Fact(self._name, self._label, value, self._units)
 
@@ -120,18 +122,3 @@ class _Column:
 def _plain(values: NDArray[Any], at: tuple[int, ...]) -> Any:
     value = values[at]
     return value.item() if isinstance(value, np.generic) else value
-
-
-def _meaning(array: xr.DataArray) -> Callable[[int], str] | None:
-    """What gives the words of a flag; nothing for what is none."""
-    if "flag_meanings" not in array.attrs:
-        return None
-    masks = "flag_masks" in array.attrs
-    numbers = np.atleast_1d(array.attrs["flag_masks" if masks else "flag_values"]).tolist()
-    words = [word.replace("_", " ") for word in array.attrs["flag_meanings"].split()]
-    pairs = list(zip(numbers, words, strict=True))
-
-    def meaning(number: int) -> str:
-        return ", ".join(word for n, word in pairs if (number & n if masks else number == n))
-
-    return meaning

@@ -1,20 +1,17 @@
-"""Pulses of records: one table for all, and the ones that are used."""
+"""Pulses of records: a table of all, and the selected ones."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
 import xarray as xr
 
-from rockframe.matching.likeness import PulseVerdict
 from rockframe.matching.match import PulseMatch
 from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES
-from rockframe.units import GRAVITY
+from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.wavelets.pulse import Pulse
 
 #: Variables of which a match is made.
@@ -30,7 +27,7 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
     pulses = loaded_pulses(path)
     found: dict[str, PulseMatch] = {}
@@ -65,7 +62,7 @@ def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
     found = best_pulses(path)
     hashes = loaded_pulses(path)["samples_sha256"].values if found else ()
@@ -81,87 +78,47 @@ def loaded_pulses(path: Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
     with opened(path, PULSES, empty=True) as dataset:
         return dataset.drop_dims("obs", errors="ignore").load()
 
 
-#: Keys of a row and their variables, in the order of the row; a_p comes before them in g.
-_NUMBERS: Final = {
-    "T_p_s": "T_p",
-    "pulse_time_s": "pulse_time",
-    "phase_rad": "phase",
-    "half_cycles": "half_cycles",
-    "L_p_m": "L_p",
-    "match_index": "match_index",
-    "energy_share": "energy_share",
-    "outside": "outside",
-    "p_value": "p_value",
-    "surrogate_median": "surrogate_median",
-    "surrogate_high": "surrogate_high",
-}
-_FLAGS: Final = ("at_period_bound", "at_half_cycle_bound", "cut")
-#: Keys of a row and their variables, that are of the record.
-_OF_RECORD: Final = {
-    "pgv_ratio": "pgv_ratio",
-    "velocity_energy_ratio": "velocity_energy_ratio",
-    "velocity_indicator": "velocity_indicator",
-    "velocity_T_p_s": "velocity_T_p",
-}
-#: What a row of a further pulse takes of the above.
-_OF_RUNNER_UP: Final = (
-    *("T_p_s", "pulse_time_s", "phase_rad", "half_cycles", "L_p_m", "energy_share"),
+_OF_PULSE: Final = (
+    "a_p_g=a_p T_p_s=T_p pulse_time_s=pulse_time phase_rad=phase half_cycles L_p_m=L_p"
 )
+#: Columns of a row, and those of a further pulse.
+_COLUMNS: Final = columns_of(
+    f"record_id wavelet best=best_wavelet {_OF_PULSE} match_index energy_share outside p_value",
+    "surrogate_median surrogate_high pgv_ratio velocity_energy_ratio velocity_indicator",
+    "velocity_T_p_s=velocity_T_p at_period_bound at_half_cycle_bound cut surrogates pulse_verdict",
+)
+_OF_RUNNER_UP: Final = {
+    "record_id": "record_id",
+    **{key: f"runner_up_{name}" for key, name in columns_of(_OF_PULSE, "energy_share").items()},
+}
 
 
-def pulse_rows(pulses_path: Path) -> list[dict[str, Any]]:
+def pulse_rows(pulses_path: Path) -> list[Row]:
     """Return a row for each record and wavelet of a pulse file; units are in the names.
 
-    The row of the pulse that is used, ``best``, has its runners-up.
+    The row of the selected pulse, ``best``, has its runners-up.
 
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
     pulses = loaded_pulses(pulses_path)
     if "record_id" not in pulses:  # of a batch in which no record came through
         return []
-    columns = {str(name): array.values for name, array in pulses.variables.items()}
-    return [
-        _row(columns, i, k)
-        for i in range(pulses.sizes["record"])
-        for k in range(pulses.sizes["wavelet"])
-    ]
-
-
-def _row(columns: Mapping[str, Any], i: int, k: int) -> dict[str, Any]:
-    wavelet = str(columns["wavelet"][k])
-    best = str(columns["best_wavelet"][i]) == wavelet
-    return {
-        "record_id": str(columns["record_id"][i]),
-        "wavelet": wavelet,
-        "best": best,
-        "a_p_g": float(columns["a_p"][i, k]) / GRAVITY,
-        **{key: float(columns[name][i, k]) for key, name in _NUMBERS.items()},
-        **{key: float(columns[name][i]) for key, name in _OF_RECORD.items()},
-        **{name: bool(columns[name][i, k]) for name in _FLAGS},
-        "surrogates": int(columns["surrogates"][i, k]),
-        "pulse_verdict": PulseVerdict(int(columns["pulse_verdict"][i, k])).name.lower(),
-        "runners_up": _runners_up(columns, i) if best else [],
-    }
-
-
-def _runners_up(columns: Mapping[str, Any], i: int) -> list[dict[str, float]]:
-    amplitudes = columns.get("runner_up_a_p")
-    if amplitudes is None:
-        return []
-    return [
-        {
-            "a_p_g": float(a_p) / GRAVITY,
-            **{key: float(columns[f"runner_up_{_NUMBERS[key]}"][i, rank]) for key in _OF_RUNNER_UP},
-        }
-        for rank, a_p in enumerate(amplitudes[i])
-        if np.isfinite(a_p)
-    ]
+    rows = list(rows_along(pulses, "record wavelet", _COLUMNS))
+    further: dict[str, list[Row]] = {}
+    if "runner_up_a_p" in pulses:
+        for row in rows_along(pulses, "record runner_up", _OF_RUNNER_UP):
+            if math.isfinite(row["a_p_g"]):
+                further.setdefault(row.pop("record_id"), []).append(row)
+    for row in rows:
+        row["best"] = row["best"] == row["wavelet"]
+        row["runners_up"] = further.get(row["record_id"], []) if row["best"] else []
+    return rows

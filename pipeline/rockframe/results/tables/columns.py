@@ -1,0 +1,227 @@
+"""Columns of printed tables, and how their values are written: for the terminal and for pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from rockframe.matching.likeness import PulseVerdict, pulse_words
+from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import StatedVerdict
+
+Cells = Mapping[str, Any]
+_DASH: Final = "–"
+#: Short names of wavelets.
+_SHORT: Final = {
+    "symmetric_ricker": "sym",
+    "antisymmetric_ricker": "antisym",
+    "ricker_any_phase": "any phase",
+    "": _DASH,
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a printed table.
+
+    Parameters
+    ----------
+    head : str
+        Heading; one that ends in ``>`` is aligned to the right in the terminal.
+    key : str
+        Key of the value in a row.
+    form : str
+        Format of numbers, such as ``.2f``; without one, values are text.
+    factor : float
+        Conversion of a number to the unit of the column.
+    rule : callable, optional
+        Called with the row and the key; returns the value, or the text of the cell.
+    once : bool
+        Only the first row of a record has the cell.
+    mark : (str, str), optional
+        Key of a flag, and what is appended to the cell where it is set.
+    unit : str
+        Unit, which a page prints smaller than the heading.
+    minor : bool
+        The column is hidden on narrow pages.
+    wraps : bool
+        The text may take several lines.
+    """
+
+    head: str
+    key: str = ""
+    form: str = ""
+    factor: float = 1.0
+    rule: Callable[[Cells, str], float | str] | None = None
+    once: bool = False
+    mark: tuple[str, str] | None = None
+    unit: str = ""
+    minor: bool = False
+    wraps: bool = False
+
+    def cell(self, row: Cells) -> str:
+        """Return the text of a cell: a dash for an unknown number, nothing without a value.
+
+        Examples
+        --------
+        >>> column = Column("u [cm]>", "u_max_m", ".1f", 100.0)
+        >>> [column.cell(row) for row in ({"u_max_m": 0.135}, {"u_max_m": ""}, {})]
+        ['13.5', '–', '']
+        """
+        value = row.get(self.key) if self.rule is None else self.rule(row, self.key)
+        if value is None or not self.form or (self.rule and isinstance(value, str)):
+            return "" if value is None else str(value)
+        mark = self.mark[1] if self.mark and row.get(self.mark[0]) else ""
+        return in_digits(self.factor * number(value), self.form) + mark
+
+    def order(self, row: Cells) -> str:
+        """Return the key that sorts a column of numbers; unknown values come below all others."""
+        if self.rule is critical_scale and self.cell(row).startswith(">"):
+            return "Infinity"
+        value = number(row[self.key])
+        return str(value) if math.isfinite(value) else "-Infinity"
+
+
+def in_digits(value: float, form: str) -> str:
+    """Return a number as text, or a dash if it is unknown."""
+    return format(value, form) if math.isfinite(value) else _DASH
+
+
+def number(value: Any) -> float:
+    """Return the number of a cell, which is a text in CSV files; NaN if it is unknown."""
+    return math.nan if value in ("", None) else float(value)
+
+
+def stated_verdict(row: Cells) -> StatedVerdict:
+    """Return the verdict of a row, computed or read from ``table.csv``.
+
+    Examples
+    --------
+    >>> row = {"verdict": "undecided", "overturning_time_s": "31.2"}
+    >>> stated_verdict(row).words
+    'undecided, overturned 31.2 s'
+    """
+    searched = math.isfinite(number(row.get("largest_scale")))
+    return StatedVerdict(
+        Verdict[row["verdict"].upper()],
+        overturning_time=number(row.get("overturning_time_s")),
+        critical_scale=number(row.get("critical_scale")) if searched else None,
+    )
+
+
+def verdict_words(row: Cells, _key: str = "") -> str:
+    """Return the verdict of a row in words."""
+    return stated_verdict(row).words
+
+
+def standing(row: Cells, key: str) -> float | str:
+    """Return a peak, or a dash for structures that overturn: theirs describes only the fall."""
+    return _DASH if stated_verdict(row).overturns else number(row[key])
+
+
+def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
+    """Return the critical scale, or its lower bound as text if none was found.
+
+    Examples
+    --------
+    >>> critical_scale({"critical_scale": "", "largest_scale": 10.0})
+    '> 10'
+    """
+    found, largest = number(row[key]), number(row.get("largest_scale"))
+    return f"> {largest:.3g}" if math.isnan(found) and math.isfinite(largest) else found
+
+
+def robust_scales(row: Cells, _key: str = "") -> str:
+    """Return the scales at which 10, 25 and 50 % of the ensemble overturn, to two decimals.
+
+    Examples
+    --------
+    >>> robust_scales({f"robust_scale_{share}": 0.1043 * share for share in (10, 25)}
+    ...     | {"robust_scale_50": math.nan})
+    '1.04 2.61 –'
+    """
+    scales = [number(row.get(f"robust_scale_{share}")) for share in (10, 25, 50)]
+    if all(map(math.isnan, scales)):
+        return _DASH
+    return " ".join(in_digits(one, ".2f") for one in scales)
+
+
+def wavelet_name(row: Cells, key: str = "wavelet") -> str:
+    """Return the short name of the wavelet, marked if the match is not told from noise.
+
+    Examples
+    --------
+    >>> wavelet_name({"wavelet": "symmetric_ricker", "pulse_verdict": "noise"})
+    'sym†'
+    """
+    name = str(row[key])
+    return _SHORT.get(name, name) + pulse_mark(row)
+
+
+def stated_pulse(row: Cells) -> str:
+    """Return what the test against noise says of the pulse of a row; empty without a pulse.
+
+    Examples
+    --------
+    >>> stated_pulse({"pulse_verdict": "noise", "pulse_p_value": "0.32"})
+    'best match, not told from noise (p = 0.32)'
+    """
+    if not row.get("pulse_verdict"):
+        return ""
+    p_value = number(row.get("pulse_p_value"))
+    return pulse_words(PulseVerdict[row["pulse_verdict"].upper()], p_value)
+
+
+def pulse_mark(row: Cells) -> str:
+    """Return the mark of a pulse that the test against noise calls noise, or nothing.
+
+    Examples
+    --------
+    >>> pulse_mark({"pulse_verdict": "noise"}), pulse_mark({"pulse_verdict": "pulse"})
+    ('†', '')
+    """
+    return "†" if row.get("pulse_verdict") == PulseVerdict.NOISE.name.lower() else ""
+
+
+#: Columns of the overview of a run, the results first, as a page shows them.
+OVERVIEW: Final = (
+    Column("Record", "record", wraps=True),
+    Column("Structure", "structure"),
+    Column("Verdict", "verdict", rule=verdict_words, wraps=True),
+    Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
+    Column("10 % overturn", "robust_scale_10", ".2f"),
+    Column("25 %", "robust_scale_25", ".2f"),
+    Column("50 %", "robust_scale_50", ".2f"),
+    Column("θ/α", "peak_rotation_ratio", ".3f", rule=standing),
+    Column("u", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", minor=True),
+    Column("v", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),
+    Column("Earthquake", "event", minor=True, wraps=True),
+    Column("M", "magnitude", ".1f", minor=True),
+    Column("Repi", "epicentral_distance_km", ".1f", unit="km", minor=True),
+    Column("PGA", "pga_g", ".2f", unit="g", minor=True),
+    Column("PGV", "pgv_m_s", ".2f", unit="m/s", minor=True),
+    Column("a_p", "a_p_g", ".2f", unit="g", minor=True),
+    Column("T_p", "T_p_s", ".2f", unit="s", minor=True),
+    Column("Pulse", "wavelet", rule=wavelet_name, minor=True),
+)
+_BY_KEY: Final = {
+    column.key: column
+    for column in (
+        *OVERVIEW,
+        Column("record", "record_id"),
+        Column("10 25 50 % overturn", "robust_scales", rule=robust_scales),
+    )
+}
+
+
+def titled(heads: Mapping[str, str], **changes: Any) -> list[Column]:
+    """Return columns of the overview, by their keys, with other headings and other changes.
+
+    Examples
+    --------
+    >>> titled({"u_max_m": "u_max [cm]>"})[0].cell({"u_max_m": 0.135, "verdict": "safe"})
+    '13.5'
+    """
+    return [replace(_BY_KEY[key], head=head, **changes) for key, head in heads.items()]
