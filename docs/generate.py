@@ -25,6 +25,7 @@ _ROOMS: Mapping[str, str] = {
     "wavelets": "Wavelets and pulses",
     "matching": "Pulses of records",
     "rocking": "Response",
+    "oscillators": "Isolated decks and monolithic frames",
     "risk": "Statistics of verdicts",
     "components": "Components",
     "signals": "Signals",

@@ -26,6 +26,7 @@ FLOORS = (
     {"options"},
     {"record", "study"},
     {"ingest", "fetch", "signals", "components", "matching", "rocking", "risk"},
+    {"oscillators"},
     {"results"},
     {"figures", "report", "paper"},
     {"stages"},

@@ -37,6 +37,12 @@ from .options.respond import RespondOptions as RespondOptions
 from .options.respond import ScreenOptions as ScreenOptions
 from .options.spectrum import RockingSpectrumOptions as RockingSpectrumOptions
 from .options.spectrum import SpectrumOptions as SpectrumOptions
+from .oscillators import FixedFrame as FixedFrame
+from .oscillators import IsolatedDeck as IsolatedDeck
+from .oscillators import OscillatorPeaks as OscillatorPeaks
+from .oscillators import OscillatorResponse as OscillatorResponse
+from .oscillators import respond_oscillator as respond_oscillator
+from .oscillators import respond_oscillators as respond_oscillators
 from .record import Orientation as Orientation
 from .record import Record as Record
 from .results.records import open_records as open_records

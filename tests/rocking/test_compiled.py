@@ -16,6 +16,7 @@ import pytest
 from numba.core import caching
 
 from rockframe.cli.main import main
+from rockframe.oscillators import kernel as oscillators
 from rockframe.rocking.kernels import kernel, lanes
 from rockframe.rocking.kernels.compiled import compiled
 
@@ -28,6 +29,10 @@ def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
         digest.update((room / name).read_bytes())
     for function in (kernel.integrate, lanes.integrate_lanes):
         assert digest.hexdigest()[:12] in cast("Any", function).py_func.__qualname__
+    elsewhere = hashlib.sha256((room / "compiled.py").read_bytes())
+    elsewhere.update(Path(oscillators.__file__).read_bytes())
+    qualname = cast("Any", oscillators.integrate).py_func.__qualname__
+    assert elsewhere.hexdigest()[:12] in qualname
 
 
 @pytest.fixture

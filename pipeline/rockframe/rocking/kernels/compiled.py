@@ -6,6 +6,7 @@ import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -20,15 +21,16 @@ _SOURCES = tuple(
 )
 
 
-def _fingerprint() -> str:
-    """Of all that is compiled here: numba sees no change of a function in another file."""
+@cache
+def _fingerprint(source: Path) -> str:
+    """Of all that is compiled with a file: numba sees no change of a function in another one.
+
+    The files of this room know each other; one elsewhere calls nothing of another's.
+    """
     digest = hashlib.sha256()
-    for path in _SOURCES:
+    for path in _SOURCES if source in _SOURCES else (_SOURCES[0], source):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
-
-
-_FINGERPRINT = _fingerprint()
 
 
 def compiled(function: F) -> F:
@@ -47,7 +49,8 @@ def inlined(function: F) -> F:
 
 
 def _compile(function: F, *, forceinline: bool) -> F:
-    function.__qualname__ = f"{function.__qualname__}-{_FINGERPRINT}"
+    fingerprint = _fingerprint(Path(function.__code__.co_filename))
+    function.__qualname__ = f"{function.__qualname__}-{fingerprint}"
     options: dict[str, Any] = {
         "nogil": True,
         "error_model": "numpy",

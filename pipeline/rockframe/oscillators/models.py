@@ -1,0 +1,348 @@
+"""The rivals of the rocking frame: its deck on isolators, and the frame with monolithic columns."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final, Self
+
+from rockframe.errors import ParameterError
+from rockframe.oscillators.kernel import Constants
+from rockframe.units import GRAVITY
+
+#: Kinetic energy of a column fixed at both ends over that of its mass at the top: the mean square
+#: of its shape 3 x^2 - 2 x^3.
+COLUMN_SHARE: Final = 13.0 / 35.0
+#: Yield displacement of a lead-rubber bearing if none is stated [m].
+YIELD_DISPLACEMENT: Final = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class IsolatedDeck:
+    """A deck on isolators and rigid piers, moving along one axis.
+
+    Its mass cancels. The vertical acceleration of the ground is left out: the weight on the
+    isolators, and with it the strength, is the one at rest.
+
+    Parameters
+    ----------
+    strength_ratio : float
+        Force of the isolators at zero displacement over the weight of the deck [1]: the
+        characteristic strength of lead-rubber bearings, the coefficient of friction of pendulums.
+    period : float
+        Period [s] of the deck on the stiffness after yielding, or while it slides.
+    yield_displacement : float
+        Displacement at which the isolators first yield [m]; 0 if they stick until they slide.
+    damping_ratio : float
+        Viscous damping over the critical one of the stiffness after yielding [1].
+    name : str
+        Name in tables.
+
+    Raises
+    ------
+    ParameterError
+        Unless strength and period are positive, the yield displacement zero or positive, and the
+        damping ratio at least 0 and below 1.
+
+    See Also
+    --------
+    lead_rubber, friction_pendulum : Isolators from the quantities that engineers state.
+
+    Notes
+    -----
+    u'' + 2 zeta w u' + w^2 u + z = -a with w = 2 pi / period; z is elastic-perfectly plastic with
+    the strength g ``strength_ratio``: together a bilinear spring with kinematic hardening.
+    """
+
+    strength_ratio: float
+    period: float
+    yield_displacement: float
+    damping_ratio: float = 0.0
+    name: str = "isolated"
+
+    def __post_init__(self) -> None:
+        _require_positive(self.name, strength_ratio=self.strength_ratio, period=self.period)
+        if not 0.0 <= self.yield_displacement < math.inf:
+            raise _invalid("yield_displacement", self.yield_displacement, self.name, "0 or above")
+        _require_damping(self.name, self.damping_ratio)
+
+    @classmethod
+    def lead_rubber(
+        cls,
+        *,
+        strength_ratio: float,
+        period: float | None = None,
+        effective_period: float | None = None,
+        design_displacement: float | None = None,
+        yield_displacement: float = YIELD_DISPLACEMENT,
+        damping_ratio: float = 0.0,
+        name: str = "isolated",
+    ) -> Self:
+        """Return a deck on lead-rubber bearings.
+
+        Parameters
+        ----------
+        strength_ratio : float
+            Characteristic strength over the weight of the deck [1].
+        period : float, optional
+            Period of the stiffness after yielding [s].
+        effective_period, design_displacement : float, optional
+            Instead of it, the period [s] of the secant stiffness at a displacement [m].
+        yield_displacement, damping_ratio, name
+            As of the class.
+
+        Raises
+        ------
+        ParameterError
+            Unless either ``period`` or both others are stated, or if the strength alone is stiffer
+            than the effective period allows.
+
+        Examples
+        --------
+        >>> deck = IsolatedDeck.lead_rubber(
+        ...     strength_ratio=0.05, effective_period=2.5, design_displacement=0.25
+        ... )
+        >>> round(deck.period, 3)
+        3.011
+        """
+        if effective_period is None or design_displacement is None:
+            if period is None or not (effective_period is None and design_displacement is None):
+                raise ParameterError(
+                    f"Invalid periods of {name!r}. Must be period, or effective_period and "
+                    "design_displacement."
+                )
+            return cls(
+                strength_ratio=strength_ratio,
+                period=period,
+                yield_displacement=yield_displacement,
+                damping_ratio=damping_ratio,
+                name=name,
+            )
+        if period is not None:
+            raise _invalid("period", period, name, "absent beside effective_period")
+        _require_positive(
+            name,
+            strength_ratio=strength_ratio,
+            effective_period=effective_period,
+            design_displacement=design_displacement,
+        )
+        if design_displacement < yield_displacement:
+            raise _invalid(
+                "design_displacement",
+                design_displacement,
+                name,
+                f"at least the yield_displacement, {yield_displacement:g} m",
+            )
+        strength = strength_ratio * GRAVITY / design_displacement
+        stiffness = (math.tau / effective_period) ** 2 - strength
+        if stiffness <= 0.0:
+            raise _invalid(
+                "effective_period",
+                effective_period,
+                name,
+                f"below {math.tau / math.sqrt(strength):.4g} s, that of the strength alone at "
+                f"{design_displacement:g} m",
+            )
+        return cls.lead_rubber(
+            strength_ratio=strength_ratio,
+            period=math.tau / math.sqrt(stiffness),
+            yield_displacement=yield_displacement,
+            damping_ratio=damping_ratio,
+            name=name,
+        )
+
+    @classmethod
+    def friction_pendulum(
+        cls, *, radius: float, friction: float, damping_ratio: float = 0.0, name: str = "isolated"
+    ) -> Self:
+        """Return a deck on friction pendulums: it sticks until it slides.
+
+        Parameters
+        ----------
+        radius : float
+            Effective radius of the sliding surfaces [m]; the stiffness over the mass is g / radius.
+        friction : float
+            Coefficient of friction, the same at rest and in motion [1].
+        damping_ratio, name
+            As of the class.
+
+        Examples
+        --------
+        >>> round(IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06).period, 3)
+        2.837
+        """
+        _require_positive(name, radius=radius, friction=friction)
+        return cls(
+            strength_ratio=friction,
+            period=math.tau * math.sqrt(radius / GRAVITY),
+            yield_displacement=0.0,
+            damping_ratio=damping_ratio,
+            name=name,
+        )
+
+    @property
+    def constants(self) -> Constants:
+        """k, k_z [s-2], q [m s-2] and c [s-1] of the kernel."""
+        rate = math.tau / self.period
+        strength = self.strength_ratio * GRAVITY
+        rigid = self.yield_displacement == 0.0
+        stiffness = math.inf if rigid else strength / self.yield_displacement
+        return rate**2, stiffness, strength, 2.0 * self.damping_ratio * rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedFrame:
+    """A frame whose columns are fixed to the ground and to the deck, moving along one axis.
+
+    Its mass cancels. The vertical acceleration of the ground and the weight's moment about the
+    displaced columns (P-delta) are left out.
+
+    Parameters
+    ----------
+    period : float
+        Natural period of the elastic frame [s].
+    damping_ratio : float
+        Viscous damping over the critical one of the elastic frame [1]; it stays when columns yield.
+    strength_ratio : float
+        Force at first yield over the weight of the effective mass [1]; infinite: elastic.
+    post_yield_ratio : float
+        Stiffness after yielding over the elastic one [1].
+    name : str
+        Name in tables.
+
+    Raises
+    ------
+    ParameterError
+        Unless period and strength are positive, and the ratios at least 0 and below 1.
+
+    See Also
+    --------
+    from_columns : The period from dimensions, modulus and masses.
+
+    Notes
+    -----
+    u'' + 2 zeta w u' + f(u) = -a with w = 2 pi / period, and f elastic or bilinear with kinematic
+    hardening.
+    """
+
+    period: float
+    damping_ratio: float = 0.05
+    strength_ratio: float = math.inf
+    post_yield_ratio: float = 0.0
+    name: str = "fixed"
+
+    def __post_init__(self) -> None:
+        _require_positive(self.name, period=self.period)
+        if not self.strength_ratio > 0.0:
+            raise _invalid("strength_ratio", self.strength_ratio, self.name, "above 0")
+        _require_damping(self.name, self.damping_ratio)
+        if not 0.0 <= self.post_yield_ratio < 1.0:
+            raise _invalid(
+                "post_yield_ratio", self.post_yield_ratio, self.name, "at least 0 and below 1"
+            )
+
+    @classmethod
+    def from_columns(
+        cls,
+        *,
+        columns: int,
+        height: float,
+        width: float,
+        depth: float | None = None,
+        modulus: float,
+        column_mass: float,
+        deck_mass: float,
+        cracked_stiffness_ratio: float = 1.0,
+        damping_ratio: float = 0.05,
+        strength_ratio: float = math.inf,
+        post_yield_ratio: float = 0.0,
+        name: str = "fixed",
+    ) -> Self:
+        """Return the frame of equal columns under a rigid deck.
+
+        Parameters
+        ----------
+        columns : int
+            Their number.
+        height, width : float
+            Clear height, and width along the motion [m].
+        depth : float, optional
+            Depth across the motion [m]; without it the columns are circular.
+        modulus : float
+            Young's modulus [Pa].
+        column_mass, deck_mass : float
+            Mass of one column and of the deck [kg].
+        cracked_stiffness_ratio : float
+            Stiffness of the cracked section over that of the whole one [1].
+        damping_ratio, strength_ratio, post_yield_ratio, name
+            As of the class.
+
+        Notes
+        -----
+        Each column has the stiffness 12 E I / H^3. The effective mass is that of the deck and
+        13/35 of the columns': the integral of (3 x^2 - 2 x^3)^2, the shape of a column whose ends
+        do not rotate. The load of the ground is taken to act on the same mass.
+
+        Examples
+        --------
+        >>> frame = FixedFrame.from_columns(
+        ...     columns=2, height=9.6, width=1.6, depth=1.6, modulus=30e9, column_mass=61440.0,
+        ...     deck_mass=491520.0, cracked_stiffness_ratio=0.5,
+        ... )
+        >>> round(frame.period, 3)
+        0.309
+        """
+        stated = {"depth": depth} if depth is not None else {}
+        _require_positive(
+            name,
+            columns=columns,
+            height=height,
+            width=width,
+            modulus=modulus,
+            deck_mass=deck_mass,
+            cracked_stiffness_ratio=cracked_stiffness_ratio,
+            **stated,
+        )
+        if not 0.0 <= column_mass < math.inf:
+            raise _invalid("column_mass", column_mass, name, "0 or above")
+        inertia = math.pi * width**4 / 64.0 if depth is None else depth * width**3 / 12.0
+        stiffness = 12.0 * columns * cracked_stiffness_ratio * modulus * inertia / height**3
+        mass = deck_mass + COLUMN_SHARE * columns * column_mass
+        return cls(
+            period=math.tau * math.sqrt(mass / stiffness),
+            damping_ratio=damping_ratio,
+            strength_ratio=strength_ratio,
+            post_yield_ratio=post_yield_ratio,
+            name=name,
+        )
+
+    @property
+    def yield_displacement(self) -> float:
+        """Displacement at first yield [m]; infinite if elastic."""
+        return self.strength_ratio * GRAVITY * (self.period / math.tau) ** 2
+
+    @property
+    def constants(self) -> Constants:
+        """k, k_z [s-2], q [m s-2] and c [s-1] of the kernel."""
+        rate = math.tau / self.period
+        damping = 2.0 * self.damping_ratio * rate
+        if math.isinf(self.strength_ratio):
+            return rate**2, 0.0, math.inf, damping
+        after, yielding = self.post_yield_ratio, 1.0 - self.post_yield_ratio
+        strength = yielding * self.strength_ratio * GRAVITY
+        return after * rate**2, yielding * rate**2, strength, damping
+
+
+def _invalid(key: str, value: float, name: str, allowed: str) -> ParameterError:
+    return ParameterError(f"Invalid {key} {value!r} of {name!r}. Must be {allowed}.")
+
+
+def _require_positive(name: str, **values: float) -> None:
+    for key, value in values.items():
+        if not 0.0 < value < math.inf:
+            raise _invalid(key, value, name, "positive and finite")
+
+
+def _require_damping(name: str, ratio: float) -> None:
+    if not 0.0 <= ratio < 1.0:
+        raise _invalid("damping_ratio", ratio, name, "at least 0 and below 1")

@@ -1,0 +1,230 @@
+"""Responses of isolated decks and monolithic frames: the shell around the kernel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockframe.engines.threads import on_threads
+from rockframe.errors import ParameterError
+from rockframe.oscillators import kernel
+from rockframe.oscillators.models import FixedFrame, IsolatedDeck
+from rockframe.record import Record
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import as_ground
+from rockframe.units import GRAVITY
+from rockframe.wavelets.pulse import Pulse
+
+Float = NDArray[np.float64]
+Oscillator = IsolatedDeck | FixedFrame
+Motion = Record | Pulse | GroundAcceleration
+
+
+@dataclass(frozen=True, eq=False)
+class OscillatorPeaks:
+    """Peaks of oscillators, each a number or an array of one shape.
+
+    Free vibration after the end of the motion is included.
+
+    Parameters
+    ----------
+    peak_displacement : array
+        Largest |u| [m], located between the nodes.
+    peak_time : array
+        When [s]; NaN if it never moves.
+    peak_force_ratio : array
+        Largest force, restoring and damping, over the weight [1], located between the nodes: the
+        largest absolute acceleration [g], and the shear of the piers.
+    residual_displacement : array
+        Displacement at which it stays, or about which it vibrates without yielding [m].
+    ductility : array
+        Peak over yield displacement [1]; NaN without one.
+    first_yield_time : array
+        When it first yields or slides [s]; NaN if never.
+    yields : array of int
+        Excursions into yielding, or slides in one direction.
+    dissipated_energy : array
+        Energy lost in yielding or friction, over the weight [m].
+    """
+
+    peak_displacement: Float
+    peak_time: Float
+    peak_force_ratio: Float
+    residual_displacement: Float
+    ductility: Float
+    first_yield_time: Float
+    yields: NDArray[np.int64]
+    dissipated_energy: Float
+
+
+@dataclass(frozen=True, eq=False)
+class OscillatorResponse:
+    """Histories of an oscillator under one motion, and their peaks.
+
+    Parameters
+    ----------
+    model : IsolatedDeck or FixedFrame
+        The oscillator.
+    time, u, velocity : array, shape (nodes,)
+        Time [s], displacement relative to the ground [m] and its rate [m s-1].
+    force_ratio : array, shape (nodes,)
+        Force, restoring and damping, over the weight [1]: minus the absolute acceleration [g].
+    peak_displacement, peak_time, peak_force_ratio, residual_displacement : float
+        As of `OscillatorPeaks`.
+    ductility, first_yield_time, yields, dissipated_energy : float
+        As of `OscillatorPeaks`.
+    """
+
+    model: Oscillator
+    time: Float
+    u: Float
+    velocity: Float
+    force_ratio: Float
+    peak_displacement: float
+    peak_time: float
+    peak_force_ratio: float
+    residual_displacement: float
+    ductility: float
+    first_yield_time: float
+    yields: int
+    dissipated_energy: float
+
+
+def respond_oscillator(
+    model: Oscillator, motion: Motion, *, free_vibration: float = 0.0
+) -> OscillatorResponse:
+    """Integrate an oscillator exactly, from rest.
+
+    Parameters
+    ----------
+    model : IsolatedDeck or FixedFrame
+        The oscillator.
+    motion : Record, Pulse or GroundAcceleration
+        Ground acceleration, as `respond` takes it; a vertical one is left out.
+    free_vibration : float
+        Go on with the histories for so long after the end of the motion [s]. The peaks and the
+        residual displacement do not need it.
+
+    Returns
+    -------
+    OscillatorResponse
+        Histories at the nodes of the motion, and their peaks.
+
+    Raises
+    ------
+    ParameterError
+        If the free vibration is negative or not finite.
+
+    Notes
+    -----
+    Changes of branch (yielding, sliding, their ends) and peaks are located to round-off, not at
+    nodes.
+
+    Examples
+    --------
+    >>> deck = IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06)
+    >>> response = respond_oscillator(deck, Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5))
+    >>> round(response.peak_displacement, 4), round(response.residual_displacement, 4)
+    (0.6035, -0.0011)
+    """
+    ground = as_ground(motion).followed_by_rest(free_vibration)
+    histories = np.empty((3, ground.coefficients.shape[0] + 1))
+    summary = np.empty(kernel.SUMMARY_SIZE)
+    kernel.integrate(*_prepared(ground), 1.0, model.constants, histories, summary)
+    peaks = _peaks(summary, np.array(model.yield_displacement))
+    return OscillatorResponse(
+        model=model,
+        time=ground.time,
+        u=histories[0],
+        velocity=histories[1],
+        force_ratio=histories[2] / GRAVITY,
+        **{key: value.item() for key, value in vars(peaks).items()},
+    )
+
+
+def respond_oscillators(
+    models: Sequence[Oscillator], motions: Sequence[Motion], scales: ArrayLike = (1.0,)
+) -> OscillatorPeaks:
+    """Compute the peaks of each oscillator under each motion at each scale.
+
+    Parameters
+    ----------
+    models : sequence of IsolatedDeck or FixedFrame
+        The oscillators.
+    motions : sequence of Record, Pulse or GroundAcceleration
+        Ground motions, as `respond_oscillator` takes them.
+    scales : array_like, shape (scales,)
+        What the acceleration is multiplied by [1].
+
+    Returns
+    -------
+    OscillatorPeaks
+        Arrays of shape (motions, models, scales); the same bits as of `respond_oscillator`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no model, motion or scale, or a scale is not finite.
+
+    Examples
+    --------
+    >>> frame = FixedFrame(period=0.5, strength_ratio=0.2)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5)
+    >>> respond_oscillators([frame], [pulse], [0.1, 1.0]).ductility.round(2).tolist()
+    [[[0.31, 30.54]]]
+    """
+    factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
+    for label, number in (
+        ("models", len(models)),
+        ("motions", len(motions)),
+        ("scales", factors.size),
+    ):
+        if number == 0:
+            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
+    if factors.ndim != 1 or not np.isfinite(factors).all():
+        raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
+    constants = np.repeat([model.constants for model in models], factors.size, axis=0)
+    every_scale = np.tile(factors, len(models))
+
+    def answer(motion: Motion) -> Float:
+        out = np.empty((every_scale.size, kernel.SUMMARY_SIZE))
+        kernel.integrate_many(*_prepared(as_ground(motion)), every_scale, constants, out)
+        return out
+
+    found = np.stack(on_threads(answer, motions))
+    yielding = np.array([model.yield_displacement for model in models])[:, None]
+    shape = (len(motions), len(models), factors.size, kernel.SUMMARY_SIZE)
+    return _peaks(found.reshape(shape), yielding)
+
+
+def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:
+    """Return a motion as the kernel takes it: rows, bounds, time step and start."""
+    step, columns = ground.time_step, ground.coefficients.shape[1]
+    rows = np.pad(ground.coefficients, ((0, 0), (0, max(0, 2 - columns))))
+    bounds = np.zeros((rows.shape[0], kernel.BOUNDS))
+    terms = np.abs(rows) * step ** np.arange(rows.shape[1])
+    for order in range(min(kernel.BOUNDS, rows.shape[1])):
+        factors = [math.perm(power, order) / step**order for power in range(rows.shape[1])]
+        bounds[:, order] = terms @ np.array(factors)
+    return rows, bounds, step, ground.start_time
+
+
+def _peaks(summary: Float, yielding: Float) -> OscillatorPeaks:
+    """Return the peaks that summaries hold; `yielding` are the yield displacements."""
+    peak = summary[..., kernel.PEAK]
+    yields_at = (yielding > 0.0) & np.isfinite(yielding)
+    ductility = np.divide(peak, yielding, out=np.full(peak.shape, np.nan), where=yields_at)
+    return OscillatorPeaks(
+        peak_displacement=peak,
+        peak_time=summary[..., kernel.PEAK_TIME],
+        peak_force_ratio=summary[..., kernel.PEAK_FORCE] / GRAVITY,
+        residual_displacement=summary[..., kernel.RESIDUAL],
+        ductility=ductility,
+        first_yield_time=summary[..., kernel.FIRST_YIELD],
+        yields=summary[..., kernel.YIELDS].astype(np.int64),
+        dissipated_energy=summary[..., kernel.DISSIPATED] / GRAVITY,
+    )

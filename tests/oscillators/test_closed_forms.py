@@ -1,0 +1,116 @@
+"""Limits with closed forms: elastic oscillators, sliding blocks, friction pendulums."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rockframe import FixedFrame, GroundAcceleration, IsolatedDeck, respond_oscillator
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+STEP = 0.01
+PERIOD, DAMPING = 0.7, 0.05
+RATE = math.tau / PERIOD
+DAMPED = RATE * math.sqrt(1.0 - DAMPING**2)
+ELASTIC = FixedFrame(period=PERIOD, damping_ratio=DAMPING)
+
+
+def free(t: Float, u: float, v: float) -> Float:
+    """Free vibration from a displacement and velocity."""
+    decay = np.exp(-DAMPING * RATE * t)
+    sine = (v + DAMPING * RATE * u) / DAMPED
+    return np.asarray(decay * (u * np.cos(DAMPED * t) + sine * np.sin(DAMPED * t)))
+
+
+def test_a_suddenly_applied_acceleration() -> None:
+    """1 - the free vibration; the first peak overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
+    found = respond_oscillator(ELASTIC, GroundAcceleration(np.full((300, 1), 2.0), STEP))
+    static = -2.0 / RATE**2
+    np.testing.assert_allclose(found.u, static + free(found.time, -static, 0.0), atol=1e-14)
+    over = math.exp(-DAMPING * math.pi / math.sqrt(1.0 - DAMPING**2))
+    assert found.peak_displacement == pytest.approx(-static * (1.0 + over), rel=1e-13)
+    assert found.peak_time == pytest.approx(math.pi / DAMPED, rel=1e-7)  # the peak is flat
+
+
+def test_a_ramp() -> None:
+    """The quasi-static displacement, late by 2 zeta / w, and a free vibration."""
+    found = respond_oscillator(ELASTIC, GroundAcceleration.from_samples(np.arange(300.0), STEP))
+    slope = -1.0 / STEP / RATE**2
+    late = 2.0 * DAMPING / RATE
+    right = slope * (found.time - late) + free(found.time, slope * late, -slope)
+    np.testing.assert_allclose(found.u, right, rtol=1e-12, atol=1e-13)
+
+
+def test_harmonic_ground() -> None:
+    """The steady state of a sine, and the free vibration that makes it start from rest."""
+    drive = 1.7 * RATE
+    ground = GroundAcceleration.from_function(
+        lambda t: np.asarray(np.sin(drive * t)), 0.0, 3.0, intervals=600, degree=5
+    )
+    steady = -1.0 / (RATE**2 - drive**2 + 2j * DAMPING * RATE * drive)
+    found = respond_oscillator(ELASTIC, ground)
+    moving = np.imag(steady * np.exp(1j * drive * found.time))
+    start = np.imag(steady), np.real(steady) * drive
+    np.testing.assert_allclose(found.u, moving + free(found.time, -start[0], -start[1]), atol=1e-13)
+
+
+def test_a_sliding_block_without_stiffness() -> None:
+    """Newmark (1965): under A for a time t0 it slips V^2 / (2 q) (1 - q / A), V = A t0."""
+    strong, friction, duration = 0.5 * GRAVITY, 0.1, 0.4
+    block = IsolatedDeck.friction_pendulum(radius=1e12, friction=friction)
+    rows = np.concatenate([np.full((40, 1), -strong), np.zeros((300, 1))])
+    found = respond_oscillator(block, GroundAcceleration(rows, duration / 40))
+    q = friction * GRAVITY
+    slip = (strong * duration) ** 2 / (2.0 * q) * (1.0 - q / strong)
+    assert found.residual_displacement == pytest.approx(slip, rel=1e-10)
+    assert found.peak_time == pytest.approx(strong * duration / q, rel=1e-7)
+    assert found.dissipated_energy == pytest.approx(friction * slip, rel=1e-10)
+    assert found.yields == 1
+
+
+def test_a_friction_pendulum_loses_twice_mu_radius_each_half_cycle() -> None:
+    """It turns at A - 2 mu R, A - 4 mu R, ..., and sticks at the first turn within mu R."""
+    radius, friction = 2.0, 0.01
+    model = IsolatedDeck.friction_pendulum(radius=radius, friction=friction)
+    push = GroundAcceleration(np.array([[-3.0 * GRAVITY]] * 20 + [[0.0]] * 1500), STEP)
+    found = respond_oscillator(model, push)
+    turns = np.flatnonzero(found.velocity[:-1] * found.velocity[1:] < 0.0)
+    first = found.peak_displacement
+    amplitudes = first - 2.0 * friction * radius * np.arange(turns.size)
+    nodes = np.maximum(np.abs(found.u[turns]), np.abs(found.u[turns + 1]))
+    np.testing.assert_allclose(nodes, amplitudes, rtol=1e-3)
+    halves = math.ceil((first / (friction * radius) - 1.0) / 2.0)
+    end = abs(first - 2.0 * friction * radius * halves)
+    assert abs(found.residual_displacement) == pytest.approx(end, rel=1e-11)
+    assert end <= friction * radius
+    assert found.yields == halves + 1
+
+
+def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
+    """Its force is that of the ground on a rigid body, its peak between the nodes included."""
+    ground = GroundAcceleration.from_function(
+        lambda t: np.asarray(0.5 * np.sin(t)), 0.0, 3.0, intervals=4, degree=5
+    )
+    found = respond_oscillator(IsolatedDeck.friction_pendulum(radius=2.0, friction=0.1), ground)
+    assert found.peak_displacement == 0.0
+    assert math.isnan(found.first_yield_time)
+    assert found.peak_force_ratio == pytest.approx(0.5 / GRAVITY, rel=1e-4)
+    np.testing.assert_allclose(found.force_ratio, -ground.acceleration() / GRAVITY, atol=1e-16)
+
+
+def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> None:
+    """After a blow of speed V: peak uy / 2 + V^2 / (2 fy), and the rest is less by uy."""
+    frame = FixedFrame(period=1.0, damping_ratio=0.0, strength_ratio=0.1)
+    speed, strength = 1.0, 0.1 * GRAVITY
+    blow = GroundAcceleration(np.array([[-speed / 1e-9], [0.0]]), 1e-9)
+    found = respond_oscillator(frame, blow)
+    peak = 0.5 * frame.yield_displacement + speed**2 / (2.0 * strength)
+    assert found.peak_displacement == pytest.approx(peak, rel=1e-8)
+    left = peak - frame.yield_displacement
+    assert found.residual_displacement == pytest.approx(left, rel=1e-8)
+    assert found.dissipated_energy == pytest.approx(0.1 * left, rel=1e-8)
+    assert found.peak_force_ratio == pytest.approx(0.1, rel=1e-12)

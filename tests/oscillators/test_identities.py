@@ -1,0 +1,164 @@
+"""What must hold for any motion: energy, symmetry, scaling, company, division of intervals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.oscillators.direct import direct
+
+from rockframe import (
+    FixedFrame,
+    GroundAcceleration,
+    IsolatedDeck,
+    OscillatorPeaks,
+    OscillatorResponse,
+    Pulse,
+    read_file,
+    respond_oscillator,
+    respond_oscillators,
+)
+from rockframe.units import GRAVITY
+
+RUBBER = IsolatedDeck.lead_rubber(strength_ratio=0.05, period=2.5)
+PENDULUM = IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06)
+YIELDING = FixedFrame(period=0.4, strength_ratio=0.15, post_yield_ratio=0.05)
+PERFECT = FixedFrame(period=0.3, strength_ratio=0.2, damping_ratio=0.0)
+MODELS: tuple[IsolatedDeck | FixedFrame, ...] = (
+    RUBBER,
+    replace(RUBBER, damping_ratio=0.1),
+    PENDULUM,
+    YIELDING,
+    PERFECT,
+)
+PEAKS = tuple(OscillatorPeaks.__dataclass_fields__)
+each_model = pytest.mark.parametrize("model", MODELS, ids=lambda model: f"{model.period:.2f}")
+
+
+def rough(seed: int, samples: int = 150, step: float = 0.05) -> GroundAcceleration:
+    noise = np.random.default_rng(seed).uniform(-0.5, 0.5, samples)
+    return GroundAcceleration.from_samples(GRAVITY * noise, step)
+
+
+def divided(motion: GroundAcceleration, parts: int) -> GroundAcceleration:
+    """The same straight lines in shorter intervals."""
+    first, slope = np.repeat(motion.coefficients, parts, axis=0).T
+    step = motion.time_step / parts
+    within = np.tile(step * np.arange(parts), motion.coefficients.shape[0])
+    return GroundAcceleration(np.column_stack([first + slope * within, slope]), step)
+
+
+def assert_same(one: OscillatorResponse, other: OscillatorResponse, tolerance: float) -> None:
+    for name in PEAKS:
+        at = 1e-6 if name == "peak_time" else tolerance  # where a peak is flat
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=at, atol=at)
+
+
+@each_model
+@pytest.mark.parametrize(("seed", "step"), [(1, 0.01), (2, 0.1), (3, 0.3)])
+def test_another_solver_finds_the_same(
+    model: IsolatedDeck | FixedFrame, seed: int, step: float
+) -> None:
+    """DOP853 with events, on ground whose steps are from a hundredth of the period to all of it."""
+    motion = rough(seed, 60, step).followed_by_rest(4.0)
+    ours, theirs = respond_oscillator(model, motion), direct(model, motion)
+    np.testing.assert_allclose(ours.u, theirs.u, atol=1e-11 * np.abs(theirs.u).max())
+    scale = np.abs(theirs.velocity).max()
+    np.testing.assert_allclose(ours.velocity, theirs.velocity, atol=1e-11 * scale)
+    assert ours.first_yield_time == pytest.approx(theirs.first_yield, rel=1e-12)
+    assert ours.yields >= theirs.yields > 0
+
+
+@pytest.mark.parametrize("model", [RUBBER, PENDULUM, YIELDING], ids=lambda m: f"{m.period:.2f}")
+def test_another_solver_finds_the_same_of_a_record(
+    bundled_records: Path, model: IsolatedDeck | FixedFrame
+) -> None:
+    record = next(r for r in read_file(bundled_records / "Ridgecrest2019-CLC.V1"))
+    top = int(np.abs(record.acceleration).argmax())
+    window = record.acceleration[top - 150 : top + 250]
+    motion = GroundAcceleration.from_samples(window, record.time_step)
+    ours, theirs = respond_oscillator(model, motion), direct(model, motion)
+    np.testing.assert_allclose(ours.u, theirs.u, atol=1e-11 * np.abs(theirs.u).max())
+    assert ours.yields >= theirs.yields > 0
+
+
+@each_model
+def test_the_division_of_intervals_does_not_matter(model: IsolatedDeck | FixedFrame) -> None:
+    """Peaks between nodes and changes of branch are found on another path through the kernel."""
+    motion = rough(4)
+    ours, other = (respond_oscillator(model, m) for m in (motion, divided(motion, 16)))
+    np.testing.assert_allclose(ours.u, other.u[::16], atol=1e-12)
+    assert_same(ours, other, 1e-11)
+    assert ours.peak_displacement >= np.abs(other.u).max() * (1.0 - 1e-14)
+    assert ours.peak_force_ratio >= np.abs(other.force_ratio).max() * (1.0 - 1e-14)
+
+
+@pytest.mark.parametrize("model", [RUBBER, PENDULUM, PERFECT], ids=lambda m: f"{m.period:.2f}")
+def test_energy_balance(model: IsolatedDeck | FixedFrame) -> None:
+    """Constant ground in each interval does the work -a (u_2 - u_1) exactly; none is lost."""
+    noise = GRAVITY * np.random.default_rng(5).uniform(-0.5, 0.5, (400, 1))
+    found = respond_oscillator(model, GroundAcceleration(noise, 0.05), free_vibration=600.0)
+    work = -np.sum(noise[:, 0] * np.diff(found.u[:401]))
+    k, k_z, _, _ = model.constants
+    u, v = found.u[-1], found.velocity[-1]
+    z = GRAVITY * found.force_ratio[-1] - k * u
+    stored = 0.5 * v**2 + 0.5 * k * u**2 + 0.5 * z**2 / k_z
+    lost = GRAVITY * found.dissipated_energy
+    assert found.yields > 20
+    assert lost > 0.9 * work
+    assert stored + lost == pytest.approx(work, rel=1e-12)
+
+
+@each_model
+def test_the_other_direction_is_the_mirror_image(model: IsolatedDeck | FixedFrame) -> None:
+    motion = rough(6)
+    one, other = respond_oscillator(model, motion), respond_oscillator(model, motion.scaled(-1.0))
+    np.testing.assert_array_equal(one.u, -other.u)
+    assert one.residual_displacement == -other.residual_displacement
+    assert one.dissipated_energy == other.dissipated_energy
+
+
+def test_motion_and_strength_scale_together() -> None:
+    """Three times the ground on three times the strength and yield displacement."""
+    motion = rough(7)
+    strong = replace(RUBBER, strength_ratio=0.15, yield_displacement=0.03)
+    one, three = respond_oscillator(RUBBER, motion), respond_oscillator(strong, motion.scaled(3.0))
+    np.testing.assert_allclose(3.0 * one.u, three.u, atol=1e-12)
+    assert three.ductility == pytest.approx(one.ductility, rel=1e-12)
+    assert three.dissipated_energy == pytest.approx(9.0 * one.dissipated_energy, rel=1e-11)
+
+
+def test_an_infinite_strength_is_elastic() -> None:
+    motion = rough(8)
+    elastic = respond_oscillator(FixedFrame(period=0.4), motion)
+    strong = respond_oscillator(FixedFrame(period=0.4, strength_ratio=100.0), motion)
+    np.testing.assert_allclose(strong.u, elastic.u, atol=1e-14)
+    assert (strong.yields, elastic.yields) == (0, 0)
+    assert np.isnan(elastic.ductility)
+    assert elastic.residual_displacement == 0.0
+    assert abs(strong.residual_displacement) < 1e-15
+
+
+def test_company_does_not_change_a_bit() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.6 * GRAVITY, T_p=1.2)
+    motions = [rough(10), GroundAcceleration.from_pulse(pulse), rough(11)]
+    many = respond_oscillators(MODELS, motions, [0.7, -1.0, 1.0])
+    for m, motion in enumerate(motions):
+        for n, model in enumerate(MODELS):
+            single = respond_oscillator(model, motion)
+            for name in PEAKS:
+                np.testing.assert_array_equal(getattr(many, name)[m, n, 2], getattr(single, name))
+
+
+def test_free_vibration_goes_on_to_what_was_foretold() -> None:
+    """Peaks and residual displacement are known at the end of the motion, before it is at rest."""
+    motion = rough(12, samples=20)
+    for model in MODELS:
+        short = respond_oscillator(model, motion)
+        long = respond_oscillator(model, motion, free_vibration=100.0)
+        assert_same(short, long, 1e-10)
+        rest = GRAVITY * long.force_ratio[-1], long.u[-1] - long.residual_displacement
+        if model.damping_ratio and model.yield_displacement:
+            np.testing.assert_allclose(rest, 0.0, atol=1e-6)
