@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,6 +100,28 @@ def find_pulses(
     samples = np.asarray(acceleration if record is None else record.acceleration)
     step = time_step or (record.time_step if record else 0.0)
     return _found_pulses(samples, step, options or PulseOptions())
+
+
+def answers_of(
+    task: Sequence[tuple[Record, PulseOptions]],
+) -> list[tuple[str, RecordPulses | None, str]]:
+    """Return the name of each record, and its pulses or the reason why there are none.
+
+    Here, not with the stage that reads and writes files, so that workers need not import what reads
+    and writes them.
+
+    Parameters
+    ----------
+    task : sequence
+        Records, each with the options of its search.
+    """
+    answers: list[tuple[str, RecordPulses | None, str]] = []
+    for record, options in task:
+        try:
+            answers.append((record.record_id, find_pulses(record, options=options), ""))
+        except ParameterError as error:
+            answers.append((record.record_id, None, str(error)))
+    return answers
 
 
 def _found_pulses(acceleration: Float, time_step: float, options: PulseOptions) -> RecordPulses:

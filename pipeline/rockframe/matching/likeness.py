@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from rockframe.matching.match import PulseMatch
 from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
-from rockframe.matching.signal import Signal, Weighting, require_record
+from rockframe.matching.signal import Samples, Weighting, require_record
 from rockframe.options.pulse import FEWEST_SURROGATES, PulseOptions
 
 Float = NDArray[np.float64]
@@ -189,6 +189,7 @@ class _Surrogates:
     def __init__(self, samples: Float, time_step: float, options: PulseOptions) -> None:
         digest = hashlib.sha256(samples.tobytes()).digest()[:16]
         self._random = np.random.default_rng([options.seed, int.from_bytes(digest, "little")])
+        samples = samples / np.abs(samples).max()  # single precision has no 1e100
         self._size = samples.size
         self._envelope = np.ones(samples.size)
         divisor = self._envelope
@@ -196,13 +197,18 @@ class _Surrogates:
             self._envelope = _envelope(samples, time_step)
             divisor = np.hypot(self._envelope, _FLOOR * self._envelope.max())
         self._length = scipy.fft.next_fast_len(samples.size, real=True)
-        self._amplitudes = np.abs(scipy.fft.rfft(samples / divisor, self._length))
+        lines = scipy.fft.rfft(samples / divisor, self._length)
+        self._amplitudes = np.abs(lines).astype(np.float32)
         self._amplitudes[0] = 0.0
+        self._envelope = self._envelope.astype(np.float32)
 
-    def draw(self, count: int) -> Float:
-        """Return surrogates of shape (count, samples)."""
+    def draw(self, count: int) -> NDArray[np.float32]:
+        """Return surrogates of shape (count, samples), in single precision as in the search."""
         phases = self._random.uniform(0.0, 2.0 * math.pi, (count, self._amplitudes.size))
-        even = scipy.fft.irfft(self._amplitudes * np.exp(1j * phases), self._length)
+        angles, lines = phases.astype(np.float32), np.empty(phases.shape, dtype=np.complex64)
+        np.multiply(self._amplitudes, np.cos(angles), out=lines.real)
+        np.multiply(self._amplitudes, np.sin(angles), out=lines.imag)
+        even = scipy.fft.irfft(lines, self._length, overwrite_x=True)
         return np.asarray(self._envelope * even[:, : self._size])
 
 
@@ -220,14 +226,14 @@ def _envelope(samples: Float, time_step: float) -> Float:
     return np.asarray(np.sqrt(np.maximum(smoothed, 0.0)))
 
 
-def _indices(samples: Float, time_step: float, options: PulseOptions) -> dict[str, Float]:
+def _indices(samples: Samples, time_step: float, options: PulseOptions) -> dict[str, Float]:
     """Return the match indices of several records of one length, by a coarse search."""
     periods = period_range(samples.shape[1], time_step, options)
-    signal: Signal = prepared(samples, time_step, options, periods[1])
+    signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()
     rungs = ladder(*periods, _PER_OCTAVE)
-    found = search(signal, rungs, options.wavelet, half_cycles, _FINENESS)
-    energy = np.einsum("ij,ij->i", signal.samples, signal.samples) * time_step
+    found = search(signal, rungs, options.wavelet, half_cycles, _FINENESS, nearly=1.0)
+    energy = np.square(signal.samples).sum(axis=1, dtype=np.float64) * time_step
     indices = {}
     for name, heights in found.items():
         best = heights.power.max(axis=2)

@@ -147,7 +147,7 @@ def match_pulses(
     periods = period_range(samples.size, time_step, options)
     signal = prepared(samples, time_step, options, periods[1])
     rungs = ladder(*periods)
-    heights = search(signal, rungs, options.wavelet, options.half_cycles)
+    heights = search(signal, rungs, options.wavelet, options.half_cycles, nearly=_NEARLY)
     return {name: _best(signal, name, heights[name], periods, options) for name in options.wavelet}
 
 

@@ -9,27 +9,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.matching.series import taylor, top_near
+from rockframe.matching.loops import crest_times
 from rockframe.matching.signal import Signal, part_energies, part_spectra
+from rockframe.matching.stretch import cut_around, holds
 
 Float = NDArray[np.float64]
 
 #: Largest frequency times T_p to which spectra of wavelets are summed. Beyond it, Ricker wavelets
 #: are below 1e-16; the tail of a wavelet with kinks moves flat maxima by up to a percent.
 _HIGHEST: Final = 8.0
-#: Terms of the Taylor series over time, and the distance over T_p within which it is accurate.
-_TERMS: Final = 6
+#: Distance over T_p within which the Taylor series over time is accurate, and for sums over all
+#: lines, because terms of high frequency grow fast.
 _NEAR: Final = 0.06
-#: The same for sums over all lines: fewer terms, because those of high frequency grow fast.
-_WHOLE_TERMS: Final = 3
 _WHOLE_NEAR: Final = 1e-3
-_MOST_SHIFTS: Final = 30
 #: Steps of the finite differences over ln T_p and half cycles: the first, and the smallest, which
 #: leaves errors of 1e-8 in T_p.
 _FIRST_STEP: Final = 4e-3
@@ -54,6 +52,8 @@ class Refined:
 
     Parameters
     ----------
+    signal : Signal
+        The samples around it.
     wavelet : str
         Name.
     period, time : float
@@ -68,8 +68,11 @@ class Refined:
         Energy of the signal that the wavelet explains.
     lines : int
         Number of spectral lines summed.
+    every : bool
+        True if these are all, not only those below `_HIGHEST`.
     """
 
+    signal: Signal
     wavelet: str
     period: float
     time: float
@@ -78,6 +81,7 @@ class Refined:
     weighted: float
     explained: float
     lines: int
+    every: bool
 
 
 def refine(
@@ -110,9 +114,7 @@ def refine(
         near = any(_alike(top, other) for other in polished)
         if near or top.weighted < _OPEN * tops[0][0].weighted:
             continue
-        whole = crest(
-            signal, top.wavelet, top.period, top.time, top.half_cycles, signal.spectrum.size
-        )
+        whole = crest(signal, top.wavelet, top.period, top.time, top.half_cycles, every=True)
         polished.append(_climbed(signal, whole, (low, high), _LAST_STEP, bend)[0])
     return max(polished, key=lambda top: top.weighted)
 
@@ -134,8 +136,8 @@ def _climbed(
     here, latest = start, bend
     for _ in range(_MOST_MOVES):
         x = _variables(here)
-        move, latest = _newton_move(signal, here, step, bounds, bend)
-        there = _uphill_of(signal, here, move, bounds)
+        move, latest = _newton_move(here, step, bounds, bend)
+        there = _uphill_of(here, move, bounds)
         if there is None:
             if step == _LAST_STEP and bend is None:
                 break
@@ -147,16 +149,18 @@ def _climbed(
             break
         step = max(_LAST_STEP, min(step, 0.1 * moved))
         bend = latest if moved < _NEARBY else None
+    whose = (here.wavelet, here.period, here.time, here.half_cycles)
+    if not holds(here.signal, signal, *whose):
+        again = crest(signal, *whose, every=here.every)
+        return _climbed(signal, again, bounds, _LAST_STEP, None)
     return here, latest
 
 
-def _uphill_of(
-    signal: Signal, here: Refined, move: Float, bounds: tuple[Float, Float]
-) -> Refined | None:
+def _uphill_of(here: Refined, move: Float, bounds: tuple[Float, Float]) -> Refined | None:
     """Return the point after a step, shortened until it leads uphill; None if it never does."""
     x = _variables(here)
     for _ in range(_MOST_CUTS):
-        there = _at(signal, here, np.clip(x + move, *bounds))
+        [there] = _crests(here, np.clip(x + move, *bounds)[None])
         if there.weighted >= here.weighted:
             return there
         move = 0.25 * move
@@ -169,7 +173,8 @@ def crest(
     period: float,
     time: float,
     half_cycles: float | None,
-    lines: int | None = None,
+    *,
+    every: bool = False,
 ) -> Refined:
     """Return the best time near a given one, and the phase and amplitude, at a fixed period.
 
@@ -182,39 +187,52 @@ def crest(
     period, time : float
         T_p and the time from which to climb [s].
     half_cycles : float or None
-        Number of half cycles [1].
-    lines : int, optional
-        Number of spectral lines to sum. It must be the same for all points that are compared,
-        because another line would make the height jump.
+        Number of half cycles.
+    every : bool
+        Sum over every spectral line of the whole record, not only over those below `_HIGHEST` of
+        the samples around the time.
     """
-    velocity = signal.weighting.of_velocity
-    seen = math.floor(_HIGHEST * signal.period / period) + 1
-    bins = min(signal.spectrum.size, seen if lines is None else lines)
-    line = period / signal.period
-    energies = part_energies(wavelet, half_cycles, velocity)
-    spectra = part_spectra(wavelet, half_cycles, line, bins, velocity)
-    matched = np.conj(np.stack(spectra)) * signal.spectrum[:bins]
-    terms, near = (_TERMS, _NEAR) if bins <= seen else (_WHOLE_TERMS, _WHOLE_NEAR)
-    for _ in range(_MOST_SHIFTS):
-        series = taylor(matched, line, time / period, terms) * (2.0 * line)
-        ends = (-time / period, (signal.duration - time) / period)
-        shift = top_near(series, energies, (max(ends[0], -near), min(ends[1], near)))
-        time += period * shift
-        if abs(shift) < near:
-            break
-    powers = shift ** np.arange(terms)
-    products = series @ powers
-    explained = float((products**2 / (period * np.array(energies))).sum())
-    return Refined(
-        wavelet,
-        period,
-        time,
-        half_cycles,
-        tuple((products / (period * np.array(energies))).tolist()),
-        explained * period ** (1.0 - 2.0 * signal.weighting.exponent),
-        explained,
-        bins,
-    )
+    cut = signal if every else cut_around(signal, wavelet, period, time, half_cycles)
+    seen = math.floor(_HIGHEST * cut.period / period) + 1
+    lines = cut.spectrum.size if every else min(cut.spectrum.size, seen)
+    here = Refined(cut, wavelet, period, time, half_cycles, (), 0.0, 0.0, lines, every)
+    return _crests(here, _variables(here)[None])[0]
+
+
+def _crests(near: Refined, points: Float) -> list[Refined]:
+    """Return the crests at points, arrays of shape (points, variables), in the time near one.
+
+    All have its number of lines, because another line would make the height jump.
+    """
+    signal, velocity, start = near.signal, near.signal.weighting.of_velocity, near.signal.start
+    periods = np.exp(points[:, 0])
+    numbers = None if near.half_cycles is None else points[:, 1]
+    each = [None] * len(points) if numbers is None else numbers.tolist()
+    energies = np.array([part_energies(near.wavelet, number, velocity) for number in each])
+    step = periods / signal.period
+    spectra = part_spectra(near.wavelet, numbers, step, near.lines, velocity)
+    ends = np.stack([np.zeros(len(points)), signal.duration / periods], axis=-1)
+    found = np.empty((len(points), 1 + energies.shape[1]))
+    matched = np.conj(spectra, out=spectra)
+    matched *= signal.spectrum[: near.lines]
+    close = _WHOLE_NEAR if near.every else _NEAR
+    crest_times(matched, step, energies, (near.time - start) / periods, ends, close, found)
+    times = start + found[:, 0] * periods
+    factors = found[:, 1:] / (periods[:, None] * energies)
+    explained = (found[:, 1:] * factors).sum(axis=1)
+    weighted = explained * signal.weighting.of_square(periods)
+    columns = (periods, times, weighted, explained)
+    return [
+        replace(
+            near,
+            half_cycles=number,
+            factors=tuple(factor),
+            **dict(zip(("period", "time", "weighted", "explained"), values, strict=True)),
+        )
+        for number, factor, *values in zip(
+            each, factors.tolist(), *(column.tolist() for column in columns), strict=True
+        )
+    ]
 
 
 def _variables(point: Refined) -> Float:
@@ -222,13 +240,7 @@ def _variables(point: Refined) -> Float:
     return np.array(x if point.half_cycles is None else [*x, point.half_cycles])
 
 
-def _at(signal: Signal, near: Refined, x: Float) -> Refined:
-    number = None if near.half_cycles is None else float(x[1])
-    return crest(signal, near.wavelet, math.exp(x[0]), near.time, number, near.lines)
-
-
 def _newton_move(
-    signal: Signal,
     here: Refined,
     step: float,
     bounds: tuple[Float, Float],
@@ -239,19 +251,18 @@ def _newton_move(
     start = _variables(here)
     x = np.clip(start, low + step, high - step)  # keeps the neighbours within the bounds
     axes = np.eye(x.size)
-
-    def height(offset: Float) -> float:
-        return math.log(max(_at(signal, here, x + step * offset).weighted, 1e-300))
-
-    after = np.array([height(axis) for axis in axes])
-    before = np.array([height(-axis) for axis in axes])
+    offsets = [*axes, *-axes]
+    if bend is None:  # the middle too: the series of `here` is around another time
+        both = axes.sum(axis=0)
+        offsets += [0.0 * both, both, -both][: 2 * x.size - 1]
+    heights = [crest.weighted for crest in _crests(here, x + step * np.array(offsets))]
+    logs = np.log(np.maximum(heights, 1e-300))
+    after, before, others = logs[: x.size], logs[x.size : 2 * x.size], logs[2 * x.size :]
     slope = (after - before) / (2.0 * step)
     if bend is None:
-        middle = height(0.0 * axes[0])  # the series of `here` is around another time
-        bend = np.diag(after - 2.0 * middle + before) / step**2
+        bend = np.diag(after - 2.0 * others[0] + before) / step**2
         if x.size == 2:
-            corners = height(axes[0] + axes[1]) + height(-axes[0] - axes[1])
-            cross = corners - after.sum() - before.sum() + 2.0 * middle
+            cross = others[1:].sum() - after.sum() - before.sum() + 2.0 * others[0]
             bend += 0.5 * cross / step**2 * (1.0 - axes)
     move = _uphill(slope, bend)
     target = np.clip(x + move, low, high)

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rockframe.errors import ParameterError
-from rockframe.matching.signal import Signal, Weighting, signal_of
+from rockframe.matching.signal import Samples, Signal, Weighting, signal_of
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
-
-Float = NDArray[np.float64]
 
 #: Time steps in the shortest wavelet that the samples resolve.
 _STEPS_PER_PERIOD: Final = 8
@@ -39,7 +34,7 @@ def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[fl
 
 
 def prepared(
-    samples: Float, time_step: float, options: PulseOptions, longest_period: float
+    samples: Samples, time_step: float, options: PulseOptions, longest_period: float
 ) -> Signal:
     """Return the padded and transformed record, with room for the longest wavelet."""
     parts = [

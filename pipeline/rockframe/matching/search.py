@@ -9,9 +9,11 @@ follows in closed form, by projection on their span: c1^2 / E1 + c2^2 / E2.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import Final
 
@@ -19,11 +21,12 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from rockframe.matching.loops import match_lines, tops
 from rockframe.matching.signal import Signal, padded_size, part_energies, part_spectra
+from rockframe.matching.stretch import energy_growth, strong_stretch
 from rockframe.wavelets.family import RICKERS, WAVELETS
 
 Float = NDArray[np.float64]
-Single = NDArray[np.float32]
 SingleComplex = NDArray[np.complex64]
 
 #: Periods of the ladder per octave: |C| is within 2e-3 of its maximum between two rungs.
@@ -82,6 +85,7 @@ def search(
     wavelets: Sequence[str],
     half_cycles: Sequence[float],
     fineness: int = _SAMPLES_PER_PERIOD,
+    nearly: float = 0.0,
 ) -> dict[str, Heights]:
     """Return the largest coefficients of each wavelet over periods and numbers of half cycles.
 
@@ -97,22 +101,43 @@ def search(
         Numbers of half cycles to search, for wavelets with that parameter.
     fineness : int
         Number of times per shortest period of an octave.
+    nearly : float
+        Share of the largest weighted square below which heights are not needed: they are 0 where
+        no coefficient of an octave can reach it.
     """
-    spans = [(span, number) for span in _spans(wavelets) for number in _numbers(span, half_cycles)]
-    found: dict[str, list[Float]] = {name: [] for name in wavelets}
-    for octave in octaves(signal, periods, fineness):
-        columns: dict[str, list[Float]] = {name: [] for name in wavelets}
-        for span, number in spans:
-            products = correlations(octave, span, number)[..., : octave.within]
-            for name, power in _powers(products, span, wavelets):
-                columns[name].append(_largest(power, octave))
-        for name, parts in columns.items():
-            found[name].append(np.stack(parts, axis=-1))
-    heights = {}
-    for name, rows in found.items():
-        power, times = np.concatenate(rows, axis=2)
-        heights[name] = Heights(periods, tuple(_numbers(name, half_cycles)), power, times)
-    return heights
+    growth = energy_growth(signal)
+    weight = signal.weighting.of_square(periods)
+    found: dict[str, Heights] = {}
+    for span in _spans(wavelets):
+        numbers = _numbers(span, half_cycles)
+        parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
+        core, reach = max(part.core for part in parts), max(part.reach for part in parts)
+        served = _served(span, wavelets)
+        kinds = np.array([*served.values()])
+        heights = np.zeros((2, growth.shape[0], periods.size, len(numbers), kinds.size))
+        # long periods first: they cost little, and show where shorter ones can be higher
+        for rungs in _octaves(periods)[::-1]:
+            chosen = periods[rungs]
+            best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
+            wanted = padded_size(math.ceil(fineness * signal.period / float(chosen[0])))
+            grid = Fraction(min(wanted, signal.padded), signal.padded)
+            far = (core * float(chosen[-1]), reach * float(chosen[-1]))
+            floor = nearly * best / weight[rungs].max()
+            part, rows = strong_stretch(signal, growth, far, floor, grid)
+            if rows.size:
+                octave = octave_of(part, chosen, round(part.padded * grid))
+                for column, number in enumerate(numbers):
+                    heights[..., column, :][:, rows, rungs] = largest(octave, span, number, kinds)
+        for i, name in enumerate(served):
+            found[name] = Heights(periods, tuple(numbers), *heights[..., i])
+    return {name: found[name] for name in wavelets}
+
+
+def _octaves(periods: Float) -> list[slice]:
+    """Divide ascending periods at each doubling of the first."""
+    starts = np.searchsorted(np.floor(np.log2(periods / periods[0]) + 1e-9), np.arange(64))
+    ends = sorted({*starts.tolist(), periods.size})
+    return [slice(*pair) for pair in itertools.pairwise(ends)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +155,11 @@ class Octave:
     count, within : int
         Number of time points of the inverse transform, and how many lie within the signal.
     step : float
-        Interval between the times, the first of which is 0 [s].
+        Interval between the times [s].
     of_velocity : bool
         True if velocities are compared.
+    start : float
+        Time of the first time point [s].
     """
 
     periods: Float
@@ -142,59 +169,56 @@ class Octave:
     within: int
     step: float
     of_velocity: bool
+    start: float
 
 
-def octaves(signal: Signal, periods: Float, fineness: int) -> Iterator[Octave]:
-    """Divide the periods into octaves, each with the part of the spectrum that it needs."""
-    numbers = np.floor(np.log2(periods / periods[0]) + 1e-9).astype(int)
-    for number in range(int(numbers[-1]) + 1):
-        chosen = periods[numbers == number]
-        if chosen.size == 0:
-            continue
-        wanted = padded_size(math.ceil(fineness * signal.period / float(chosen[0])))
-        count = min(wanted, signal.padded)
-        highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(chosen[-1]))
-        bins = min(count // 2, highest)
-        lines = np.outer(chosen * (_FINENESS / signal.period), np.arange(bins))
-        step = signal.period / count
-        yield Octave(
-            periods=chosen,
-            spectrum=np.atleast_2d(signal.spectrum)[:, :bins].astype(np.complex64),
-            lines=np.rint(lines, out=lines).astype(np.intp),
-            count=count,
-            within=int(signal.duration / step) + 1,
-            step=step,
-            of_velocity=signal.weighting.of_velocity,
-        )
+def octave_of(signal: Signal, periods: Float, count: int) -> Octave:
+    """Return the part of the spectrum that wavelets of these periods need at so many times."""
+    highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
+    bins = min(count // 2, highest)
+    lines = np.outer(periods * (_FINENESS / signal.period), np.arange(bins))
+    step = signal.period / count
+    return Octave(
+        periods=periods,
+        spectrum=np.atleast_2d(signal.spectrum)[:, :bins].astype(np.complex64),
+        lines=np.rint(lines, out=lines).astype(np.intp),
+        count=count,
+        within=int(signal.duration / step) + 1,
+        step=step,
+        of_velocity=signal.weighting.of_velocity,
+        start=signal.start,
+    )
 
 
-def correlations(octave: Octave, span: str, half_cycles: float | None) -> Single:
-    """Return the inner products with the parts of a wavelet at all times, up to a factor.
+def largest(octave: Octave, span: str, half_cycles: float | None, kinds: NDArray[np.intp]) -> Float:
+    """Return the largest squared coefficients with the weighting ``energy``, and their times.
 
     Parameters
     ----------
     octave : Octave
         Periods and spectrum.
     span : str
-        Name of a wavelet with these parts.
+        Name of a wavelet that has the parts.
     half_cycles : float or None
         Number of half cycles.
+    kinds : array, shape (kinds,)
+        The part 0 or 1, or 2 for both.
 
     Returns
     -------
-    array, shape (signals, periods, parts, times)
-        Multiply by the square root of the period and divide by `step` to get the coefficients
-        with the weighting ``energy``.
+    array, shape (2, signals, periods, kinds)
+        Squares, and times [s].
     """
     shape = _shape(span, half_cycles, octave.of_velocity)
-    rows, bins = octave.lines.shape
-    sizes = (octave.spectrum.shape[0], rows, shape.shape[0], octave.count // 2 + 1)
-    table = np.empty(sizes, dtype=np.complex64)
-    table[..., bins:] = 0.0
-    for i, part in enumerate(shape):
-        seen = np.take(part, octave.lines, mode="clip")
-        np.multiply(seen, octave.spectrum[:, None, :], out=table[:, :, i, :bins])
-    return np.asarray(scipy.fft.irfft(table, octave.count, overwrite_x=True))
+    sizes = (octave.spectrum.shape[0], octave.periods.size)
+    table = np.empty((*sizes, shape.shape[0], octave.count // 2 + 1), dtype=np.complex64)
+    match_lines(octave.spectrum, shape, octave.lines, table)
+    products = scipy.fft.irfft(table, octave.count, overwrite_x=True)
+    found = np.empty((2, *sizes, kinds.size))
+    tops(products, octave.within, kinds, found)
+    found[0] *= octave.periods[:, None] / octave.step**2
+    found[1] = octave.start + found[1] * octave.step
+    return found
 
 
 @lru_cache(maxsize=64)
@@ -202,7 +226,7 @@ def _shape(span: str, half_cycles: float | None, of_velocity: bool) -> SingleCom
     """Return conjugate spectra of the parts with unit energy, at nu in steps of 1 / _FINENESS."""
     energies = np.array(part_energies(span, half_cycles, of_velocity))
     lines = _HIGHEST * _FINENESS
-    spectra = np.stack(part_spectra(span, half_cycles, 1.0 / _FINENESS, lines, of_velocity))
+    spectra = part_spectra(span, half_cycles, 1.0 / _FINENESS, lines, of_velocity)
     return np.asarray(np.conj(spectra) / np.sqrt(energies)[:, None], dtype=np.complex64)
 
 
@@ -215,49 +239,12 @@ def _spans(wavelets: Sequence[str]) -> list[str]:
     return ([_ANY_PHASE] if rickers else []) + others
 
 
+def _served(span: str, wavelets: Sequence[str]) -> dict[str, int]:
+    """Return which part of `span`, or 2 for both, belongs to each wavelet."""
+    if span != _ANY_PHASE:
+        return {span: 0 if span in RICKERS else 2}
+    return {name: kind for kind, name in enumerate((*RICKERS, span)) if name in wavelets}
+
+
 def _numbers(wavelet: str, half_cycles: Sequence[float]) -> list[float | None]:
     return [*half_cycles] if WAVELETS[wavelet].has_half_cycles else [None]
-
-
-def _powers(products: Single, span: str, wavelets: Sequence[str]) -> Iterator[tuple[str, Single]]:
-    """Give the squared coefficients of the wavelets in a span; overwrites `products`."""
-    squares = np.square(products, out=products)
-    if span in RICKERS:
-        yield span, squares[:, :, 0]
-        return
-    if span == _ANY_PHASE:
-        for i, name in enumerate(RICKERS):
-            if name in wavelets:
-                yield name, squares[:, :, i]
-    if span in wavelets:
-        yield span, np.add(squares[:, :, 0], squares[:, :, 1], out=squares[:, :, 0])
-
-
-def _largest(power: Single, octave: Octave) -> Float:
-    """Return the largest value over time and its time, from a parabola through its neighbours.
-
-    The shape is (2, signals, periods): heights and times.
-    """
-    scale = octave.periods / octave.step**2
-    rows = power.reshape(-1, power.shape[-1])
-    every = np.arange(rows.shape[0])
-    top = rows.argmax(axis=-1)
-
-    def beside(offset: int) -> Float:
-        return np.asarray(rows[every, inner + offset], dtype=np.float64)
-
-    def shaped(height: Float, time: Float) -> Float:
-        shape = power.shape[:-1]
-        return np.stack([height.reshape(shape) * scale, time.reshape(shape) * octave.step])
-
-    if octave.within < 3:
-        inner = top
-        return shaped(beside(0), top)
-    inner = np.minimum(np.maximum(top, 1), octave.within - 2)
-    before, here, after = beside(-1), beside(0), beside(1)
-    bend = 2.0 * here - before - after
-    located = (top == inner) & (bend > 0.0)
-    shift = np.where(located, 0.5 * (after - before) / np.where(located, bend, 1.0), top - inner)
-    raised = here + np.where(located, 0.25 * (after - before) * shift, 0.0)
-    ends = np.where(top < inner, before, after)
-    return shaped(np.where(located | (top == inner), raised, ends), inner + shift)

@@ -74,6 +74,8 @@ _EXPONENTS: Final = MappingProxyType(
 
 
 Complex = NDArray[np.complex128]
+#: Surrogates are in single precision, as the search is.
+Samples = Float | NDArray[np.float32]
 
 #: A record whose samples differ by less than this share of the peak is constant but for round-off.
 _CONSTANT: Final = 1e-9
@@ -99,13 +101,16 @@ class Signal:
         Number of samples with the zeros after them, which keep wavelets from wrapping around.
     spectrum : array, shape (padded // 2 + 1,) or (signals, padded // 2 + 1)
         Fourier integral of the padded samples, at multiples of 1 / (padded time_step).
+    start : float
+        Time of the first sample [s].
     """
 
-    samples: Float
+    samples: Samples
     time_step: float
     weighting: Weighting
     padded: int
     spectrum: Complex
+    start: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -124,7 +129,7 @@ class Signal:
 
 
 def signal_of(
-    acceleration: Float, time_step: float, weighting: Weighting, longest_reach: float
+    acceleration: Samples, time_step: float, weighting: Weighting, longest_reach: float
 ) -> Signal:
     """Pad and transform a record.
 
@@ -148,11 +153,18 @@ def signal_of(
     if weighting.of_velocity and not samples.any():  # samples that turn at each step
         raise ParameterError("Invalid acceleration: its velocity is zero at all samples.")
     padded = padded_size(samples.shape[-1] + math.ceil(longest_reach / time_step))
+    return padded_signal(samples, time_step, weighting, padded)
+
+
+def padded_signal(
+    samples: Samples, time_step: float, weighting: Weighting, padded: int, start: float = 0.0
+) -> Signal:
+    """Transform samples of what is compared, acceleration or velocity, padded with zeros."""
     spectrum = scipy.fft.rfft(samples, padded) * time_step
-    return Signal(samples, time_step, weighting, padded, spectrum)
+    return Signal(samples, time_step, weighting, padded, spectrum, start)
 
 
-def velocity_of(acceleration: Float, time_step: float) -> Float:
+def velocity_of(acceleration: Samples, time_step: float) -> Float:
     """Return the velocity of a record that starts at rest [m s-1], by the trapezoidal rule.
 
     Examples
@@ -162,7 +174,7 @@ def velocity_of(acceleration: Float, time_step: float) -> Float:
     """
     areas = 0.5 * time_step * (acceleration[..., 1:] + acceleration[..., :-1])
     start = np.zeros((*acceleration.shape[:-1], 1))
-    return np.concatenate([start, np.cumsum(areas, axis=-1)], axis=-1)
+    return np.concatenate([start, np.cumsum(areas, axis=-1, dtype=np.float64)], axis=-1)
 
 
 def padded_size(least: int) -> int:
@@ -223,15 +235,20 @@ def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) ->
 
 
 def part_spectra(
-    wavelet: str, half_cycles: float | None, line: float, count: int, of_velocity: bool
-) -> tuple[Complex, ...]:
-    """Return the spectrum of each part of a wavelet, or of its velocity [1].
+    wavelet: str,
+    half_cycles: float | Float | None,
+    line: float | Float,
+    count: int,
+    of_velocity: bool,
+) -> Complex:
+    """Return the spectra of a wavelet's parts, or of their velocities, along the axis before last.
 
-    The `count` values of frequency times T_p start at 0 and are `line` apart.
+    The `count` values of frequency times T_p start at 0 and are `line` apart, for each point if
+    arrays of shape (points,) are given.
     """
-    spectra = WAVELETS[wavelet].spectra(line, count, half_cycles)
-    if not of_velocity:
-        return spectra
-    nu = line * np.arange(count, dtype=np.float64)
-    rate = 2j * math.pi * np.where(nu == 0.0, 1.0, nu)
-    return tuple(np.where(nu == 0.0, 0.0, spectrum / rate) for spectrum in spectra)
+    spectra = np.stack(WAVELETS[wavelet].spectra(line, count, half_cycles), axis=-2)
+    if of_velocity:
+        nu = np.multiply.outer(line, np.arange(1, count, dtype=np.float64))[..., None, :]
+        spectra[..., 1:] /= 2j * math.pi * nu
+        spectra[..., 0] = 0.0
+    return spectra

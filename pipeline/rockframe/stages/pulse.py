@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.matching.found import RecordPulses, find_pulses
+from rockframe.matching.found import RecordPulses, answers_of
 from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
@@ -22,13 +21,6 @@ from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal,
 
 #: Records per task.
 _TOGETHER: Final = 8
-
-
-@dataclass(frozen=True)
-class _Task:
-    """Records, each with the options of its search."""
-
-    records: tuple[tuple[Record, PulseOptions], ...]
 
 
 def pulse_stage(
@@ -89,7 +81,7 @@ def pulse_stage(
 
         def answers() -> Iterator[tuple[Record, RecordPulses]]:
             done = 0
-            for answered in map_batches(_answer, tasks, engine=engine):
+            for answered in map_batches(answers_of, tasks, engine=engine):
                 for name, found, reason in answered:
                     if found is None:
                         left_out[name] = reason
@@ -134,7 +126,7 @@ def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOption
 
 def _tasks(
     file: RecordsFile, names: Sequence[str], options: PulseOptions, left_out: dict[str, str]
-) -> Iterator[_Task]:
+) -> Iterator[Sequence[tuple[Record, PulseOptions]]]:
     """Give the tasks; only a few records are in memory at a time."""
     held: list[tuple[Record, PulseOptions]] = []
     for name in names:
@@ -143,19 +135,7 @@ def _tasks(
         except ParameterError as error:
             left_out[name] = str(error)
         if len(held) == _TOGETHER:
-            yield _Task(tuple(held))
+            yield held
             held = []
     if held:
-        yield _Task(tuple(held))
-
-
-def _answer(task: _Task) -> list[tuple[str, RecordPulses | None, str]]:
-    """Return the pulses of each record, or the reason why there are none."""
-    answered: list[tuple[str, RecordPulses | None, str]] = []
-    for record, options in task.records:
-        try:
-            found = find_pulses(record.acceleration, record.time_step, options)
-            answered.append((record.record_id, found, ""))
-        except ParameterError as error:
-            answered.append((record.record_id, None, str(error)))
-    return answered
+        yield held

@@ -17,7 +17,7 @@ from rockframe.wavelets.mavroeidis_papageorgiou import (
     mavroeidis_papageorgiou,
     spectra_of_lines,
 )
-from rockframe.wavelets.mother import Complex, MotherWavelet, combined
+from rockframe.wavelets.mother import Complex, Float, MotherWavelet, combined
 from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 from rockframe.wavelets.sines import FULL_COSINE, FULL_SINE, HALF_SINE
 
@@ -55,22 +55,24 @@ class Family:
     parts: Callable[[float | None], tuple[MotherWavelet, ...]]
     has_half_cycles: bool = False
 
-    def spectra(self, line: float, count: int, half_cycles: float | None) -> tuple[Complex, ...]:
-        """Return the Fourier integrals of the parts.
+    def spectra(
+        self, line: float | Float, count: int, half_cycles: float | Float | None
+    ) -> tuple[Complex, ...]:
+        """Return the Fourier integrals of the parts, with the frequencies along the last axis.
 
         Parameters
         ----------
-        line : float
+        line : float, or array of shape (points,)
             Step of frequency times T_p [1].
         count : int
             Number of frequencies, from 0.
-        half_cycles : float or None
+        half_cycles : float, array of shape (points,), or None
             Number of half cycles [1].
         """
         if self.has_half_cycles and half_cycles is not None:
             return spectra_of_lines(line, count, half_cycles)
-        nu = line * np.arange(count, dtype=np.float64)
-        return tuple(part.spectrum(nu) for part in self.parts(half_cycles))
+        nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
+        return tuple(part.spectrum(nu) for part in self.parts(None))
 
     @property
     def free_phase(self) -> bool:

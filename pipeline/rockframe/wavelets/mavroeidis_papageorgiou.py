@@ -58,15 +58,19 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
     return _spectra(nu, half_cycles, np.exp(1j * math.pi * half_cycles * nu))
 
 
-def spectra_of_lines(line: float, count: int, half_cycles: float) -> tuple[Complex, Complex]:
+def spectra_of_lines(
+    line: float | Float, count: int, half_cycles: float | Float
+) -> tuple[Complex, Complex]:
     """Return `spectra` at `count` frequencies from 0, `line` apart, at a third of the cost."""
-    nu = line * np.arange(count, dtype=np.float64)
-    return _spectra(nu, half_cycles, phase_ramp(math.pi * half_cycles * line, count))
+    nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
+    turned = phase_ramp(math.pi * half_cycles * line, count)
+    return _spectra(nu, np.asarray(half_cycles)[..., None], turned)
 
 
-def _spectra(nu: Float, gamma: float, turned: Complex) -> tuple[Complex, Complex]:
+def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> tuple[Complex, Complex]:
     """Return the spectra; `turned` is exp(i pi gamma nu)."""
-    sine, cosine = turned.imag * math.cos(math.pi * gamma), turned.real * math.sin(math.pi * gamma)
+    turn = np.multiply(math.pi, gamma)
+    sine, cosine = turned.imag * np.cos(turn), turned.real * np.sin(turn)
     lower = _window_spectrum(gamma * (nu - 1.0), sine - cosine, gamma)
     upper = _window_spectrum(gamma * (nu + 1.0), sine + cosine, gamma)
     rate = math.pi * nu
@@ -116,7 +120,7 @@ def _area_of_cosine(tau: Float, end: float, rate: float, phi: float) -> Float:
     return np.asarray(length * middle * np.sinc(rate * length / _TURN))
 
 
-def _window_spectrum(x: Float, sine: Float, gamma: float) -> Float:
+def _window_spectrum(x: Float, sine: Float, gamma: float | Float) -> Float:
     """Return the Fourier integral of w: (gamma / 2) sinc(x) / (1 - x^2), x = gamma nu.
 
     `sine` is sin(pi x).

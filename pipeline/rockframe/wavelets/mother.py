@@ -49,6 +49,11 @@ class MotherWavelet:
         """Half-length of the pulse: its reach, in whole periods if the pulse decays smoothly."""
         return self.reach if self.finite else math.ceil(self.reach)
 
+    @property
+    def core(self) -> float:
+        """|tau| within which its energy lies, but for less than 1e-6 of it."""
+        return self.reach if self.finite else 0.5 * self.reach
+
 
 def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> MotherWavelet:
     """Return the weighted sum of an even and an odd wavelet, or one wavelet times its weight.

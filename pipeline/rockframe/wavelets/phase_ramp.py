@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def phase_ramp(angle: float, count: int) -> NDArray[np.complex128]:
-    """Return exp(i k angle) for k = 0, 1, ..., count - 1.
+def phase_ramp(angle: float | NDArray[np.float64], count: int) -> NDArray[np.complex128]:
+    """Return exp(i k angle) for k = 0, 1, ..., count - 1, along a last axis.
 
     Parameters
     ----------
-    angle : float
+    angle : float or array
         Step [rad].
     count : int
         Number of values.
@@ -24,6 +24,6 @@ def phase_ramp(angle: float, count: int) -> NDArray[np.complex128]:
     [(1+0j), 1j, (-1+0j)]
     """
     side = math.isqrt(count) + 1
-    k = np.arange(side)
-    table = np.multiply.outer(np.exp(1j * angle * side * k), np.exp(1j * angle * k))
-    return np.asarray(table.ravel()[:count])
+    ramp = 1j * np.multiply.outer(angle, np.arange(side))
+    table = np.exp(side * ramp)[..., :, None] * np.exp(ramp)[..., None, :]
+    return np.asarray(table.reshape(*table.shape[:-2], -1)[..., :count])

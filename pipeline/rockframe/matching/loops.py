@@ -1,0 +1,179 @@
+"""The loops of the search and of its refinement, compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.rocking.kernels.compiled import compiled
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Single = NDArray[np.float32]
+SingleComplex = NDArray[np.complex64]
+
+#: Terms of the Taylor series over time.
+_TERMS: Final = 6
+#: Lines after which the sine and cosine are computed anew, not by turning.
+_FRESH: Final = 32
+_MOST_SHIFTS: Final = 30
+_MOST_MOVES: Final = 8
+
+
+@compiled
+def match_lines(
+    spectrum: SingleComplex, shape: SingleComplex, lines: NDArray[np.intp], table: SingleComplex
+) -> None:
+    """Multiply the spectra of signals and of a wavelet's parts.
+
+    Parameters
+    ----------
+    spectrum : array, shape (signals, bins)
+        Of the signals.
+    shape : array, shape (parts, tabulated lines)
+        Conjugate spectra of the parts.
+    lines : array, shape (periods, bins)
+        Tabulated line of each bin.
+    table : array, shape (signals, periods, parts, bins or more)
+        Overwritten by the products, and by 0 beyond the bins.
+    """
+    bins = spectrum.shape[1]
+    for j in range(lines.shape[0]):
+        for part in range(shape.shape[0]):
+            row = shape[part][lines[j]]
+            for i in range(spectrum.shape[0]):
+                for k in range(bins):
+                    table[i, j, part, k] = spectrum[i, k] * row[k]
+                table[i, j, part, bins:] = 0.0
+
+
+@compiled
+def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -> None:
+    """Find the largest squares over time, and their times from a parabola through neighbours.
+
+    Parameters
+    ----------
+    products : array, shape (signals, periods, parts, times)
+        Inner products.
+    within : int
+        Number of times to look at.
+    kinds : array, shape (kinds,)
+        What is squared: the part 0 or 1, or 2 for the sum of both squares.
+    found : array, shape (2, signals, periods, kinds)
+        Overwritten by the largest squares and their times in steps.
+    """
+    power = np.empty(within, dtype=np.float32)
+    for i in range(products.shape[0]):
+        for j in range(products.shape[1]):
+            for n in range(kinds.size):
+                one = products[i, j, kinds[n] % 2]
+                for k in range(within):
+                    power[k] = one[k] * one[k]
+                if kinds[n] == 2:
+                    other = products[i, j, 1]
+                    for k in range(within):
+                        power[k] += other[k] * other[k]
+                top = 0
+                for k in range(within):
+                    if power[k] > power[top]:
+                        top = k
+                here, shift, rise = float(power[top]), 0.0, 0.0
+                if 0 < top < within - 1:
+                    before, after = float(power[top - 1]), float(power[top + 1])
+                    shift = 0.5 * (after - before) / (2.0 * here - before - after)
+                    rise = 0.25 * (after - before) * shift
+                found[0, i, j, n], found[1, i, j, n] = here + rise, top + shift
+
+
+@compiled
+def crest_times(
+    matched: Complex,
+    lines: Float,
+    energies: Float,
+    times: Float,
+    ends: Float,
+    near: float,
+    found: Float,
+) -> None:
+    """Climb over time from given points, by the Taylor series of the inner products.
+
+    Parameters
+    ----------
+    matched : array, shape (points, parts, bins)
+        Spectrum of the signal times the conjugate ones of the parts.
+    lines : array, shape (points,)
+        Interval between the lines, over 1 / T_p.
+    energies : array, shape (points, parts)
+        Energies of the parts.
+    times : array, shape (points,)
+        Where to start, over T_p.
+    ends : array, shape (points, 2)
+        Least and largest time, over T_p.
+    near : float
+        Distance over T_p within which the series is accurate.
+    found : array, shape (points, 1 + parts)
+        Overwritten by the time over T_p, and the inner products over T_p.
+    """
+    parts = energies.shape[1]
+    series = np.empty((parts, _TERMS))
+    for p in range(lines.size):
+        tau, shift = times[p], 0.0
+        for _ in range(_MOST_SHIFTS):
+            _expand(matched[p], lines[p], tau, series)
+            low, high = max(ends[p, 0] - tau, -near), min(ends[p, 1] - tau, near)
+            shift = _top_near(series, energies[p], low, high)
+            tau += shift
+            if abs(shift) < near:
+                break
+        found[p, 0] = tau
+        for part in range(parts):
+            product = 0.0
+            for n in range(_TERMS - 1, -1, -1):
+                product = product * shift + series[part, n]
+            found[p, 1 + part] = product
+
+
+@compiled
+def _expand(matched: Complex, line: float, tau: float, series: Float) -> None:
+    """Fill in the coefficients of the products in powers of the time around tau."""
+    series[:] = 0.0
+    angle, rate = 2.0 * math.pi * tau * line, 2.0 * math.pi * line
+    turn = complex(math.cos(angle), math.sin(angle))
+    at = complex(1.0, 0.0)
+    for k in range(matched.shape[1]):
+        if k % _FRESH == 0:
+            at = complex(math.cos(angle * k), math.sin(angle * k))
+        for part in range(matched.shape[0]):
+            value = matched[part, k] * at
+            power = 2.0 * line
+            for n in range(_TERMS):  # the real parts of the powers of i k rate
+                series[part, n] += power * (value.real if n % 2 == 0 else value.imag)
+                power *= k * rate / (n + 1.0)
+        at *= turn
+    for n in range(1, _TERMS):
+        if n % 4 == 1 or n % 4 == 2:
+            series[:, n] = -series[:, n]
+
+
+@compiled
+def _top_near(series: Float, energies: Float, low: float, high: float) -> float:
+    """Return the time of the maximum of the sum of squares near 0, within bounds."""
+    total = np.zeros(_TERMS)
+    for part in range(energies.size):
+        for n in range(_TERMS):
+            for m in range(_TERMS - n):
+                total[n + m] += series[part, n] * series[part, m] / energies[part]
+    x = 0.0
+    for _ in range(_MOST_MOVES):
+        rise, curve = 0.0, 0.0
+        for n in range(_TERMS - 1, 0, -1):
+            curve = curve * x + (n - 1) * n * total[n] if n > 1 else curve
+            rise = rise * x + n * total[n]
+        move = -rise / curve if curve < 0.0 else math.copysign(high - low, rise)
+        last, x = x, min(max(x + move, low), high)
+        if abs(x - last) < 1e-14:
+            break
+    return x

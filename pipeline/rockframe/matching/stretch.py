@@ -1,0 +1,136 @@
+"""The stretch of a record in which a pulse can be strong enough, and that around a pulse.
+
+A coefficient is the length of the projection of the record on a wavelet. Its square is therefore at
+most the record's energy where the wavelet is not zero (Cauchy-Schwarz).
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.matching.signal import Signal, padded_signal, padded_size
+from rockframe.wavelets.family import WAVELETS
+
+Float = NDArray[np.float64]
+
+#: How much longer and later a maximum may be, relative to the period, than the point from which
+#: the samples around it were cut, and the samples beside them, which fade: a sudden end would
+#: disturb what lies between the samples, and move flat maxima by 5e-5.
+_LONGER: Final = 1.15
+_LATER: Final = 0.25
+_BESIDE: Final = 64
+#: How much larger its number of half cycles.
+_MORE: Final = 0.5
+
+
+def energy_growth(signal: Signal) -> Float:
+    """Return the energy before each sample and after the last, shape (signals, samples + 1)."""
+    square = np.square(np.atleast_2d(signal.samples))
+    growth = np.zeros((square.shape[0], square.shape[1] + 1))
+    np.cumsum(square, axis=1, out=growth[:, 1:], dtype=np.float64)
+    return np.multiply(growth, signal.time_step, out=growth)
+
+
+def strong_stretch(
+    signal: Signal, growth: Float, far: tuple[float, float], floor: Float, grid: Fraction
+) -> tuple[Signal, NDArray[np.intp]]:
+    """Return the stretch in which wavelets can explain as much as `floor`, and of which records.
+
+    Parameters
+    ----------
+    signal : Signal
+        The records.
+    growth : array, shape (signals, samples + 1)
+        Result of `energy_growth`.
+    far : tuple of float
+        Distances from the centre within which the wavelet's energy lies, and beyond which it is
+        zero [s].
+    floor : array, shape (signals,)
+        Least energy.
+    grid : Fraction
+        Times of the search per sample. Both the first and the padded samples are a multiple of its
+        denominator, so that the times of the search are the same in every stretch.
+    """
+    if not floor.any():
+        return signal, np.arange(floor.size)
+    size = signal.samples.shape[-1]
+    half = math.ceil(far[0] / signal.time_step) + 1
+    stride = max(1, half // 4)
+    centre = np.arange(0, size + stride, stride)
+    low = np.minimum(np.maximum(centre - half, 0), size)
+    high = np.minimum(centre + half + stride, size)
+    strong = growth[:, high] - growth[:, low] >= floor[:, None]
+    rows, columns = (np.flatnonzero(strong.any(axis=axis)) for axis in (1, 0))
+    if rows.size == 0:
+        return signal, rows
+    each = grid.denominator
+    first, last = int(low[columns[0]]) // each * each, int(high[columns[-1]])
+    least = last - first + far[1] / signal.time_step
+    padded = each * padded_size(math.ceil(least / each))
+    samples = signal.samples.reshape(-1, size)[rows, first:last]
+    start = first * signal.time_step
+    return padded_signal(samples, signal.time_step, signal.weighting, padded, start), rows
+
+
+def cut_around(
+    signal: Signal, wavelet: str, period: float, time: float, half_cycles: float | None
+) -> Signal:
+    """Return the samples around a pulse: beyond, its wavelet is zero, and few lines suffice.
+
+    Parameters
+    ----------
+    signal : Signal
+        The record.
+    wavelet : str
+        Name.
+    period, time : float
+        T_p and centre [s].
+    half_cycles : float or None
+        Number of half cycles.
+    """
+    reach = period * _reach(wavelet, half_cycles and half_cycles + _MORE) * _LONGER
+    beside = (reach + _LATER * period) / signal.time_step + _BESIDE
+    middle, size = time / signal.time_step, signal.samples.size
+    first, last = max(0, math.floor(middle - beside)), min(size, math.ceil(middle + beside) + 1)
+    samples = signal.samples[first:last].copy()
+    rise = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
+    if first > 0:
+        samples[:_BESIDE] *= rise
+    if last < size:
+        samples[-_BESIDE:] *= rise[::-1]
+    padded = padded_size(last - first + math.ceil(reach / signal.time_step))
+    start = first * signal.time_step
+    return padded_signal(samples, signal.time_step, signal.weighting, padded, start)
+
+
+def holds(
+    cut: Signal,
+    signal: Signal,
+    wavelet: str,
+    period: float,
+    time: float,
+    half_cycles: float | None,
+) -> bool:
+    """Return True if samples hold a pulse whole, or what the record has of it.
+
+    Parameters
+    ----------
+    cut, signal : Signal
+        Result of `cut_around`, and the record.
+    wavelet, period, time, half_cycles
+        As those of `cut_around`.
+    """
+    reach, faded = period * _reach(wavelet, half_cycles), _BESIDE * cut.time_step
+    first, last = cut.start, cut.start + cut.duration
+    whole = first == 0.0 or time - reach > first + faded
+    whole &= last > signal.duration - 0.5 * cut.time_step or time + reach < last - faded
+    return whole and cut.period - cut.duration > reach
+
+
+def _reach(wavelet: str, half_cycles: float | None) -> float:
+    return max(part.reach for part in WAVELETS[wavelet].parts(half_cycles))

@@ -1,0 +1,75 @@
+"""What is left out of a search cannot win, and what is cut off beside a pulse does not move it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rockframe.matching.likeness import PulseVerdict, likeness
+from rockframe.matching.match import match_pulses
+from rockframe.matching.refine import crest
+from rockframe.matching.resolution import prepared
+from rockframe.matching.search import ladder, search
+from rockframe.matching.signal import Weighting
+from rockframe.options.pulse import PulseOptions
+from rockframe.wavelets.family import WAVELETS
+from rockframe.wavelets.pulse import Pulse
+
+from .test_likeness import noise, with_pulse
+from .test_noise import STEP, TIME
+
+
+@pytest.mark.parametrize("weighting", list(Weighting))
+def test_where_no_wavelet_can_be_as_high_is_not_searched(weighting: Weighting) -> None:
+    """A coefficient's square is at most the energy in its window (Cauchy-Schwarz).
+
+    The heights that may be highest are those of the whole search, but for the rounding of lines.
+    """
+    long = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=4.0, time=15.0).acceleration(TIME)
+    records = np.stack([noise(0), noise(1), long])
+    options = PulseOptions(weighting=weighting.value)
+    periods = ladder(0.2, 5.0, 5)
+    signal = prepared(records, STEP, options, 5.0)
+    weight = weighting.of_square(periods)[:, None]
+    whole, part = (
+        search(signal, periods, options.wavelet, (1.0, 2.0, 3.0), 6, nearly=nearly)
+        for nearly in (0.0, 0.95)
+    )
+    # slow drifts are on the first lines, whose rounding counts
+    rounding = 5e-2 if weighting.of_velocity else 2e-3
+    left_out = 0
+    for name, all_heights in whole.items():
+        some = part[name].power
+        least = 0.95 * (all_heights.power * weight).max(axis=(1, 2), keepdims=True)
+        wanted = all_heights.power * weight >= 1.01 * least
+        np.testing.assert_allclose(some[wanted], all_heights.power[wanted], rtol=rounding)
+        left_out += int((some == 0.0).sum())
+    assert left_out > 0 or weighting is Weighting.AREA  # by which short periods weigh more
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("time", [0.4, 8.0, 29.7])
+def test_a_crest_is_that_of_the_whole_record(wavelet: str, time: float) -> None:
+    """The samples beside a pulse are cut off: its wavelet is zero there, also beyond a record."""
+    record = with_pulse(3, 1.0)
+    half_cycles = 1.5 if WAVELETS[wavelet].has_half_cycles else None
+    signal = prepared(record, STEP, PulseOptions(), 5.0)
+    for _ in range(3):  # the series over time is exact at its centre
+        cut = crest(signal, wavelet, 1.1, time, half_cycles)
+        time = cut.time
+    whole = crest(signal, wavelet, 1.1, time, half_cycles, every=True)
+    assert cut.signal.samples.size < record.size
+    exact = 1e-3 if WAVELETS[wavelet].has_half_cycles else 1e-9  # kinks: lines of any frequency
+    assert cut.explained == pytest.approx(whole.explained, rel=exact)
+    if exact < 1e-3:
+        assert cut.time == pytest.approx(whole.time, abs=exact)
+
+
+def test_surrogates_of_a_record_in_any_unit_are_the_same() -> None:
+    """They are drawn in single precision, which holds no squares of 1e20."""
+    options = PulseOptions(wavelet=("symmetric_ricker",), surrogates=19)
+    for unit in (1e-12, 1e12):
+        record = unit * with_pulse(1, 3.0)
+        found = likeness(record, STEP, match_pulses(record, STEP, options), options)
+        assert found["symmetric_ricker"].verdict is PulseVerdict.PULSE
+        assert found["symmetric_ricker"].p_value == pytest.approx(0.05)
