@@ -96,11 +96,9 @@ def test_table1_writes_what_it_says(table1: Path) -> None:
 def test_table1_rows_are_records_by_structures(table1: Path) -> None:
     with (table1 / "table.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert len(rows) == 6 * 5
+    assert len(rows) == len({(row["record_id"], row["structure"]) for row in rows}) == 6 * 5
     assert {row["event"] for row in rows} == {"2019 Ridgecrest"}
     assert {row["magnitude"] for row in rows} == {"7.1"}
-    known = {"no_uplift", "safe", "overturned", "undecided"}
-    assert {row["verdict"] for row in rows} <= known
 
 
 def test_table1_has_margins(table1: Path) -> None:

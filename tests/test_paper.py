@@ -118,10 +118,13 @@ def test_names_are_unique(listed: list[Claim], claims: dict[str, Claim]) -> None
     assert len(claims) == len(listed)
 
 
-def test_the_papers_own_values_agree() -> None:
-    found = record_claims([row(number) for number in range(6)])
-    assert len(found) == 4 * 6 + 3
-    assert {claim.finding for claim in found} == {Finding.AGREES}
+@pytest.mark.parametrize(("ours", "finding"), [(1.279, Finding.AGREES), (1.282, Finding.DIFFERS)])
+def test_a_unit_of_the_last_digit_is_forgiven(ours: float, finding: Finding) -> None:
+    """T_p of the second record is printed 1.27 s; four numbers are printed for each."""
+    found = {claim.name: claim for claim in record_claims([row(1, T_p_s=ours)])}
+    assert sum(name.startswith("r1-") for name in found) == 4
+    assert found["r1-T_p_s"].printed == "1.27 s"
+    assert found["r1-T_p_s"].finding is finding
 
 
 def test_a_record_of_another_processing_is_not_judged() -> None:

@@ -19,16 +19,6 @@ def test_share_is_that_of_the_motions() -> None:
     assert band.share.tolist() == [0.25, 0.25, 0.75, 0.75]
 
 
-@settings(max_examples=30, deadline=None)
-@given(peaks=st.lists(st.floats(0.0, 3.0), min_size=1, max_size=12), seed=st.integers(0, 3))
-def test_band_holds_the_share_and_stays_a_share(peaks: list[float], seed: int) -> None:
-    band = peak_distribution(peaks, np.linspace(0.0, 3.0, 7), seed=seed)
-    assert (band.low <= band.share + 1e-15).all()
-    assert (band.share <= band.high + 1e-15).all()
-    assert (band.low >= 0.0).all()
-    assert (band.high <= 1.0).all()
-
-
 def test_seed_decides_the_draws() -> None:
     peaks = np.random.default_rng(0).random(30)
     levels = np.linspace(0.0, 1.0, 11)
