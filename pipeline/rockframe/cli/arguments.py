@@ -10,7 +10,10 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from rockframe.cells import TABLE_FORMATS
+from rockframe.cli.console import show_rejections
 from rockframe.cli.options import Once, add_options, chosen, path
+from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import ExecutionOptions, ReadingOptions
 from rockframe.options.ingest import IngestOptions
 
@@ -59,8 +62,6 @@ def add_records(parser: argparse.ArgumentParser) -> None:
 
 def add_format(parser: argparse.ArgumentParser, default: str | None = "csv") -> None:
     """Add the option of the format of tables."""
-    from rockframe.cells import TABLE_FORMATS
-
     parser.add_argument(
         "--format",
         choices=tuple(TABLE_FORMATS),
@@ -120,8 +121,6 @@ def records_file(
     given: Sequence[Path] | None, ingest: IngestOptions, workers: int | None
 ) -> Iterator[tuple[Path, int]]:
     """Yield the stated records.nc, or a temporary one made from files, and the exit status."""
-    from rockframe.cli.console import show_rejections
-    from rockframe.errors import ParameterError
     from rockframe.stages.ingest import ingest_stage
     from rockframe.study.structures import bundled_records
 
@@ -146,8 +145,6 @@ def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[
 
 def refuse_folder_of_records(options: argparse.Namespace) -> None:
     """Raise an error if the output folder is one that records are read from."""
-    from rockframe.errors import InputError
-
     for source in options.records or []:
         home = source if source.is_dir() else source.parent
         if home.resolve() == options.output.resolve():

@@ -12,7 +12,9 @@ from rockframe.cli.arguments import (
     chosen_structures,
     stated_records,
 )
+from rockframe.cli.console import show_json
 from rockframe.cli.options import whole_number
+from rockframe.errors import ParameterError
 
 if TYPE_CHECKING:
     import socket
@@ -45,8 +47,6 @@ def run_explore(options: argparse.Namespace) -> int:
     import sys
     import webbrowser
 
-    from rockframe.cli.console import show_json
-    from rockframe.errors import ParameterError
     from rockframe.stages.respond import choose_structures
 
     try:
@@ -107,8 +107,6 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
 def _listening(host: str, port: int) -> socket.socket:
     import os
     import socket
-
-    from rockframe.errors import ParameterError
 
     try:
         return socket.create_server((host, port))

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from rockframe.cells import decimal
 from rockframe.errors import ParameterError
 from rockframe.options.fields import MOST_NUMBERS, evenly
 from rockframe.options.model import Options, explain, options_within
@@ -211,8 +212,6 @@ def path(text: str) -> Path:
 
 def number(text: str) -> float:
     """Return the number that a word states."""
-    from rockframe.cells import decimal
-
     if re.fullmatch(r"[-+]?inf", text):  # an open end of a range
         return float(text)
     try:

@@ -12,8 +12,10 @@ from rockframe.cli.arguments import (
     reading_workers,
     refuse_folder_of_records,
 )
-from rockframe.cli.figures.pulses import add_grid
+from rockframe.cli.console import show_json, show_rejections, show_table
+from rockframe.cli.figures.figure import add_grid
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
+from rockframe.errors import ParameterError
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
@@ -48,7 +50,6 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
 
 def run_paper(options: argparse.Namespace) -> int:
     """Check the claims, draw the figures, write the page and its manifest."""
-    from rockframe.cli.console import show_json, show_rejections
     from rockframe.paper.claims import all_claims
     from rockframe.paper.pulses import record_claims
     from rockframe.provenance import whole_folder
@@ -142,7 +143,6 @@ def _write(
 
 
 def _named(claims: Sequence[Claim], name: str) -> list[Claim]:
-    from rockframe.errors import ParameterError
 
     found = [claim for claim in claims if claim.name == name]
     if not found:
@@ -152,7 +152,6 @@ def _named(claims: Sequence[Claim], name: str) -> list[Claim]:
 
 
 def _show(claims: Sequence[Claim], json: bool) -> None:
-    from rockframe.cli.console import show_json, show_table
 
     if json:
         show_json({"claims": [_plain(claim) for claim in claims]})

@@ -7,7 +7,10 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rockframe.cli.console import show_json, show_rows
 from rockframe.cli.options import path
+from rockframe.errors import ParameterError
+from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,7 +26,6 @@ def add_show(parser: argparse.ArgumentParser) -> None:
 
 def run_show(options: argparse.Namespace) -> int:
     """Find the record and print what happened to it."""
-    from rockframe.cli.console import show_json
     from rockframe.results.run import read_run
     from rockframe.results.tables.entries import rows_of
 
@@ -40,8 +42,6 @@ def run_show(options: argparse.Namespace) -> int:
 
 def _entry(run: Run, asked: str) -> Mapping[str, str]:
     """Return the row of a record in the list of inputs; it must be unique."""
-    from rockframe.errors import ParameterError
-
     composed = unicodedata.normalize("NFC", asked)  # as identifiers are
     found = [row for row in run.entries if row["record_id"] == composed]
     found = found or [row for row in run.entries if row["file"] == asked]
@@ -114,7 +114,6 @@ def _figure(folder: Path, name: str) -> str:
 
 
 def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
-    from rockframe.cli.console import show_rows
     from rockframe.cli.stages.respond import response_columns
 
     facts = told["facts"]
@@ -139,7 +138,6 @@ def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
 
 
 def _show_screening(rows: list[dict[str, Any]]) -> None:
-    from rockframe.cli.console import show_rows
     from rockframe.results.tables.columns import Column
 
     def verdicts(row: Mapping[str, Any], _key: str) -> str:
@@ -187,7 +185,6 @@ def _of_bounds(low: float | None, high: float | None) -> str:
 
 
 def _of_motion(facts: Mapping[str, Any]) -> str:
-    from rockframe.units import GRAVITY
 
     if not facts:
         return ""
@@ -199,7 +196,6 @@ def _of_motion(facts: Mapping[str, Any]) -> str:
 
 def _of_pulse(facts: Mapping[str, Any]) -> str:
     from rockframe.matching.likeness import PulseVerdict, pulse_words
-    from rockframe.units import GRAVITY
 
     if "a_p_best" not in facts:
         return ""

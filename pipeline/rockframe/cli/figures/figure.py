@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from rockframe.cli.arguments import add_reading, add_records, add_structures
-from rockframe.cli.figures.pulses import add_grid
+from rockframe.cli.console import show_json
 from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.options import file_to_write
 
@@ -40,6 +40,18 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     add_reading(parser)
 
 
+def add_grid(parser: argparse.ArgumentParser) -> None:
+    """Add the option of the resolution of maps."""
+    parser.add_argument(
+        "--grid",
+        type=int,
+        default=400,
+        metavar="N",
+        help="points along each side of the maps of figure 9; a stability map has a quarter of "
+        "them (default: 400)",
+    )
+
+
 def add_joints(parser: argparse.ArgumentParser) -> None:
     """Add the options of the joints."""
     parser.add_argument(
@@ -66,7 +78,6 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
-    from rockframe.cli.console import show_json
     from rockframe.figures.captioned import save_captioned
 
     output: Path = options.output

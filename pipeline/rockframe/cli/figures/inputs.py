@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from rockframe.cli.arguments import chosen_structures, stated_records
-
-if TYPE_CHECKING:
-    from rockframe.frame import RockingFrame
-    from rockframe.record import Record
-    from rockframe.results.records import RecordsFile
-    from rockframe.rocking import GroundAcceleration
+from rockframe.components.pairing import vertical_beside
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.paper.table1 import paper_record_of
+from rockframe.record import Record
+from rockframe.results.records import RecordsFile, open_records
+from rockframe.rocking import GroundAcceleration, Verdict, respond
+from rockframe.stages.common import horizontal
+from rockframe.stages.respond import choose_structures, with_vertical
 
 
 @dataclass(frozen=True)
@@ -27,11 +29,6 @@ class Pair:
 
 def pair_of(options: argparse.Namespace) -> Pair:
     """Return the record and the structure of a figure of one."""
-    from rockframe.components.pairing import vertical_beside
-    from rockframe.errors import ParameterError
-    from rockframe.results.records import open_records
-    from rockframe.stages.respond import with_vertical
-
     frame = structure_of(options)
     if options.record and len(options.record) > 1:
         raise ParameterError(
@@ -46,9 +43,6 @@ def pair_of(options: argparse.Namespace) -> Pair:
 
 def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
     """Return the names of the requested records, or of all horizontal ones."""
-    from rockframe.errors import ParameterError
-    from rockframe.stages.common import horizontal
-
     known = horizontal(file)
     for name in options.record or ():
         if name not in known:
@@ -58,8 +52,6 @@ def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
 
 def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
     """Return the record with the largest rotation without overturning, or the first."""
-    from rockframe.rocking import Verdict, respond
-
     best, furthest = file.read(names[0]), 0.0
     for name in names if len(names) > 1 else ():
         record = file.read(name)
@@ -71,15 +63,11 @@ def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Recor
 
 def structure_of(options: argparse.Namespace) -> RockingFrame:
     """Return the requested structure, or the first: by default the paper's bridge bent."""
-    from rockframe.stages.respond import choose_structures
-
     return choose_structures(chosen_structures(options), options.structure)[0]
 
 
 def title_of(record: Record) -> str:
     """Return the names of event and record in two lines."""
-    from rockframe.paper.table1 import paper_record_of
-
     printed = paper_record_of(record.source_file)
     if printed is not None:
         return f"{printed.event}\n{printed.record}"

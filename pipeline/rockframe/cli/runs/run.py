@@ -8,7 +8,9 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rockframe.cli.console import progress_of_steps, show_json, show_table
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
+from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
@@ -34,7 +36,6 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 def run_run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
     from rockframe.cli.arguments import chosen_engine
-    from rockframe.cli.console import progress_of_steps, show_json
     from rockframe.results.tables.entries import rejections_of
     from rockframe.runs.plan import make_plan
     from rockframe.runs.run import Watch, run_plan
@@ -73,7 +74,6 @@ def run_run(options: argparse.Namespace) -> int:
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
-    from rockframe.cli.console import show_json
     from rockframe.runs.lock import locked
     from rockframe.runs.run import Watch, prepare
 
@@ -93,7 +93,6 @@ def _warn(text: str) -> None:
 
 def _show_verdicts(table: Path) -> None:
     """Print how many records gave each structure each verdict."""
-    from rockframe.cli.console import show_table
     from rockframe.results.tables.columns import stated_verdict
     from rockframe.results.tables.entries import rows_of
     from rockframe.rocking import VerdictKind
@@ -126,7 +125,6 @@ def add_status(parser: argparse.ArgumentParser) -> None:
 
 def run_status(options: argparse.Namespace) -> int:
     """Hash the files and print the state of each step."""
-    from rockframe.cli.console import show_json, show_table
     from rockframe.provenance import source_code_hash
     from rockframe.runs.lock import is_locked
     from rockframe.runs.manifest import changed_inputs
@@ -184,7 +182,6 @@ def add_step(parser: argparse.ArgumentParser) -> None:
 
 def run_step(options: argparse.Namespace) -> int:
     """Perform the step. Return 1 if records were rejected."""
-    from rockframe.errors import ParameterError
     from rockframe.runs.performing import Work, perform
     from rockframe.runs.plan_file import read_plan
 
@@ -208,8 +205,6 @@ def run_init(options: argparse.Namespace) -> int:
     """Write both files, unless the study file exists."""
     from pydantic import TypeAdapter, ValidationError
 
-    from rockframe.cli.console import show_json
-    from rockframe.errors import InputError, ParameterError
     from rockframe.options.fields import Name
     from rockframe.provenance import whole_file
     from rockframe.study.study import SCHEMA, commented_study, schema

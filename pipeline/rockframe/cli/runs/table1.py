@@ -17,7 +17,14 @@ from rockframe.cli.arguments import (
     reading_workers,
     refuse_folder_of_records,
 )
-from rockframe.cli.console import show_rows, table_width
+from rockframe.cli.console import (
+    progress_bar,
+    progress_names,
+    show_json,
+    show_rejections,
+    show_rows,
+    table_width,
+)
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
 from rockframe.cli.stages.respond import margin_notes
 from rockframe.matching.likeness import LEVEL
@@ -51,7 +58,6 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
 
 def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
-    from rockframe.cli.console import progress_bar, show_json, show_rejections
     from rockframe.paper.table1 import compare, statements
     from rockframe.provenance import whole_folder
     from rockframe.results.tables.formats import write_rows_as
@@ -113,7 +119,6 @@ def _require_sound(options: argparse.Namespace) -> None:
 
 
 def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
-    from rockframe.cli.console import progress_bar, progress_names
     from rockframe.engines.engine import OneProcess
     from rockframe.stages.ingest import ingest_stage
     from rockframe.stages.pulse import pulse_stage

@@ -6,7 +6,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from rockframe.cli.console import show_json
 from rockframe.cli.options import path
+from rockframe.errors import InputError, ParameterError
 
 
 def add_verify(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +30,6 @@ def add_verify(parser: argparse.ArgumentParser) -> None:
 
 def run_verify(options: argparse.Namespace) -> int:
     """Verify the run and print the result. Return 0 only if there are no faults."""
-    from rockframe.cli.console import show_json
     from rockframe.stages.report import strange_report, verify_run
 
     found = verify_run(options.folder)
@@ -71,7 +72,6 @@ def run_verify(options: argparse.Namespace) -> int:
 
 def _strange_plan(folder: Path) -> list[str]:
     """Return the faults of the plan and other internal files of the run, if it has any."""
-    from rockframe.errors import InputError
     from rockframe.runs.plan import KEPT
     from rockframe.runs.plan_file import read_plan
     from rockframe.runs.state import damaged
@@ -90,7 +90,6 @@ def _strange_plan(folder: Path) -> list[str]:
 
 def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:
     """Compute results again if requested and no file is at fault; append new faults."""
-    from rockframe.errors import ParameterError
     from rockframe.runs.recompute import recompute
 
     if options.recompute is None:

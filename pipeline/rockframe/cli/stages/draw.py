@@ -6,6 +6,7 @@ import argparse
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.arguments import add_format
+from rockframe.cli.console import progress_bar, show_json, show_table
 from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
 from rockframe.options.execution import FigureOptions, ReportOptions
 
@@ -26,7 +27,6 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
 
 def run_draw(options: argparse.Namespace) -> int:
     """Draw the figures, and print their number."""
-    from rockframe.cli.console import progress_bar, show_json
     from rockframe.stages.figures import figures_stage
 
     wanted = chosen(options, FigureOptions)
@@ -52,7 +52,6 @@ def add_table(parser: argparse.ArgumentParser) -> None:
 
 def run_table(options: argparse.Namespace) -> int:
     """Write the table and print its length."""
-    from rockframe.cli.console import show_json
     from rockframe.stages.table import table_rows_of, table_stage
 
     files = (options.records, options.pulses, options.response)
@@ -84,7 +83,6 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 
 def run_report(options: argparse.Namespace) -> int:
     """Verify the run, write the page, and print what it contains."""
-    from rockframe.cli.console import show_json
     from rockframe.stages.report import PAGE, report_stage
 
     output = options.output or options.folder / PAGE
@@ -104,7 +102,6 @@ def add_formats(_parser: argparse.ArgumentParser) -> None:
 
 def run_formats(options: argparse.Namespace) -> int:
     """Print the table of formats."""
-    from rockframe.cli.console import show_json, show_table
     from rockframe.ingest import FORMATS
 
     heads = {

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rockframe.cli.console import progress_names, show_json, show_rows
 from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.options.fetch import FetchOptions
 
@@ -30,7 +31,6 @@ def add_fetch(parser: argparse.ArgumentParser) -> None:
 
 def run_fetch(options: argparse.Namespace) -> int:
     """Download, and print what was requested and received."""
-    from rockframe.cli.console import progress_names, show_json
     from rockframe.stages.table import fetch_stage
 
     request = chosen(options, FetchOptions)
@@ -46,7 +46,6 @@ def run_fetch(options: argparse.Namespace) -> int:
 
 
 def _show(coverage: tuple[Coverage, ...], folder: Path) -> None:
-    from rockframe.cli.console import show_rows
     from rockframe.results.tables.columns import Column, number
 
     complete = sum(row.complete for row in coverage)

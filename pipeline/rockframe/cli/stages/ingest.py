@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import FILTERS, reading_workers
+from rockframe.cli.console import progress_names, show_json, show_rejections, show_rows
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.options.execution import ReadingOptions
 from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
     from rockframe.results.tables.entries import Entry
@@ -31,7 +33,6 @@ def add_ingest(parser: argparse.ArgumentParser) -> None:
 
 def run_ingest(options: argparse.Namespace) -> int:
     """Run the stage and print the accepted records."""
-    from rockframe.cli.console import progress_names, show_json, show_rejections
     from rockframe.stages.ingest import ingest_stage
 
     def listed(entries: Sequence[Entry]) -> None:
@@ -67,7 +68,6 @@ def run_ingest(options: argparse.Namespace) -> int:
 
 
 def _accepted(result: Ingested) -> list[dict[str, Any]]:
-    from rockframe.units import GRAVITY
 
     return [
         {
@@ -110,7 +110,6 @@ def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _show(accepted: list[dict[str, Any]], output: Path) -> None:
-    from rockframe.cli.console import show_rows
     from rockframe.results.tables.columns import Column
 
     def processing(row: Mapping[str, Any], key: str) -> str:

@@ -8,7 +8,16 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import add_batch, chosen_batch, chosen_engine, records_file
+from rockframe.cli.console import (
+    progress_bar,
+    show_json,
+    show_rejections,
+    show_rows,
+    show_table,
+    table_width,
+)
 from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
@@ -38,8 +47,6 @@ def add_pulse(parser: argparse.ArgumentParser) -> None:
 
 def run_pulse(options: argparse.Namespace) -> int:
     """Run the stage and print the pulses, or the comparison with the paper."""
-    from rockframe.errors import ParameterError
-
     if options.paper:
         return show_paper(options)
     if options.output is None:
@@ -48,7 +55,6 @@ def run_pulse(options: argparse.Namespace) -> int:
 
 
 def _find(options: argparse.Namespace) -> int:
-    from rockframe.cli.console import progress_bar, show_json, show_rejections
     from rockframe.results.tables.pulse_rows import pulse_rows
     from rockframe.stages.pulse import pulse_stage
 
@@ -76,7 +82,6 @@ _WIDE: Final = 137
 
 
 def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
-    from rockframe.cli.console import show_rows, table_width
 
     wide = table_width() >= _WIDE
     lines: list[Mapping[str, Any]] = []
@@ -134,8 +139,6 @@ def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> N
 
 def show_paper(options: argparse.Namespace) -> int:
     """Match the paper's records in every way and print the comparison."""
-    from rockframe.cli.console import show_json
-    from rockframe.errors import InputError
     from rockframe.matching.signal import Weighting
     from rockframe.paper.pulse_table import overall_distances, paper_pulses
 
@@ -171,7 +174,6 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 
 def _show_paper(pulses: Sequence[PaperPulse]) -> None:
     """Print a table for each weighting, and the distance of each way over all records."""
-    from rockframe.cli.console import show_rows, show_table
     from rockframe.paper.pulse_table import overall_distances
     from rockframe.results.tables.columns import Column
 

@@ -15,6 +15,7 @@ from rockframe.cli.arguments import (
     chosen_engine,
     chosen_structures,
 )
+from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows, table_width
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.respond import RespondOptions
@@ -53,7 +54,6 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows
     from rockframe.results.tables.columns import Column
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
@@ -110,7 +110,6 @@ def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
 
 def margin_notes() -> str:
     """Return what the columns of margins and verdicts mean, in lines of the table's width."""
-    from rockframe.cli.console import table_width
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
     width = max(40, min(table_width(), 120))

@@ -14,6 +14,7 @@ from rockframe.cli.arguments import (
     chosen_structures,
     records_file,
 )
+from rockframe.cli.console import progress_bar, show_rejections
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import Filters, IngestOptions
@@ -42,7 +43,6 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
 
 def run_screen(options: argparse.Namespace) -> int:
     """Run the stage and print the tables."""
-    from rockframe.cli.console import progress_bar, show_rejections
     from rockframe.cli.stages.screen_tables import show
     from rockframe.stages.screening.screen import screen_stage
 

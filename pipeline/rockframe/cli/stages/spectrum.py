@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import chosen_engine
+from rockframe.cli.console import show_json, show_rows, show_table
 from rockframe.cli.options import add_options, chosen, file_to_write, flag, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -47,7 +48,6 @@ def run_spectrum(options: argparse.Namespace) -> int:
 
 
 def _of_pulses(options: argparse.Namespace) -> int:
-    from rockframe.cli.console import show_json, show_table
     from rockframe.results.spectra import read_spectrum
     from rockframe.stages.spectrum import spectrum_stage
 
@@ -104,7 +104,6 @@ def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _of_records(options: argparse.Namespace) -> int:
-    from rockframe.cli.console import show_json, show_rows
     from rockframe.results.spectra import read_rocking_spectrum
     from rockframe.results.tables.columns import Column
     from rockframe.stages.spectrum import rocking_spectrum_stage

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
+from rockframe.results.schema import RESPONSE_NC
 from rockframe.results.schema.declare import variable
 from rockframe.rocking import (
     GroundAcceleration,
@@ -194,25 +195,14 @@ def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     return found
 
 
-def _of_pair(record: Record, frame: RockingFrame, response: Response) -> dict[str, xr.Variable]:
+def _of_pair(record: Record, frame: RockingFrame, response: Response) -> dict[Any, xr.Variable]:
     """What the caption of any figure of one record and structure states."""
-    return {
-        "record_id": variable((), record.record_id, "1", "record identifier"),
-        "structure": variable((), frame.name, "1", "name of the structure"),
-        "pga": variable((), np.abs(record.acceleration).max(), "m s-2", "largest acceleration"),
-        "height": variable((), frame.height, "m", "height of a column"),
-        "width": variable((), frame.width, "m", "width of a column"),
-        "mass_ratio": variable((), frame.mass_ratio, "1", "m_b / (N m_c)"),
-        "slenderness": variable((), frame.slenderness, "rad", "slenderness of a column"),
-        "effective_frequency_parameter": variable(
-            (), frame.effective_frequency_parameter, "rad s-1", "frequency parameter of the frame"
-        ),
-        "restitution": variable(
-            (), frame.restitution, "1", "angular velocity after an impact over that before"
-        ),
-        "peak_rotation_ratio": variable(
-            (), response.peak_rotation_ratio, "1", "largest |theta| / slenderness"
-        ),
-        "impacts": variable((), response.impacts, "1", "number of impacts"),
-        "overturning_time": variable((), response.overturning_time, "s", "overturning"),
+    values = {
+        **RESPONSE_NC.filled("frame", [frame]),
+        **RESPONSE_NC.filled("response", [[response]]),
+        "record_id": [record.record_id],
+        "structure": [frame.name],
     }
+    known = RESPONSE_NC.dataset(values).isel(record=0, structure=0)
+    pga = variable((), np.abs(record.acceleration).max(), "m s-2", "largest acceleration")
+    return {**known.variables, "pga": pga}

@@ -1,0 +1,172 @@
+"""Figures of frames: their parameters, responses, joints, spectra and maps."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from rockframe.cli.arguments import chosen_structures, stated_records
+from rockframe.cli.console import show_rejections
+from rockframe.cli.figures.inputs import chosen_records, pair_of, structure_of, title_of
+from rockframe.errors import ParameterError
+from rockframe.figures import joints, parameters, portraits, spectra
+from rockframe.figures.captioned import Captioned
+from rockframe.figures.response_grid import draw_response_grid
+from rockframe.figures.stability_map import draw_stability_map
+from rockframe.options.respond import RespondOptions
+from rockframe.results.plots.curves import restitution_dataset, size_dataset, stability_dataset
+from rockframe.results.plots.joints import joints_dataset, portrait_dataset
+from rockframe.results.records import open_records
+from rockframe.results.response import open_response
+from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
+from rockframe.rocking import overturning_spectrum, rocking_spectrum
+from rockframe.stages.respond import respond_stage
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
+
+#: Largest number of histories on a page.
+_MOST_RECORDS: Final = 12
+#: Mass ratios of Figure 7; the paper does not state its own.
+_MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, float("inf"))
+#: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio stands for the limit of a
+#: very heavy beam. The paper does not state its mass ratios.
+_SLENDERNESSES: Final = (10.0, 14.0)
+_SPECTRUM_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, 1e15)
+#: Limits of its axes [1].
+_FREQUENCY_RATIOS: Final = (1.0, 8.0)
+_AMPLITUDES: Final = (1.0, 15.0)
+#: Relative tolerance of the curves [1]: less than a hundredth of the width of a line.
+_TOLERANCE: Final = 1e-6
+
+#: Slendernesses of rocking spectra [degrees]; first, last and number of 2 pi / p [s].
+_ROCKING: Final = (6.0, 10.0, 14.0, 20.0)
+_PERIODS: Final = (2.0, 15.0, 261)
+
+#: Heights of a stability map as multiples of the structure's, and its largest scale.
+_HEIGHTS: Final = (0.1, 4.0)
+_LARGEST_SCALE: Final = 4.0
+#: Stability maps are coarser by this factor, as responses to records take longer than to pulses.
+_COARSER: Final = 4
+
+
+def draw_5(_options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw Figure 5 of the paper."""
+    return parameters.draw_equivalent_size(size_dataset(np.linspace(0.0, 10.0, 201))), 0
+
+
+def draw_7(_options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw Figure 7 of the paper."""
+    degrees = np.arange(0.1, 60.0, 0.1)
+    return parameters.draw_restitution(restitution_dataset(np.radians(degrees), _MASS_RATIOS)), 0
+
+
+def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the histories of a structure under records, as in Figure 11 of the paper."""
+    frame = structure_of(options)
+    with stated_records(options) as (given, status), tempfile.TemporaryDirectory() as folder:
+        with open_records(given) as file:
+            names = chosen_records(options, file)
+            if len(names) > _MOST_RECORDS:
+                raise ParameterError(
+                    f"Invalid number of records, {len(names)}. Must be at most {_MOST_RECORDS}: "
+                    "choose with --record."
+                )
+            records = [file.read(name) for name in names]
+        response_file = Path(folder) / "response.nc"
+        unanswered = respond_stage(
+            given,
+            response_file,
+            RespondOptions(structure=frame.name, vertical=options.vertical, margins="none"),
+            structures_path=chosen_structures(options),
+        )
+        show_rejections(unanswered)
+        missing = {rejection.file for rejection in unanswered}
+        records = [record for record in records if record.record_id not in missing]
+        with open_response(response_file) as response:
+            histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]
+    accelerations = {record.record_id: record.acceleration for record in records}
+    titles = {record.record_id: title_of(record) for record in records}
+    drawn = draw_response_grid(accelerations, histories, titles, vertical=options.vertical)
+    return drawn, 1 if missing else status
+
+
+def draw_moment_rotation(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the restoring moment over the rotation."""
+    pair = pair_of(options)
+    return portraits.draw_moment_rotation(
+        portrait_dataset(pair.record, pair.frame, pair.motion)
+    ), pair.status
+
+
+def draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the rate of rotation over the rotation."""
+    pair = pair_of(options)
+    return portraits.draw_phase_portrait(
+        portrait_dataset(pair.record, pair.frame, pair.motion)
+    ), pair.status
+
+
+def draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the friction demand and the vertical forces at the joints."""
+    if not options.friction > 0.0:
+        raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")
+    pair = pair_of(options)
+    dataset = joints_dataset(
+        pair.record,
+        pair.frame,
+        pair.motion,
+        spacing=options.spacing,
+        beam_centre=options.beam_centre,
+    )
+    return joints.draw_joints(dataset, options.friction), pair.status
+
+
+def draw_9(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw Figure 9 of the paper."""
+    points = _points(options)
+    found = overturning_spectrum(
+        [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
+        np.radians(_SLENDERNESSES),
+        _SPECTRUM_RATIOS,
+        np.linspace(*_FREQUENCY_RATIOS, points),
+        np.linspace(*_AMPLITUDES, points),
+        tolerance=_TOLERANCE,
+    )
+    return spectra.draw_overturning_spectra(spectrum_dataset(found)), 0
+
+
+def draw_rocking(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the rocking spectra of a record."""
+    pair = pair_of(options)
+
+    found = rocking_spectrum(
+        [pair.motion or pair.record],
+        np.radians(_ROCKING),
+        [pair.frame.mass_ratio],
+        np.linspace(*_PERIODS),
+    )
+    dataset = rocking_spectrum_dataset([pair.record.record_id], found)
+    return spectra.draw_rocking_spectrum(dataset), pair.status
+
+
+def draw_stability(options: argparse.Namespace) -> tuple[Captioned, int]:
+    """Draw the stability map of a record."""
+    pair = pair_of(options)
+
+    points = max(2, _points(options) // _COARSER)
+    heights = pair.frame.height * np.geomspace(*_HEIGHTS, points)
+    scales = np.linspace(_LARGEST_SCALE / points, _LARGEST_SCALE, points)
+    dataset = stability_dataset(pair.record, pair.frame, heights, scales, pair.motion)
+    return draw_stability_map(dataset), pair.status
+
+
+def _points(options: argparse.Namespace) -> int:
+
+    points = int(options.grid)
+    if not 2 <= points <= 4000:
+        raise ParameterError(f"Invalid grid {points}. Must be 2 to 4000.")
+    return points
