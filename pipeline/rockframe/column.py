@@ -52,7 +52,7 @@ def inertia_ratio_of(section: str, height: float, width: float) -> float:
 
 @dataclass(frozen=True)
 class ColumnShape:
-    """What rocking needs to know of a column besides its height and widths.
+    """Properties of a column that rocking depends on, besides its height and widths.
 
     Parameters
     ----------

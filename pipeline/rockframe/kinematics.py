@@ -1,4 +1,4 @@
-"""How points of a column move while it rocks about the corners of its base, eqs (7) to (12)."""
+"""Motion of points of a column that rocks about the corners of its base, eqs (7) to (12)."""
 
 from __future__ import annotations
 

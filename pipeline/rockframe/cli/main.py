@@ -214,7 +214,7 @@ def _open_closed_streams() -> None:
 
 
 def _told(error: Exception) -> str:
-    """What a user can mend of an error of the system; empty if nothing."""
+    """Return the line for an error of the system that the user can correct; else nothing."""
     if not isinstance(error, OSError):
         return ""
     if error.errno in _OF_STREAM and error.filename is None:

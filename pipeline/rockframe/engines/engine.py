@@ -92,7 +92,7 @@ def serve(
 
 
 class Engine(ABC):
-    """Where batches are computed: one of `OneProcess`, `ProcessPool`, `DaskScheduler`."""
+    """Computes batches: one of `OneProcess`, `ProcessPool`, `DaskScheduler`."""
 
     @abstractmethod
     def map(
@@ -171,7 +171,7 @@ class ProcessPool(Engine):
         yield from serve(function, rest, workers, first=done + 1)
 
     def _worthwhile(self, spent: float, done: int, total: int | None) -> bool:
-        """Whether what is left is likely to take longer than the start of the workers."""
+        """Return True if the rest probably takes longer than starting the workers."""
         if spent < self.patience:
             return False
         return total is None or done == 0 or spent / done * (total - done) > self.patience

@@ -93,7 +93,7 @@ class WorkerDiedError(Exception):
 
     @property
     def how(self) -> str:
-        """How the process ended."""
+        """Return how the process ended, in words."""
         if self.status < 0:
             return f"signal {-self.status}, {signal.strsignal(-self.status)}"
         return f"exit status {self.status}"

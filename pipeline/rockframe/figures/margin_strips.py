@@ -1,4 +1,4 @@
-"""Where structures overturn over the scale of one record, a strip for each."""
+"""Strips that show at which scales of one record structures overturn."""
 
 from __future__ import annotations
 

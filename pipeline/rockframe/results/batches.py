@@ -63,7 +63,7 @@ class Batches:
             np.savez(stream, **arrays)  # type: ignore[arg-type]
 
     def kept(self, name: str) -> Arrays | None:
-        """Return a batch; None if there is none, or it is damaged."""
+        """Return a batch; None if there is none, or it is corrupted."""
         try:
             with self._path(name).open("rb") as stream, np.load(stream) as file:
                 return {key: file[key] for key in file.files}
@@ -114,7 +114,7 @@ class Batches:
             batch = self.kept(name)
             if batch is None:
                 raise InputError(
-                    self._path(name), "gone or damaged. Must stay until the run is done."
+                    self._path(name), "missing or corrupted. Must stay until the run is done."
                 )
             yield batch
 

@@ -1,4 +1,4 @@
-"""What is known of the records of a file and of their pulses, without their samples."""
+"""Metadata and measures of the records of a file and of their pulses, without samples."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _TEXTS: Final = ("event", "network", "station", "start_time", "component")
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """What is known of records; unknown is NaN, an empty text, or None.
+    """Metadata and measures of records; unknown is NaN, an empty text, or None.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Facts:
     numbers : dict of str to array, shape (records,)
         `NUMBERS` and, of the best pulse, `PULSE_NUMBERS`, in SI units.
     pulse_like : list of bool or None
-        Whether the best pulse is more than chance.
+        True if the best pulse is more than chance; None if this is unknown.
     """
 
     names: list[str]
@@ -62,7 +62,7 @@ class Facts:
 
 
 def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
-    """Read what is known of the records of a file, and of the pulses found in them.
+    """Read metadata and measures of the records of a file, and of their selected pulses.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
 def _pulses(
     path: Path, records: str, names: list[str]
 ) -> tuple[dict[str, Float], list[bool | None]]:
-    """Numbers of the best pulse of each record, and whether it is one."""
+    """Return the numbers of the best pulse of each record, and whether it is more than chance."""
     pulses = loaded_pulses(path)
     if records not in json.loads(pulses.attrs["input_sha256"]).values():
         raise InputError(path, "was made from other records. Must be of the same records.")

@@ -90,7 +90,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is none, it is no manifest, or it is damaged.
+        If there is none, it is no manifest, or it is corrupted.
 
     Examples
     --------

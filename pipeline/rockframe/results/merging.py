@@ -17,7 +17,7 @@ from rockframe.results.ragged import slices
 from rockframe.results.reading import opened
 from rockframe.results.writing import growing, named, put
 
-#: What the files of the batches of one stage have in common.
+#: Attributes that the files of all batches of a stage have in common.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
 
 
@@ -76,7 +76,7 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
 
 
 def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset], dict[str, str]]:
-    """All but the variables on ``obs`` of the parts that hold records, and what was left out."""
+    """Return the parts that have records, without series, and the records left out."""
     known: list[xr.Dataset] = []
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
@@ -85,7 +85,8 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
             stated, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
             if stated != wanted:
                 raise InputError(
-                    path, f"is batch {stated}. Must be batch {wanted}, as it is given."
+                    path,
+                    f"is batch {stated}. Must be batch {wanted}, in this place.",
                 )
             first = first or part.attrs
             for name in _COMMON:
@@ -101,7 +102,7 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
 
 
 def _series(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:
-    """The variables on ``obs``, of no samples."""
+    """Return the variables on ``obs``, without samples."""
     for path in parts:
         with opened(path, kind, empty=True) as part:
             if "record_id" in part:
@@ -173,13 +174,13 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
 
 
 def _shared(dataset: xr.Dataset) -> dict[str, NDArray[Any]]:
-    """What a file says of all its records together."""
+    """Return the variables that belong to no single record."""
     names = (n for n, v in dataset.variables.items() if not {"record", "obs"} & set(v.dims))
     return {str(name): dataset[name].values for name in names}
 
 
 def _of_record(dataset: xr.Dataset, row: int) -> dict[str, NDArray[Any]]:
-    """What a file says of one record, its samples included."""
+    """Return the values of one record, including its samples."""
     one = dataset.isel(record=row)
     if "obs" in dataset.sizes and "row_size" in dataset:
         one = one.isel(obs=slices(dataset["row_size"].values)[row])
@@ -188,7 +189,7 @@ def _of_record(dataset: xr.Dataset, row: int) -> dict[str, NDArray[Any]]:
 
 
 def _largest(variable: xr.DataArray) -> float:
-    """The largest absolute value among numbers that are finite."""
+    """Return the largest absolute value of the finite numbers."""
     values = variable.copy(deep=False).to_numpy()  # a dataset keeps what was read of it
     if values.dtype.kind != "f":
         return math.nan
@@ -196,7 +197,7 @@ def _largest(variable: xr.DataArray) -> float:
 
 
 def _apart(one: NDArray[Any], other: NDArray[Any] | None, largest: float) -> float:
-    """How far two arrays are apart, over the largest value; infinite if they had to be equal."""
+    """Return the largest difference over the largest value; infinite if values had to be equal."""
     if other is None or one.shape != other.shape or one.dtype.kind != other.dtype.kind:
         return math.inf
     if one.dtype.kind != "f":

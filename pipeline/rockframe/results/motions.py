@@ -47,7 +47,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class History:
-    """The motion of a structure under a record, at the samples of the record.
+    """The history of a structure under a record, at the samples of the record.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class History:
 
 
 def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground, list[History]]]:
-    """Give the motion of each record that is asked for, with those of its structures.
+    """Give the motion of each requested record, with the histories of its structures.
 
     Parameters
     ----------
@@ -77,12 +77,12 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
     Yields
     ------
     Ground, list of History
-        In the order of the file of responses; without those whose histories were not kept.
+        In the order of response.nc. Pairs whose histories were not kept are skipped.
 
     Raises
     ------
     InputError
-        If one of the files is missing, damaged, or something else.
+        If one of the files is missing, corrupted, or something else.
     """
     wanted = set(pairs)
     pulses = best_pulses(folder / "pulses.nc")

@@ -1,4 +1,4 @@
-"""Reading whole files: every one is held to what its kind declares before a value is used."""
+"""Opens files of stages, and checks each against the declaration of its kind."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rockframe.results.schema import KINDS, FileKind, Variable
 from rockframe.results.writing import CHUNK, WITHOUT_RECORDS
 from rockframe.units import conversion_factor
 
-#: What opening a damaged file raises; netCDF4 says of an attribute that it cannot read that there
+#: What opening a corrupted file raises; netCDF4 says of an attribute that it cannot read that there
 #: is none.
 _UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
 #: Number of netCDF's error for a file that is none.
@@ -62,8 +62,8 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     Raises
     ------
     InputError
-        If the file is missing, damaged, not the output of the stage that writes this kind, or what
-        it holds is not as it is declared.
+        If the file is missing or corrupted, another stage wrote it, or its content is not as the
+        kind declares it.
     """
     if not path.is_file():
         what = "a folder" if path.is_dir() else "no such file"
@@ -95,7 +95,7 @@ def kind_of(path: Path) -> str:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or of no kind.
+        If the file is missing, corrupted, or of no kind.
     """
     try:
         with netCDF4.Dataset(path) as file:
@@ -120,7 +120,7 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
         yield
     except (OSError, RuntimeError, UnicodeDecodeError) as error:
         must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
-        raise InputError(path, f"is damaged ({error}). {must_be}") from error
+        raise InputError(path, f"is corrupted ({error}). {must_be}") from error
 
 
 class _Declared(xr.backends.NetCDF4DataStore):
@@ -165,7 +165,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
                 raise self._refuse(f"without a global attribute {name!r} that can be read.")
 
     def _has(self, one: Variable, found: Mapping[str, xr.Variable]) -> bool:
-        """Whether a variable is there, as it must be unless it is of a group that is not."""
+        """Return True if a variable is there; refuse the file if it must have it."""
         group = [v.name for v in self.kind.variables if v.group == one.group and v.name in found]
         if one.name not in found and (group or not one.group):
             beside = f", but with {group[0]!r}" if one.group else ""
@@ -275,7 +275,7 @@ def _is_text(one: Variable, value: Any) -> bool:
 
 
 def _required(one: Variable) -> str:
-    """What the values of a variable must be, in words."""
+    """Return the values that a variable may have, in words."""
     if one.refers_to:
         return f"one of those of {one.refers_to}"
     if one.choices:
@@ -299,7 +299,7 @@ def _plain(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Described:
-    """What a file of one of the stages holds.
+    """The records, inputs and structures of a file of a stage.
 
     Parameters
     ----------
@@ -320,12 +320,12 @@ class Described:
 
 
 def describe(path: Path, kind: str) -> Described:
-    """Read every value of a file, and return what it holds.
+    """Read every value of a file, and return its records, inputs and structures.
 
     Raises
     ------
     InputError
-        If the file is missing, something else, or damaged: each block has a checksum.
+        If the file is missing, something else, or corrupted: each block has a checksum.
     """
     with opened(path, kind, empty=True) as dataset:
         for name in dataset.variables:  # one after the other: the samples need not fit in memory

@@ -88,7 +88,7 @@ def _swept(
 
 
 def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
-    """What is known of a record, by variable."""
+    """Return the values of a record, by variable."""
     known = {
         "row_size": record.acceleration.size,
         "pga": peak(record.acceleration),
@@ -119,7 +119,7 @@ class RecordsFile:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -187,7 +187,7 @@ class RecordsFile:
         ParameterError
             If there is none.
         InputError
-            If it is damaged.
+            If it is corrupted.
         """
         row = position(self.names, name, "record") if name not in self._rows else self._rows[name]
         known: dict[Any, Any] = {
@@ -232,7 +232,7 @@ def open_records(path: str | Path) -> RecordsFile:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
 
     Examples
     --------
@@ -259,7 +259,7 @@ def read_records(path: str | Path) -> list[Record]:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or not the output of the ingest stage.
+        If the file is missing, corrupted, or not the output of the ingest stage.
 
     Examples
     --------

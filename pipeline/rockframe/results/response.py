@@ -116,7 +116,7 @@ class ResponseFile:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -186,7 +186,7 @@ def open_response(path: str | Path) -> ResponseFile:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
 
     Examples
     --------

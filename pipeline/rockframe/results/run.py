@@ -1,4 +1,4 @@
-"""The folder of a run, read back for people: its tables, its facts in words, its histories."""
+"""Reads the folder of a run: its tables, its labelled values and its strips."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NEEDED: Final = (
 
 @dataclass(frozen=True)
 class Run:
-    """What a run holds, but for its histories.
+    """The content of a run without its histories.
 
     Parameters
     ----------
@@ -66,13 +66,13 @@ class Run:
 
     @property
     def name(self) -> str:
-        """What people call it: the study, or else the folder."""
+        """Name of the study, or of the folder if there is no study."""
         study = self.manifest["parameters"].get("study", {})
         return str(study.get("name") or self.folder.resolve().name)
 
 
 def read_run(folder: Path, *, most: int | None = None) -> Run:
-    """Read what a run holds, but for its histories.
+    """Read a run without its histories.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     Raises
     ------
     InputError
-        If one of its files is missing, damaged, or something else.
+        If one of its files is missing, corrupted, or something else.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def rank(row: Mapping[str, str]) -> tuple[int, float]:
 
 
 def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str, str]]:
-    """Rows of the table; what is counted is their structure and kind of verdict."""
+    """Give the rows of the table, and count the verdicts of each structure by kind."""
     for number, row in enumerate(_rows(path)):
         missing = [name for name in _NEEDED if name not in row] if number == 0 else []
         if missing:
@@ -147,7 +147,7 @@ def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str,
 
 
 def _kept(rows: Iterator[dict[str, str]], most: int | None) -> tuple[dict[str, str], ...]:
-    """All rows, or those that are looked at first; in their order."""
+    """Return all rows, or those that `rank` puts first, in the order of the table."""
     if most is None:
         return tuple(rows)
     best = heapq.nsmallest(most, enumerate(rows), key=lambda numbered: rank(numbered[1]))
@@ -156,7 +156,7 @@ def _kept(rows: Iterator[dict[str, str]], most: int | None) -> tuple[dict[str, s
 
 
 def _rows(path: Path) -> Iterator[dict[str, str]]:
-    """Rows of a list that a run must have."""
+    """Give the rows of a table that a run must have."""
     if not path.is_file():
         raise InputError(path, "missing. Must be as the run wrote it.")
     return rows_of(path)

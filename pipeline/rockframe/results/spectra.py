@@ -103,7 +103,7 @@ def read_spectrum(path: Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
     with opened(path, SPECTRUM) as dataset:
         return dataset.load()
@@ -120,7 +120,7 @@ def read_rocking_spectrum(path: Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     """
     with opened(path, ROCKING_SPECTRUM) as dataset:
         return dataset.load()

@@ -33,7 +33,7 @@ COMPRESSED: Final[dict[str, Any]] = {
 
 
 class Origin(TypedDict, total=False):
-    """What a file was made from: keywords of the functions that write files.
+    """The origin of a file: keywords of the functions that write files.
 
     ``input_sha256`` has the name and SHA-256 of each input, ``parameters`` the options of the stage
     as JSON values, and ``left_out`` the reasons why records that went in did not come out, by
@@ -99,7 +99,7 @@ def require_ending(path: Path) -> None:
 
 
 def is_netcdf(path: Path) -> bool:
-    """Whether a file begins as netCDF 4 does; not if there is none.
+    """Return True if a file exists and starts as netCDF 4 does.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def put(
 
 @contextmanager
 def as_os_error() -> Iterator[None]:
-    """Let a full disk be an OSError, as it is elsewhere: netCDF raises a RuntimeError."""
+    """Raise netCDF's RuntimeError, such as for a full disk, as an OSError."""
     try:
         yield
     except RuntimeError as error:

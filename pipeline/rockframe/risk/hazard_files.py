@@ -208,7 +208,7 @@ def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 
 def _measure_of(path: Path, imt: str) -> Measure:
-    """Return the measure that OpenQuake or the USGS call so."""
+    """Return the measure with this name in files of OpenQuake and the USGS."""
     stated = _IMT.fullmatch(imt)
     if stated is None:
         raise InputError(path, f"is of {imt}. Must be of PGA, PGV or SA(T).")

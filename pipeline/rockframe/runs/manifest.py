@@ -81,7 +81,7 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
 
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
-    """Return name and SHA-256 of what the records were read from, whatever the files are now."""
+    """Return name and SHA-256 of the files that ingest read, as records.nc lists them."""
     from rockframe.results.reading import describe
     from rockframe.results.schema import RECORDS
 

@@ -83,7 +83,7 @@ class Work:
 
     @property
     def engine(self) -> Engine:
-        """Where it computes; batches themselves are what is computed in parallel."""
+        """The engine of the step; a step of one batch computes in one process."""
         return choose_engine(self.workers if self.step.workers else 1)
 
 

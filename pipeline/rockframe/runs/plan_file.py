@@ -49,7 +49,7 @@ def read_plan(folder: Path) -> Plan:
     Raises
     ------
     InputError
-        If there is none, it cannot be read, or it is damaged.
+        If there is none, it cannot be read, or it is corrupted.
     """
     path = folder / KEPT / _PLAN
     if not path.is_file():

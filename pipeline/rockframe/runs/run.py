@@ -79,7 +79,7 @@ def run_plan(
     replace : bool
         Let the run of another study in the folder be removed.
     watch : Watch, optional
-        Told of damage and of each step.
+        Told of corrupted files and of each step.
 
     Raises
     ------
@@ -114,14 +114,14 @@ def prepare(
     replace : bool
         Let the run of another study in the folder be removed.
     watch : Watch
-        Told of damage.
+        Told of corrupted files.
 
     Returns
     -------
     list of StepState
-        Where each step stands; what was damaged is gone.
+        Where each step stands; corrupted files are removed.
     list of str
-        What was damaged.
+        The corrupted files.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def prepare(
 
 
 def _spoilt(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]:
-    """What is damaged of what no step wrote, but for what a kill left as this plan has it."""
+    """Return the run's own files that are neither as the former plan has them nor as this one."""
     before = former.files if former is not None else {}
     spoilt = damaged(folder, {name: text for name, text in before.items() if name in plan.files})
     now = damaged(folder, plan.files)
@@ -232,7 +232,7 @@ def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | 
 
 
 def _former(folder: Path) -> tuple[Plan | None, str]:
-    """The plan of the run in a folder, if there is one; or how it is damaged."""
+    """The plan of the run in a folder, if there is one; or how it is corrupted."""
     path = folder / KEPT / "plan.json"
     if not path.is_file():
         return None, ""
@@ -243,7 +243,7 @@ def _former(folder: Path) -> tuple[Plan | None, str]:
 
 
 def _ended_here(plan: Plan, folder: Path) -> bool:
-    """Whether the manifest in the folder is that of this very study."""
+    """Return True if the manifest in the folder belongs to this study."""
     return any(s.is_done for s in states_of(plan, folder) if s.step.outputs == (MANIFEST,))
 
 

@@ -1,4 +1,4 @@
-"""What of a run is done: each step that has ended leaves a stamp with the hashes of its outputs."""
+"""State of a run: each finished step leaves a stamp with the hashes of its outputs."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class StepState:
 
     @property
     def is_done(self) -> bool:
-        """Whether nothing is left to do for it."""
+        """True if nothing is left to do for it."""
         return self.state in {"done", "removed"}
 
 
@@ -130,7 +130,7 @@ def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
     Returns
     -------
     dict of Path to str
-        ``missing``, or that it is damaged, for each corrupted file.
+        ``missing``, or that it is corrupted, for each corrupted file.
     """
     found: dict[Path, str] = {}
     for path, text in ((folder / name, text) for name, text in files.items()):
@@ -266,7 +266,7 @@ def _read(folder: Path, name: str) -> Stamp | None:
 
 
 def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
-    """What the manifest of an ended run says of its steps, by whichever way it was made."""
+    """Return the stamps of the steps that the manifest of a finished run lists."""
     path = folder / MANIFEST
     try:
         text = path.read_bytes()

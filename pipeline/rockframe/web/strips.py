@@ -13,7 +13,7 @@ _LEAST: Final = 1.2
 
 
 class _Strip(Protocol):
-    """What is drawn: a `rockframe.rocking.Strip`."""
+    """The strip to draw: a `rockframe.rocking.Strip`."""
 
     @property
     def overturning(self) -> tuple[tuple[float, float], ...]: ...

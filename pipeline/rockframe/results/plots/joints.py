@@ -1,4 +1,4 @@
-"""One record and structure with all that figures of its rocking and its joints are drawn from."""
+"""Datasets of figures of one record and structure: its rocking and its joints."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def joints_dataset(
 def _of_columns(
     response: Response, ground: GroundAcceleration, spacing: float, beam_centre: float
 ) -> dict[str, xr.Variable]:
-    """The forces of each of two columns; the half weight of the beam is gamma m_c g."""
+    """Return the forces of each of two columns; the half weight of the beam is gamma m_c g."""
     each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
     pairs = ("column", "time")
     return {
@@ -182,7 +182,7 @@ def _of_columns(
 
 
 def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
-    """Largest demands and least vertical forces of the whole history; NaN where there is none."""
+    """Return the largest demands and least vertical forces of the history; NaN if unknown."""
     found = {}
     for name, values in variables.items():
         if "time" not in values.dims or not name.endswith(("friction_demand", "vertical")):
@@ -196,7 +196,7 @@ def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
 
 
 def _of_pair(record: Record, frame: RockingFrame, response: Response) -> dict[Any, xr.Variable]:
-    """What the caption of any figure of one record and structure states."""
+    """Return what captions state of the record, the structure and the response."""
     values = {
         **RESPONSE_NC.filled("frame", [frame]),
         **RESPONSE_NC.filled("response", [[response]]),

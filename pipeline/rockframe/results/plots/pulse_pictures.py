@@ -1,4 +1,4 @@
-"""What figures of pulses are drawn from."""
+"""Datasets of figures of pulses."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
     match : PulseMatch
         A pulse in it.
     tested : str
-        What the test against noise says of it, as `pulse_words` returns it.
+        Result of its test against noise, as `pulse_words` returns it.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def scalogram_dataset(
     options : PulseOptions
         Range of periods.
     tested : str
-        What the test against noise says of the pulse, as `pulse_words` returns it.
+        Result of the test against noise, as `pulse_words` returns it.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def match_curve_dataset(
     matches : mapping of str to PulseMatch
         The best pulse of each wavelet.
     options : PulseOptions
-        What was looked for.
+        Options of the search.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What each kind of file holds: the one declaration that writing and reading go by."""
+"""Declarations of the variables of each kind of file, for writing and reading."""
 
 from typing import Final
 

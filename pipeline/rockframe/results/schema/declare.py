@@ -1,4 +1,4 @@
-"""How a kind of file and its variables are declared."""
+"""Declares a kind of file and its variables."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Variable:
 
     @property
     def holds(self) -> Literal["text", "flags", "integers", "numbers"]:
-        """What its values are."""
+        """Kind of its values."""
         if self.dtype is str:
             return "text"
         if issubclass(self.dtype, IntEnum | IntFlag):
@@ -107,7 +107,7 @@ class FileKind:
     Parameters
     ----------
     name : str
-        What its files state as ``rockframe_kind``.
+        Value of the attribute ``rockframe_kind``.
     stage : str
         The command that writes them.
     title : str

@@ -13,7 +13,7 @@ from rockframe.wavelets.family import WAVELETS
 
 
 class Overturning(IntEnum):
-    """How a frame overturns; the values of the flag variable `overturning`."""
+    """Ways of overturning; the values of the flag variable `overturning`."""
 
     NONE = 0
     AFTER_IMPACT = 1

@@ -22,7 +22,7 @@ def motion_values(
     clusters: NDArray[np.int64],
     numbers: Mapping[str, Float],
 ) -> dict[str, Any]:
-    """Return what is known of each motion, along ``record``.
+    """Return the metadata and measures of each motion, along ``record``.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def motion_values(
     sources : sequence of (str, str)
         Event and station of each.
     clusters : array of int, shape (motions,)
-        Motions of one number are not independent.
+        Motions with the same number belong to one recording, so they are not independent.
     numbers : mapping of str to array, shape (motions,)
         As in `Facts.numbers`, and spectral accelerations by the names of their measures.
     """

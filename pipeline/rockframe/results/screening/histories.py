@@ -1,4 +1,4 @@
-"""What a screening has of single scenarios and single records."""
+"""Results of a screening for single scenarios and single records."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class KeptHistory:
 
 
 def append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
-    """Write histories into a file that is being made, one at a time; return what tells of them."""
+    """Append histories to a partial file, one at a time; return the variables that locate them."""
     columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
     with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as append:
         for one in kept:
@@ -72,7 +72,7 @@ def read_screen_history(
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
     ParameterError
         If there is no such scenario, or its history was not kept.
     """
@@ -97,7 +97,7 @@ def read_screen_history(
 
 
 def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
-    """Return what the screening says of the motions of a record, a row for each structure.
+    """Return the results of the motions of a record, a row for each structure.
 
     Parameters
     ----------

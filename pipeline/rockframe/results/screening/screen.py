@@ -164,7 +164,7 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, damaged, or something else.
+        If the file is missing, corrupted, or something else.
 
     Examples
     --------

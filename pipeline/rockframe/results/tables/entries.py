@@ -130,7 +130,7 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
     with path.open("rb") as stream:
         head = stream.readline().decode("latin-1").strip()
     if head.split(",")[: len(first)] != list(first):
-        raise InputError(path, f"is in the place of {what}, and is not one. Must be moved away.")
+        raise InputError(path, f"is in the place of {what}, but is another file. Move it away.")
 
 
 #: Files of stages that may leave records out.
@@ -164,7 +164,7 @@ def rejections_of(folder: Path) -> dict[str, str]:
 
 
 def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
-    """Return why stages left records out: by the name of their file, then by the record's.
+    """Return the reasons why stages rejected records, for each file of a stage by record.
 
     Raises
     ------

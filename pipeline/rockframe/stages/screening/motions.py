@@ -155,7 +155,7 @@ class Motions:
         Raises
         ------
         InputError
-            If its record is damaged.
+            If its record is corrupted.
         """
         return self._moved(motion) if self._vertical else self._component(motion)
 
