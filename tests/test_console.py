@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from rockframe.cli.console import show_table
+from rockframe.cli.console import show_rows, show_table
+from rockframe.results.tables.columns import Column
 
 NAME = "Ridgecrest2019-CCC-090"
 
@@ -41,3 +44,11 @@ def test_of_very_many_rows_the_first_are_shown_and_the_others_counted(
     assert "record-199" in printed
     assert "record-200" not in printed
     assert "1 more rows: the files have all." in printed
+
+
+def test_a_record_is_named_once_and_ruled_off_the_next(capsys: pytest.CaptureFixture[str]) -> None:
+    columns = [Column("record", "name", once=True), Column("u [cm]>", "u", ".1f", 100.0)]
+    rows = [{"name": name, "u": u} for name, u in (("a", 0.125), ("a", math.nan), ("b", 0.5))]
+    show_rows("", columns, rows, group="name")
+    cells = [line.split() for line in capsys.readouterr().out.splitlines() if line.strip()]
+    assert cells[2:] == [["a", "12.5"], ["–"], ["b", "50.0"]]

@@ -24,8 +24,10 @@ from rockframe.results.pulses import write_pulses
 from rockframe.results.records import open_records, read_records, write_records
 from rockframe.results.response import open_response, write_responses
 from rockframe.results.tables.pulse_rows import best_pulses
+from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import write
 from rockframe.rocking import respond
+from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 FRAMES = [
@@ -324,3 +326,21 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
         whole_file(tmp_path / "file" / "below.nc"),
     ):
         pass
+
+
+def test_columns_of_rows_name_their_units() -> None:
+    """pga_g is in g, alpha_deg in degrees, whatever the dataset has; a scalar goes to all rows."""
+    dataset = xr.Dataset(
+        {
+            "pga": ("record", [GRAVITY, 0.5 * GRAVITY]),
+            "alpha": ("structure", [np.pi, np.pi / 2.0]),
+            "fell": (("structure", "record"), [[0, 1], [1, 0]], {
+                "flag_values": np.array([0, 1]), "flag_meanings": "no yes"}),
+            "scale": ((), 2.0),
+        }
+    )  # fmt: skip
+    columns = columns_of("pga_g=pga alpha_deg=alpha fell scale")
+    assert [tuple(row.values()) for row in rows_along(dataset, "record structure", columns)] == [
+        *((1.0, 180.0, False, 2.0), (1.0, 90.0, True, 2.0)),
+        *((0.5, 180.0, True, 2.0), (0.5, 90.0, False, 2.0)),
+    ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 
 #: I_o / (m_c R^2) of a rectangular column about its base corner.
 RECTANGULAR: Final = 4.0 / 3.0
@@ -43,8 +43,7 @@ def inertia_ratio_of(section: str, height: float, width: float) -> float:
     >>> round(inertia_ratio_of("circular", 9.6, 1.6), 6)
     1.331081
     """
-    if section not in SECTIONS:
-        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
+    require_known("section", section, SECTIONS)
     if section == "rectangular":
         return RECTANGULAR
     return RECTANGULAR - width**2 / (width**2 + height**2) / 12.0
@@ -92,8 +91,7 @@ def tapered(section: str, height: float, width: float, top_width: float) -> Colu
     (4.6311, 1.3756)
     """
     _require_positive(height=height, width=width, top_width=top_width)
-    if section not in SECTIONS:
-        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
+    require_known("section", section, SECTIONS)
     power = 1 if section == "rectangular" else 2  # the area grows with this power of the width
     # moments of order 0 to 2 of the area over the height, and of its squared radius of gyration
     area, first, second = (_moment(power, order, width, top_width) for order in range(3))

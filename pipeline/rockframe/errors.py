@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 
@@ -11,6 +12,26 @@ class RockframeError(Exception):
 
 class ParameterError(RockframeError, ValueError):
     """An argument or option has a value outside what the theory or the data allow."""
+
+
+def require_known(what: str, asked: object, known: Iterable[object]) -> None:
+    """Raise an error unless a value is among the known ones.
+
+    Raises
+    ------
+    ParameterError
+        If it is not.
+
+    Examples
+    --------
+    >>> require_known("section", "oval", ["circular", "rectangular"])
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid section 'oval'. Must be one of: circular, rectangular.
+    """
+    names = list(known)
+    if asked not in names:
+        must_be = f"Must be one of: {', '.join(map(str, names))}."
+        raise ParameterError(f"Invalid {what} {asked!r}. {must_be}")
 
 
 class InputError(RockframeError):

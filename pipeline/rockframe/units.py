@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from typing import Final
 
-from rockframe.errors import ParameterError
+from rockframe.errors import require_known
 
 #: Acceleration of gravity [m s-2], as in the paper's examples, not the conventional 9.80665. The
 #: same value serves for the weight of the frame and for the unit "g" of a record, so that it
@@ -54,12 +54,8 @@ def acceleration_factor(units: str) -> float:
     >>> acceleration_factor("gal")
     0.01
     """
-    try:
-        return ACCELERATION_UNITS[units]
-    except KeyError:
-        known = ", ".join(ACCELERATION_UNITS)
-        message = f"Invalid acceleration units {units!r}. Must be one of: {known}."
-        raise ParameterError(message) from None
+    require_known("acceleration units", units, ACCELERATION_UNITS)
+    return ACCELERATION_UNITS[units]
 
 
 #: Units that data files may state: value in the SI units beside it.

@@ -15,7 +15,7 @@ from rockframe.cli.arguments import (
 from rockframe.cli.console import show_json, show_rejections, show_table
 from rockframe.cli.figures.figure import add_grid
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
-from rockframe.errors import ParameterError
+from rockframe.errors import require_known
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
@@ -143,16 +143,11 @@ def _write(
 
 
 def _named(claims: Sequence[Claim], name: str) -> list[Claim]:
-
-    found = [claim for claim in claims if claim.name == name]
-    if not found:
-        known = ", ".join(claim.name for claim in claims)
-        raise ParameterError(f"Invalid claim {name!r}. Must be one of: {known}.")
-    return found
+    require_known("claim", name, [claim.name for claim in claims])
+    return [claim for claim in claims if claim.name == name]
 
 
 def _show(claims: Sequence[Claim], json: bool) -> None:
-
     if json:
         show_json({"claims": [_plain(claim) for claim in claims]})
         return

@@ -185,7 +185,6 @@ def _of_bounds(low: float | None, high: float | None) -> str:
 
 
 def _of_motion(facts: Mapping[str, Any]) -> str:
-
     if not facts:
         return ""
     return (

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.explorer.settings import Settings
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
@@ -175,10 +175,8 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
 
 def _shaking(motions: Mapping[str, Motion], settings: Settings) -> GroundAcceleration:
     """Return the ground motion of the settings."""
-    motion = motions.get(settings.record)
-    if motion is None:
-        known = ", ".join(motions)
-        raise ParameterError(f"Invalid record {settings.record!r}. Must be one of: {known}.")
+    require_known("record", settings.record, motions)
+    motion = motions[settings.record]
     ground = motion.ground
     if not settings.vertical:
         ground = replace(ground, vertical=None)

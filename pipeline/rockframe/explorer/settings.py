@@ -8,7 +8,7 @@ from typing import Final
 
 from rockframe.cells import decimal
 from rockframe.column import inertia_ratio_of
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.frame import RockingFrame
 
 #: Largest scale of the ground motion [1].
@@ -76,8 +76,7 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
                 f"Invalid settings without {name!r}. Must state each setting once."
             )
     for name in stated:
-        if name not in _NAMES:
-            raise ParameterError(f"Invalid setting {name!r}. Must be one of: {', '.join(_NAMES)}.")
+        require_known("setting", name, _NAMES)
     numbers = {name: _number(name, stated[name]) for name in _NUMBERS}
     scale = numbers["scale"]
     if not 0.0 < scale <= _LARGEST_SCALE:

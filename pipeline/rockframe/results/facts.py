@@ -16,7 +16,7 @@ from rockframe.provenance import sha256_of
 from rockframe.record import SiteType
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
-from rockframe.results.tables.pulse_rows import loaded_pulses
+from rockframe.results.tables.pulse_rows import best_of, loaded_pulses
 
 Float = NDArray[np.float64]
 
@@ -107,11 +107,10 @@ def _pulses(
     row_of = {name: row for row, name in enumerate(names)}
     if "record_id" not in pulses:  # of a batch in which no record came through
         return values, like
-    wavelets = [str(name) for name in pulses["wavelet"].values]
-    for row, name in enumerate(pulses["record_id"].values):
-        best = wavelets.index(str(pulses["best_wavelet"].values[row]))
-        for quantity, numbers in values.items():
-            numbers[row_of[str(name)]] = pulses[quantity].values[row, best]
-        told = PulseVerdict(int(pulses["pulse_verdict"].values[row, best]))
-        like[row_of[str(name)]] = _LIKE[told]
+    best = best_of(pulses)
+    rows = [row_of[str(name)] for name in best["record_id"].values]
+    for quantity, numbers in values.items():
+        numbers[rows] = best[quantity].values
+    for row, verdict in zip(rows, best["pulse_verdict"].values, strict=True):
+        like[row] = _LIKE[PulseVerdict(int(verdict))]
     return values, like

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.errors import ParameterError
+from rockframe.errors import require_known
 from rockframe.results.schema.declare import FileKind
 from rockframe.results.writing import WITHOUT_RECORDS, Origin, growing, named, put
 
@@ -100,7 +100,5 @@ def position(known: Sequence[Name], asked: Name, what: str) -> int:
     ParameterError
         If it is not among them.
     """
-    if asked not in known:
-        names = ", ".join(map(str, known))
-        raise ParameterError(f"Invalid {what} {asked!r}. Must be one of: {names}.")
+    require_known(what, asked, known)
     return list(known).index(asked)

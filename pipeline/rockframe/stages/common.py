@@ -10,6 +10,7 @@ from rockframe.errors import ParameterError
 from rockframe.results.records import RecordsFile
 
 Task = TypeVar("Task")
+Answer = TypeVar("Answer")
 
 #: Callback with the number of items done and in total.
 Progress = Callable[[int, int], None]
@@ -90,6 +91,33 @@ class Counted(Generic[Task]):
 
     def __len__(self) -> int:
         return self.number
+
+
+def accepted(
+    answers: Iterable[tuple[str, Answer | None, str]],
+    names: Sequence[str],
+    batch: Batch,
+    left_out: dict[str, str],
+    progress: Progress,
+) -> Iterator[tuple[str, Answer]]:
+    """Yield the answers that are there, by record; note the reason for each of the others.
+
+    Raises
+    ------
+    ParameterError
+        If there is no answer for any of all records, with the reason of the first.
+    """
+    done = 0
+    for name, answer, reason in answers:
+        if answer is None:
+            left_out[name] = reason
+        else:
+            yield name, answer
+            done += 1
+        progress(done + len(left_out), len(names))
+    if not done and batch.whole:
+        name = next(name for name in names if name in left_out)
+        raise ParameterError(f"record {name!r}: {left_out[name]}")
 
 
 def silent(_done: int, _total: int) -> None:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.matching.found import RecordPulses, answers_of
+from rockframe.matching.found import answers_of
 from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
 from rockframe.results.pulses import write_pulses
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.writing import input_hash
-from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
+from rockframe.stages.common import WHOLE, Batch, Counted, Progress, accepted, horizontal, silent
 
 #: Records per task.
 _TOGETHER: Final = 8
@@ -78,23 +79,10 @@ def pulse_stage(
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
         tasks = Counted(_tasks(file, names, wanted, left_out), math.ceil(len(names) / _TOGETHER))
-
-        def answers() -> Iterator[tuple[Record, RecordPulses]]:
-            done = 0
-            for answered in map_batches(answers_of, tasks, engine=engine):
-                for name, found, reason in answered:
-                    if found is None:
-                        left_out[name] = reason
-                    else:
-                        yield file.read(name), found
-                        done += 1
-                    progress(done + len(left_out), len(names))
-            if not done and batch.whole:
-                name = next(name for name in names if name in left_out)
-                raise ParameterError(f"record {name!r}: {left_out[name]}")
-
+        found = chain.from_iterable(map_batches(answers_of, tasks, engine=engine))
+        pulses = accepted(found, names, batch, left_out, progress)
         write_pulses(
-            answers(),
+            ((file.read(name), one) for name, one in pulses),
             output,
             input_sha256=input_hash(records_path),
             parameters=wanted.stated(),

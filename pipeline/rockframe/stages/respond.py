@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Final, Self
 
 from rockframe.components.pairing import vertical_beside
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.engines.threads import on_threads
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.options.respond import RespondOptions
@@ -32,7 +33,7 @@ from rockframe.rocking import (
     with_margins,
     with_pulse,
 )
-from rockframe.stages.common import WHOLE, Batch, Counted, Progress, horizontal, silent
+from rockframe.stages.common import WHOLE, Batch, Counted, Progress, accepted, horizontal, silent
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 
@@ -110,23 +111,9 @@ def respond_stage(
             _tasks(motions, tuple(frames), options, pulses),
             math.ceil(file.samples(names) * len(frames) / _NODES),
         )
-
-        def answers() -> Iterator[tuple[str, list[Response]]]:
-            done = 0
-            for answered in map_batches(_answer, tasks, engine=engine):
-                for name, responses, reason in answered:
-                    if reason:
-                        left_out[name] = reason
-                    else:
-                        yield name, responses
-                        done += 1
-                    progress(done + len(left_out), len(names))
-            if not done and batch.whole:
-                name = next(name for name in names if name in left_out)
-                raise ParameterError(f"record {name!r}: {left_out[name]}")
-
+        answers = chain.from_iterable(map_batches(_answer, tasks, engine=engine))
         write_responses(
-            answers(),
+            accepted(answers, names, batch, left_out, progress),
             frames,
             output,
             input_sha256=input_hash(records_path, structures_path, *beside),
@@ -201,7 +188,7 @@ class _Pulses:
         return {record.record_id: pulse}
 
 
-def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
+def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
     """Return the responses to each record, or the reason why there are none.
 
     Margins take most of the time and run in threads, because the kernel releases the GIL.
@@ -209,7 +196,7 @@ def _answer(task: _Task) -> list[tuple[str, list[Response], str]]:
     return on_threads(partial(_answer_one, task), list(task.motions))
 
 
-def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
+def _answer_one(task: _Task, name: str) -> tuple[str, list[Response] | None, str]:
     motion = task.motions[name]
     try:
         responses = [with_contact(respond(frame, motion), motion) for frame in task.frames]
@@ -218,7 +205,7 @@ def _answer_one(task: _Task, name: str) -> tuple[str, list[Response], str]:
         if task.options.margins != "none":
             responses = with_margins(responses, motion, chosen_ensemble(task.options))
     except ParameterError as error:
-        return name, [], str(error)
+        return name, None, str(error)
     histories = Histories(task.options.histories)
     return name, [histories.keep(response) for response in responses], ""
 
@@ -277,8 +264,5 @@ def choose_structures(path: Path, name: str | None) -> list[RockingFrame]:
     frames = read_structures(path)
     if name is None:
         return frames
-    chosen = [frame for frame in frames if frame.name == name]
-    if not chosen:
-        known = ", ".join(frame.name for frame in frames)
-        raise ParameterError(f"Invalid structure {name!r}. Must be one of: {known}.")
-    return chosen
+    require_known("structure", name, [frame.name for frame in frames])
+    return [frame for frame in frames if frame.name == name]

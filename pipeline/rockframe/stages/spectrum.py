@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rockframe.engines.engine import Engine
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.records import open_records
@@ -102,9 +102,9 @@ def rocking_spectrum_stage(
     record = options.record
     with open_records(records_path) as file:
         names = horizontal(file)
-        if record is not None and record not in names:
-            raise ParameterError(f"Invalid record {record!r}. Must be one of: {', '.join(names)}.")
-        names = [record] if record else names
+        if record is not None:
+            require_known("record", record, names)
+            names = [record]
         records = [file.read(name) for name in names]
     found = rocking_spectrum(
         records,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.wavelets.family import SHAPES, mother_of
 from rockframe.wavelets.mother import MotherWavelet
 
@@ -61,10 +61,7 @@ class Pulse:
     half_cycles: float | None = None
 
     def __post_init__(self) -> None:
-        if self.wavelet not in SHAPES:
-            raise ParameterError(
-                f"Invalid wavelet {self.wavelet!r}. Must be one of: {', '.join(SHAPES)}."
-            )
+        require_known("wavelet", self.wavelet, SHAPES)
         if not (math.isfinite(self.a_p) and self.a_p >= 0.0):
             raise ParameterError(f"Invalid a_p {self.a_p!r}. Must be zero or positive, and finite.")
         if not (math.isfinite(self.T_p) and self.T_p > 0.0):

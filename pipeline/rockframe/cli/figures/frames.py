@@ -165,7 +165,6 @@ def draw_stability(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 
 def _points(options: argparse.Namespace) -> int:
-
     points = int(options.grid)
     if not 2 <= points <= 4000:
         raise ParameterError(f"Invalid grid {points}. Must be 2 to 4000.")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from rockframe.cli.arguments import chosen_structures, stated_records
 from rockframe.components.pairing import vertical_beside
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.paper.table1 import paper_record_of
 from rockframe.record import Record
@@ -45,8 +45,7 @@ def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
     """Return the names of the requested records, or of all horizontal ones."""
     known = horizontal(file)
     for name in options.record or ():
-        if name not in known:
-            raise ParameterError(f"Invalid record {name!r}. Must be one of: {', '.join(known)}.")
+        require_known("record", name, known)
     return list(options.record or known)
 
 

@@ -91,7 +91,6 @@ def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions],
 
 
 def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
-
     alone = matching.replaced(wavelet=tuple(RICKERS))
     return match_pulses(record.acceleration, record.time_step, alone)
 
@@ -104,7 +103,6 @@ def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
 
 
 def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
-
     return [(i, best_ricker(found)) for i, found in enumerate(matches)]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rockframe.cli.console import progress_of_steps, show_json, show_table
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
@@ -186,10 +186,9 @@ def run_step(options: argparse.Namespace) -> int:
     from rockframe.runs.plan_file import read_plan
 
     plan = read_plan(options.folder)
-    step = next((step for step in plan.steps if step.name == options.name), None)
-    if step is None:
-        known = ", ".join(step.name for step in plan.steps)
-        raise ParameterError(f"Invalid step {options.name!r}. Must be one of: {known}.")
+    steps = {step.name: step for step in plan.steps}
+    require_known("step", options.name, steps)
+    step = steps[options.name]
     workers = chosen(options, ExecutionOptions).workers
     return perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))
 

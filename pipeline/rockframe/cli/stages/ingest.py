@@ -68,7 +68,6 @@ def run_ingest(options: argparse.Namespace) -> int:
 
 
 def _accepted(result: Ingested) -> list[dict[str, Any]]:
-
     return [
         {
             "record_id": record.record_id,

@@ -82,7 +82,6 @@ _WIDE: Final = 137
 
 
 def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
-
     wide = table_width() >= _WIDE
     lines: list[Mapping[str, Any]] = []
     for row in rows:

@@ -1,1 +1,1 @@
-"""Rows of tables, and labelled values."""
+"""Rows of tables, the columns of printed ones, and labelled values."""

@@ -45,7 +45,7 @@ class Column:
     unit : str
         Unit, which a page prints smaller than the heading.
     minor : bool
-        The column is hidden on narrow pages.
+        The column is left out of narrow tables and pages.
     wraps : bool
         The text may take several lines.
     """

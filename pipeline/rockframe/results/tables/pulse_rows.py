@@ -14,15 +14,21 @@ from rockframe.results.schema import PULSES
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.wavelets.pulse import Pulse
 
-#: Variables of which a match is made.
-_OF_MATCH: Final = (
-    *("a_p", "T_p", "pulse_time", "phase", "half_cycles"),
-    *("match_index", "outside", "at_period_bound", "at_half_cycle_bound"),
+#: What a match is made of, with its variables.
+_OF_MATCH: Final = columns_of(
+    "record_id match_index outside at_period_bound at_half_cycle_bound",
+    "wavelet a_p T_p time=pulse_time phase half_cycles",
 )
+_BOUNDS: Final = ("match_index", "outside", "at_period_bound", "at_half_cycle_bound")
+
+
+def best_of(pulses: xr.Dataset) -> xr.Dataset:
+    """Return the values of the selected pulses, along ``record``."""
+    return pulses.sel(wavelet=pulses["best_wavelet"])
 
 
 def best_pulses(path: Path) -> dict[str, PulseMatch]:
-    """Return the pulse that is used of each record of a pulse file, by record identifier.
+    """Return the selected pulse of each record of a pulse file, by record identifier.
 
     Raises
     ------
@@ -33,31 +39,16 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     found: dict[str, PulseMatch] = {}
     if "record_id" not in pulses:  # of a batch in which no record came through
         return found
-    rows = {str(name): i for i, name in enumerate(pulses["wavelet"].values)}
-    columns = {name: pulses[name].values for name in _OF_MATCH}
-    for i, name in enumerate(pulses["record_id"].values):
-        wavelet = str(pulses["best_wavelet"].values[i])
-        best = {key: values[i, rows[wavelet]] for key, values in columns.items()}
-        pulse = Pulse(
-            wavelet=wavelet,
-            a_p=float(best["a_p"]),
-            T_p=float(best["T_p"]),
-            time=float(best["pulse_time"]),
-            phase=float(best["phase"]),
-            half_cycles=None if math.isnan(best["half_cycles"]) else float(best["half_cycles"]),
-        )
-        found[str(name)] = PulseMatch(
-            pulse=pulse,
-            match_index=float(best["match_index"]),
-            at_period_bound=bool(best["at_period_bound"]),
-            at_half_cycle_bound=bool(best["at_half_cycle_bound"]),
-            outside=float(best["outside"]),
-        )
+    for row in rows_along(best_of(pulses), "record", _OF_MATCH):
+        name, match = row.pop("record_id"), {key: row.pop(key) for key in _BOUNDS}
+        if math.isnan(row["half_cycles"]):
+            row["half_cycles"] = None
+        found[name] = PulseMatch(pulse=Pulse(**row), **match)
     return found
 
 
 def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
-    """Return the pulse that is used of each record, and ``samples_sha256`` of what it is of.
+    """Return the selected pulse of each record, and ``samples_sha256`` of its record.
 
     Raises
     ------
