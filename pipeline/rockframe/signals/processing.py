@@ -148,8 +148,8 @@ def integrate(series: Float, time_step: float) -> Float:
     >>> integrate(np.array([0.0, 1.0, 2.0]), 0.5).tolist()
     [0.0, 0.25, 1.0]
     """
-    integral: Float = scipy.integrate.cumulative_trapezoid(series, dx=time_step, initial=0.0)
-    return integral
+    areas = time_step * (series[1:] + series[:-1]) / 2.0
+    return np.concatenate([[0.0], np.cumsum(areas)])
 
 
 def peak(series: Float) -> float:
