@@ -204,6 +204,8 @@ def _crests(near: Refined, points: Float) -> list[Refined]:
 
     All have its number of lines, because another line would make the height jump.
     """
+    if near.every and len(points) > 1:  # arrays of all of them would be too large for the cache
+        return [_crests(near, point[None])[0] for point in points]
     signal, velocity, start = near.signal, near.signal.weighting.of_velocity, near.signal.start
     periods = np.exp(points[:, 0])
     numbers = None if near.half_cycles is None else points[:, 1]
