@@ -223,6 +223,7 @@ def main() -> None:
         parsing,
         ingesting,
         pulse_search.family,
+        pulse_search.surrogates,
         pulse_search.archive,
         screening.measure,
     ):

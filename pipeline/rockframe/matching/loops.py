@@ -90,7 +90,8 @@ def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -
 
 @compiled
 def crest_times(
-    matched: Complex,
+    spectra: Complex,
+    signal: Complex,
     lines: Float,
     energies: Float,
     times: Float,
@@ -102,8 +103,10 @@ def crest_times(
 
     Parameters
     ----------
-    matched : array, shape (points, parts, bins)
-        Spectrum of the signal times the conjugate ones of the parts.
+    spectra : array, shape (points, parts, bins)
+        Spectra of the parts.
+    signal : array, shape (bins or more,)
+        Spectrum of the signal.
     lines : array, shape (points,)
         Interval between the lines, over 1 / T_p.
     energies : array, shape (points, parts)
@@ -122,7 +125,7 @@ def crest_times(
     for p in range(lines.size):
         tau, shift = times[p], 0.0
         for _ in range(_MOST_SHIFTS):
-            _expand(matched[p], lines[p], tau, series)
+            _expand(spectra[p], signal, lines[p], tau, series)
             low, high = max(ends[p, 0] - tau, -near), min(ends[p, 1] - tau, near)
             shift = _top_near(series, energies[p], low, high)
             tau += shift
@@ -137,17 +140,18 @@ def crest_times(
 
 
 @compiled
-def _expand(matched: Complex, line: float, tau: float, series: Float) -> None:
+def _expand(spectra: Complex, signal: Complex, line: float, tau: float, series: Float) -> None:
     """Fill in the coefficients of the products in powers of the time around tau."""
     series[:] = 0.0
     angle, rate = 2.0 * math.pi * tau * line, 2.0 * math.pi * line
     turn = complex(math.cos(angle), math.sin(angle))
     at = complex(1.0, 0.0)
-    for k in range(matched.shape[1]):
+    for k in range(spectra.shape[1]):
         if k % _FRESH == 0:
             at = complex(math.cos(angle * k), math.sin(angle * k))
-        for part in range(matched.shape[0]):
-            value = matched[part, k] * at
+        turned = signal[k] * at
+        for part in range(spectra.shape[0]):
+            value = turned * spectra[part, k].conjugate()
             power = 2.0 * line
             for n in range(_TERMS):  # the real parts of the powers of i k rate
                 series[part, n] += power * (value.real if n % 2 == 0 else value.imag)

@@ -215,10 +215,10 @@ def _crests(near: Refined, points: Float) -> list[Refined]:
     spectra = part_spectra(near.wavelet, numbers, step, near.lines, velocity)
     ends = np.stack([np.zeros(len(points)), signal.duration / periods], axis=-1)
     found = np.empty((len(points), 1 + energies.shape[1]))
-    matched = np.conj(spectra, out=spectra)
-    matched *= signal.spectrum[: near.lines]
     close = _WHOLE_NEAR if near.every else _NEAR
-    crest_times(matched, step, energies, (near.time - start) / periods, ends, close, found)
+    crest_times(
+        spectra, signal.spectrum, step, energies, (near.time - start) / periods, ends, close, found
+    )
     times = start + found[:, 0] * periods
     factors = found[:, 1:] / (periods[:, None] * energies)
     explained = (found[:, 1:] * factors).sum(axis=1)
