@@ -87,7 +87,7 @@ def test_lift_that_goes_with_a_sway(
 @pytest.mark.parametrize("name", ["height", "width"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_dimensions_must_be_positive(name: str, value: float) -> None:
-    arguments = {"height": 9.6, "width": 1.6, "mass_ratio": 4.0, name: value}
+    arguments: dict[str, Any] = {"height": 9.6, "width": 1.6, "mass_ratio": 4.0, name: value}
     with pytest.raises(ParameterError) as error:
         RockingFrame(name="bent", **arguments)
     must_be = "between 0.001 and 1000 m"

@@ -20,6 +20,7 @@ FLOORS = (
         "web",
         "column",
         "kinematics",
+        "restraint",
         "rocking.kernels.compiled",
     },
     {"frame", "wavelets", "engines", "rocking.kernels"},

@@ -6,6 +6,7 @@ cancels, so a shape is known by the height of the centre of gravity and by I_o /
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -148,6 +149,46 @@ def hollow(
     else:
         raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
     return _shape(height**2 / 3.0 + gyration, 0.5 * height, width)
+
+
+def volume(
+    section: str,
+    height: float,
+    width: float,
+    *,
+    top_width: float | None = None,
+    inner_width: float | None = None,
+    depth: float | None = None,
+    inner_depth: float | None = None,
+) -> float:
+    """Return the volume of a column [m3].
+
+    Parameters
+    ----------
+    section : str
+        ``rectangular``, with the depth, or ``circular``.
+    height, width, top_width, inner_width, depth, inner_depth : float
+        As `tapered` and `hollow` take them [m].
+
+    Raises
+    ------
+    ParameterError
+        If the depth of a rectangular section is not given.
+
+    Examples
+    --------
+    >>> round(volume("circular", 9.6, 1.6), 3)
+    19.302
+    """
+    top = width if top_width is None else top_width
+    if section == "circular":
+        outer = math.pi / 12.0 * (width**2 + width * top + top**2)
+        return height * (outer - 0.25 * math.pi * (inner_width or 0.0) ** 2)
+    if depth is None:
+        raise ParameterError(
+            "Missing depth of a rectangular column. Must be stated beside its density."
+        )
+    return height * (0.5 * (width + top) * depth - (inner_width or 0.0) * (inner_depth or 0.0))
 
 
 def _moment(power: int, order: int, base: float, top: float) -> float:

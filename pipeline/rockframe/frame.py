@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.column import RECTANGULAR
 from rockframe.errors import ParameterError
 from rockframe.kinematics import Lever
+from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
 from rockframe.units import GRAVITY
 
 #: Smallest and largest dimension of a free-standing structure [m].
@@ -51,6 +52,12 @@ class RockingFrame:
     centre_of_gravity : float, optional
         Height of a column's centre of gravity above its base, if it is not half the height [m];
         with the inertia ratio from `tapered` or `hollow`.
+    column_mass : float, optional
+        Mass of one column [kg]: restraints need it, free rocking does not depend on it.
+    tendon, dissipater : Tendon, Dissipater, optional
+        What restrains each column.
+    abutment : Abutment, optional
+        The joints at the ends of the deck.
 
     Raises
     ------
@@ -58,7 +65,8 @@ class RockingFrame:
         If a dimension is not between 1 mm and 1 km, the centre of gravity not within the height,
         the inertia ratio not above 1 and at most 100, the mass ratio not between 0 and 1e15, the
         restitution factor not above 0 and at most 1, or the column so stocky that the restitution
-        of eq (43) is not positive: such a frame does not rock.
+        of eq (43) is not positive: such a frame does not rock. If there is a restraint without the
+        mass of a column.
 
     Notes
     -----
@@ -82,6 +90,10 @@ class RockingFrame:
     restitution_factor: float = 1.0
     top_width: float | None = None
     centre_of_gravity: float | None = None
+    column_mass: float | None = None
+    tendon: Tendon | None = None
+    dissipater: Dissipater | None = None
+    abutment: Abutment | None = None
 
     def __post_init__(self) -> None:
         for label in ("height", "width", "top_width", "centre_of_gravity"):
@@ -112,6 +124,7 @@ class RockingFrame:
                 f"Invalid centre_of_gravity {self.centre_of_gravity!r} m of frame {self.name!r}. "
                 f"Must be below the height, {self.height:g} m."
             )
+        self._refuse_missing_mass()
         if self.restitution <= 0.0:
             limit = f"below {math.degrees(self.slenderness_limit):.2f} degrees"
             raise ParameterError(
@@ -121,6 +134,24 @@ class RockingFrame:
                 f"restitution (eq 43) would be {self.restitution:.3f}, and a frame that loses all "
                 "speed at an impact does not rock."
             )
+
+    def _refuse_missing_mass(self) -> None:
+        if self.column_mass is None:
+            if self.restrained:
+                raise ParameterError(
+                    f"Missing column_mass of frame {self.name!r}. Must be stated beside a tendon "
+                    "or a dissipater."
+                )
+        elif not 0.0 < self.column_mass < math.inf:
+            raise ParameterError(
+                f"Invalid column_mass {self.column_mass!r} kg of frame {self.name!r}. Must be "
+                "positive."
+            )
+
+    @property
+    def restrained(self) -> bool:
+        """True if tendons or dissipaters cross the joints."""
+        return self.tendon is not None or self.dissipater is not None
 
     @property
     def prismatic(self) -> bool:
@@ -220,11 +251,41 @@ class RockingFrame:
 
     @property
     def uplift_acceleration(self) -> float:
-        """Ground acceleration at which the frame uplifts, g tan(alpha) of eq (36) [m s-2]."""
+        """Ground acceleration at which the frame uplifts [m s-2].
+
+        That is g tan(alpha) of eq (36), and what the prestress of tendons adds.
+        """
+        hold = 0.0
+        if self.tendon is not None:
+            hold = self.tie_moment(self.tendon.prestress, self.tie_lever) / math.cos(
+                self.slenderness
+            )
         if self.prismatic:
-            return GRAVITY * self.width / self.height
+            return GRAVITY * (self.width / self.height + hold)
         across, upwards = self._arms
-        return GRAVITY * across / upwards
+        return GRAVITY * (across / upwards + hold)
+
+    @property
+    def joints(self) -> float:
+        """Joints of a column: at its base, and under the beam."""
+        return 2.0 if self.mass_ratio > 0.0 else 1.0
+
+    @property
+    def tie_lever(self) -> float:
+        """Stretch of a tendon over 2 sin(|theta| / 2) [m]; a column alone has one joint."""
+        return self._reach if self.mass_ratio > 0.0 else 0.5 * self.width
+
+    def tie_moment(self, force: float, lever: float) -> float:
+        """Return the moment of a force [N] at a lever [m] in each column, over gravity's [1].
+
+        Gravity's is that of a column turned to the horizontal, with its share of the beam.
+        """
+        return force * lever / ((self.column_mass or math.nan) * GRAVITY * self.moment_arm)
+
+    @property
+    def moment_arm(self) -> float:
+        """Moment of gravity of a horizontal column and its beam, over the column's weight [m]."""
+        return math.hypot(*self._arms)
 
     def resized(self, height: float, width: float) -> Self:
         """Return the frame with another height and width [m], the rest of its shape in proportion.
@@ -242,6 +303,66 @@ class RockingFrame:
             width=width,
             top_width=None if top is None else top * width / self.width,
             centre_of_gravity=None if centre is None else centre * height / self.height,
+        )
+
+    def crushed(self, pivot: Pivot) -> Self:
+        """Return the frame on the pivots that are left when its edges have crushed.
+
+        Each pivot moves inwards by half the length of the block that bears the column with its
+        share of the beam and the tendon, whose force is taken where |theta| is the slenderness (it
+        depends on the pivots: iterated).
+
+        Raises
+        ------
+        ParameterError
+            If there is no column_mass, or the block is longer than half the column.
+
+        Examples
+        --------
+        >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, column_mass=48e3)
+        >>> round(bent.crushed(Pivot(compressive_strength=30e6, depth=1.4)).width, 3)
+        1.544
+        """
+        if self.column_mass is None:
+            raise ParameterError(
+                f"Missing column_mass of frame {self.name!r}. Must be stated beside a pivot."
+            )
+        weight = self.column_mass * GRAVITY
+        crushed, tension = self, 0.0
+        for _ in range(50):
+            base = pivot.inset((1.0 + self.mass_ratio) * weight + tension)
+            top = pivot.inset(self.mass_ratio * weight + tension)
+            if 4.0 * base > self.width or 4.0 * top > self.top_contact_width:
+                raise ParameterError(
+                    f"Invalid pivot of frame {self.name!r}: its block of {2.0 * base:.3g} m is "
+                    f"longer than half the width, {0.5 * self.width:g} m. Must be of more strength "
+                    "or depth."
+                )
+            crushed = self._on_pivots(self.width - 2.0 * base, self.top_contact_width - 2.0 * top)
+            before, tension = tension, crushed.tension(crushed.slenderness)
+            if abs(tension - before) <= 1e-12 * weight:
+                break
+        return crushed
+
+    def tension(self, theta: float) -> float:
+        """Return the force of a tendon that has not flowed [N] at a rotation [rad]; 0 without."""
+        if self.tendon is None:
+            return 0.0
+        force = self.tendon.prestress + self.tendon.stiffness * self.tie_lever * 2.0 * math.sin(
+            0.5 * abs(theta)
+        )
+        return min(force, self.tendon.yield_force) if self.tendon.loses_prestress else force
+
+    def _on_pivots(self, width: float, top_width: float) -> Self:
+        """The same columns on pivots so far apart: their inertia about the new ones."""
+        central = (self.inertia_ratio - 1.0) * self.size**2
+        squared = self.centre_height**2 + 0.25 * width**2
+        return replace(
+            self,
+            width=width,
+            top_width=top_width,
+            centre_of_gravity=self.centre_height,
+            inertia_ratio=1.0 + central / squared,
         )
 
     def horizontal_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:

@@ -105,6 +105,8 @@ def one_by_one(ground: GroundAcceleration, scales: Float) -> None:
         BENT.restitution * frame,
         np.empty(scales.size, dtype=np.int8),
         np.empty((scales.size, kernel.SUMMARY_SIZE)),
+        (),
+        np.empty((0, 10)),
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.rocking.kernels import kernel
+from rockframe.rocking.kernels.ties import TIE_LOG_SIZE, Tie
 
 Float = NDArray[np.float64]
 
@@ -26,6 +27,8 @@ class Outcome:
     peak_velocity: float
     uplift_time: float
     overturning_time: float
+    forces: Float
+    log: Float
 
 
 def integrate(
@@ -37,6 +40,7 @@ def integrate(
     restitution: float,
     start: tuple[float, float] = (0.0, 0.0),
     vertical: ArrayLike | None = None,
+    ties: tuple[()] | tuple[Tie, Tie] = (),
 ) -> Outcome:
     """Run the kernel over a ground acceleration [g], shape (intervals, degree + 1)."""
     ground = np.array(coefficients, dtype=np.float64)
@@ -47,6 +51,8 @@ def integrate(
     theta, omega = np.empty((2, ground.shape[0] + 1))
     impacts = np.empty((16384, 2))
     summary = np.empty(kernel.SUMMARY_SIZE)
+    forces = np.empty((theta.size, len(ties)))
+    log = np.empty((len(ties), TIE_LOG_SIZE))
     verdict = kernel.integrate(
         ground,
         lift,
@@ -61,6 +67,9 @@ def integrate(
         omega,
         impacts,
         summary,
+        ties,
+        forces,
+        log,
     )
     count = int(summary[kernel.IMPACTS])
     return Outcome(
@@ -74,6 +83,8 @@ def integrate(
         peak_velocity=float(summary[kernel.PEAK_VELOCITY]),
         uplift_time=float(summary[kernel.UPLIFT_TIME]),
         overturning_time=float(summary[kernel.OVERTURNING_TIME]),
+        forces=forces,
+        log=log,
     )
 
 

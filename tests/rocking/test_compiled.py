@@ -26,7 +26,7 @@ def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
     sources = sys.modules[compiled.__module__]._SOURCES  # noqa: SLF001
     texts = {path: path.read_text() for path in Path(kernel.__file__).parent.glob("*.py")}
     using = {path for path, text in texts.items() if "@compiled\n" in text or "@inlined\n" in text}
-    assert {*sources} == using | {Path(kernel.__file__).with_name("compiled.py")}
+    assert {*sources} >= using | {Path(kernel.__file__).with_name("compiled.py")}
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
     for function in (kernel.integrate, lanes.integrate_lanes):
         assert digest.hexdigest()[:12] in cast("Any", function).py_func.__qualname__

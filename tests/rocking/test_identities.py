@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.kernels import kernel
+from rockframe.rocking.kernels import tails
 from rockframe.rocking.response import Response, Verdict, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.family import RICKERS
@@ -146,7 +146,7 @@ def test_the_sense_of_rotation_is_kept_at_impacts(seed: int, frame: RockingFrame
     response = respond(frame, GroundAcceleration.from_samples(samples, 0.02))
     before = response.impact_velocities
     at_rest = np.abs(before) * frame.restitution < (
-        kernel.REST_VELOCITY_RATIO * frame.effective_frequency_parameter
+        tails.REST_VELOCITY_RATIO * frame.effective_frequency_parameter
     )
     turned = before[1:] * before[:-1] < 0.0
     assert np.all(turned | at_rest[:-1])  # only a frame that came to rest may start either way
@@ -246,7 +246,7 @@ def test_chatter_ends_in_rest_after_the_impacts_that_the_restitution_allows(
     frame: RockingFrame,
 ) -> None:
     response = release(frame, 0.5, 60.0)
-    slowest = kernel.REST_VELOCITY_RATIO * frame.effective_frequency_parameter
+    slowest = tails.REST_VELOCITY_RATIO * frame.effective_frequency_parameter
     first = abs(response.impact_velocities[0])
     assert response.impacts == math.ceil(math.log(slowest / first) / math.log(frame.restitution))
     assert response.theta[-1] == 0.0

@@ -97,6 +97,8 @@ class Asked:
                 restitution,
                 verdict,
                 summary,
+                (),
+                np.empty((0, 10)),
             )
             verdicts[some], summaries[some] = verdict, summary
         return verdicts, summaries

@@ -15,7 +15,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered, Prepared
+from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered, Prepared, constants_of
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.kernels.excursions import DISTANCE
 from rockframe.rocking.response import as_ground, refuse_flight
@@ -141,9 +141,7 @@ def respond_scenarios(
     array([0.    , 0.6517, 9.5114])
     """
     which, whose, factors = _asked(len(grounds), len(frames), ground, frame, scale)
-    constants = np.array(
-        [(f.slenderness, f.effective_frequency_parameter, f.restitution) for f in frames]
-    ).reshape(-1, 3)
+    constants = np.array([constants_of(frame) for frame in frames]).reshape(len(frames), -1)
     _refuse_flights(grounds, which, factors)
     order = np.argsort(which, kind="stable")
     answers = Answers(factors.size, excursions)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.rocking.kernels.kernel import MAX_GROUND_DEGREE
+from rockframe.rocking.kernels.steps import MAX_GROUND_DEGREE
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]

@@ -12,11 +12,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.kernels import kernel, lanes
+from rockframe.rocking.kernels import kernel, lanes, steps
 from rockframe.rocking.kernels.excursions import DISTANCE, EXCURSION_SIZE, fill_ahead
 from rockframe.rocking.kernels.vectors import LONGEST_STRIDE
 from rockframe.rocking.response import vertical_in_g
+from rockframe.rocking.restrained import ties_of
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -25,6 +27,8 @@ Index = NDArray[np.intp]
 #: Scenarios and numbers of the ground that the kernel is given at a time: its working memory.
 AT_A_TIME: Final = 16384
 _MOST_NUMBERS: Final = 2_000_000
+#: Numbers of a frame before those of its ties.
+_TIES: Final = 3
 #: Into so many pieces, a power of two, the lanes divide an interval; more need the scalar kernel.
 _MOST_PIECES: Final = 16
 
@@ -40,6 +44,13 @@ class _Batch:
     ahead: list[Float] = field(default_factory=list)
     length: int = 0
     nodes: int = 0
+
+
+def constants_of(frame: RockingFrame) -> tuple[float, ...]:
+    """Return what the kernels take of a frame: its three constants, and its ties or zeros."""
+    ties = ties_of(frame) or ((0.0,) * 5, (0.0,) * 5)
+    own = (frame.slenderness, frame.effective_frequency_parameter, frame.restitution)
+    return (*own, *ties[0], *ties[1])
 
 
 class Prepared:
@@ -125,6 +136,7 @@ class Gathered:
     def ask(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
         """Take in scenarios of one ground: their places, scales, and the frames' constants."""
         pieces = motion.pieces(scale, constants[:, 1])
+        pieces[constants[:, _TIES:].any(axis=1)] = 2 * _MOST_PIECES
         for count in np.unique(pieces).tolist():
             some = np.flatnonzero(pieces == count)
             if count > _MOST_PIECES:
@@ -138,7 +150,7 @@ class Gathered:
             asked[:, lanes.TIME_STEP] = motion.ground.time_step / count
             asked[:, lanes.START_TIME] = motion.ground.start_time
             asked[:, lanes.SCALE] = scale[some]
-            asked[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some]
+            asked[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some, :_TIES]
             for one in np.unique(constants[some, 1]).tolist() if self._answers.kept else ():
                 asked[asked[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
                 batch.ahead.append(motion.ahead(count, one))
@@ -171,8 +183,8 @@ class Gathered:
             np.concatenate([*(rows.ravel() for rows in batch.rows), after]),
             bounds,
             whole.reshape(-1, lanes.COARSE, bounds.shape[1]).max(axis=1, initial=0.0),
-            kernel.YES if key[0] else kernel.NO,
-            kernel.YES if key[1] else kernel.NO,
+            steps.YES if key[0] else steps.NO,
+            steps.YES if key[1] else steps.NO,
             np.concatenate(batch.asked),
             verdicts,
             summaries,
@@ -189,19 +201,31 @@ class Gathered:
     ) -> None:
         verdicts = np.empty(scenarios.size, dtype=np.int8)
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
-        slenderness, frequency_parameter, restitution = np.ascontiguousarray(constants.T)
-        kernel.integrate_many(
-            motion.across,
-            motion.upwards,
-            motion.ground.time_step,
-            motion.ground.start_time,
-            scale,
-            slenderness,
-            frequency_parameter,
-            restitution,
-            verdicts,
-            summaries,
-        )
+        tied = np.asarray(constants[:, _TIES:].any(axis=1))
+        for form, chosen in ((steps.NO, ~tied), (steps.YES, tied)):
+            some = np.flatnonzero(chosen)
+            verdict = np.empty(some.size, dtype=np.int8)
+            summary = np.empty((some.size, kernel.SUMMARY_SIZE))
+            if not some.size:
+                continue
+            slenderness, frequency_parameter, restitution = np.ascontiguousarray(
+                constants[some, :_TIES].T
+            )
+            kernel.integrate_many(
+                motion.across,
+                motion.upwards,
+                motion.ground.time_step,
+                motion.ground.start_time,
+                scale[some],
+                slenderness,
+                frequency_parameter,
+                restitution,
+                verdict,
+                summary,
+                form,
+                np.ascontiguousarray(constants[some, _TIES:]),
+            )
+            verdicts[some], summaries[some] = verdict, summary
         self._answers.verdicts[scenarios] = verdicts
         self._answers.summaries[scenarios] = summaries
 

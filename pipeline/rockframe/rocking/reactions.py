@@ -35,6 +35,7 @@ def angular_acceleration(
     omega: ArrayLike,
     horizontal: ArrayLike,
     vertical: ArrayLike = 0.0,
+    tie_moment: ArrayLike = 0.0,
 ) -> Float:
     """Return the angular acceleration of the columns [rad s-2], eq (26).
 
@@ -46,6 +47,8 @@ def angular_acceleration(
         Rotation [rad] and its rate [rad s-1]; of one shape, or such that they broadcast.
     horizontal, vertical : array_like
         Ground acceleration to the right and upwards [m s-2].
+    tie_moment : array_like
+        Moment of tendons and dissipaters over that of gravity, as `RockingFrame.tie_moment` [1].
 
     Returns
     -------
@@ -63,11 +66,12 @@ def angular_acceleration(
     >>> angular_acceleration(bent, [0.0, 0.05], 0.0, 0.0).round(4)
     array([ 0.    , -0.1203])
     """
-    theta, omega, across, upwards = _arrays(theta, omega, horizontal, vertical)
-    side = _side(frame, theta, omega, across, upwards)
+    theta, omega, across, upwards, ties = _arrays(theta, omega, horizontal, vertical, tie_moment)
+    side = _side(frame, theta, omega, across, upwards, ties)
     phi = frame.slenderness * side - theta
     gravity = 1.0 + upwards / GRAVITY
     drive = gravity * np.sin(phi) + across / GRAVITY * np.cos(phi)
+    drive = drive + ties * side * np.cos(0.5 * theta)
     rate: Float = np.where(side == 0.0, 0.0, -(frame.effective_frequency_parameter**2) * drive)
     return rate
 
@@ -82,12 +86,15 @@ class Reactions:
         Force of the ground on the columns: to the right, and upwards.
     top_shear, top_vertical : array, shape (nodes,)
         Force of the beam on the columns: to the right, and downwards.
+    support_shear : array, shape (nodes,)
+        Force of the ground on the frame to the right, by contact and by tendons.
     """
 
     base_shear: Float
     base_vertical: Float
     top_shear: Float
     top_vertical: Float
+    support_shear: Float
 
     @property
     def base_friction_demand(self) -> Float:
@@ -134,12 +141,20 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     (column_across, column_upwards), (beam_across, beam_upwards) = _accelerations(
         response, across, upwards
     )
+    support = ((1.0 + gamma) * across + column_across + gamma * beam_across) / GRAVITY
+    # ties press the joints, and lean by half the rotation
+    tied = _tie_forces(response)
+    lean = tied * np.sin(0.5 * response.theta)
+    press = tied * np.cos(0.5 * response.theta)
+    capped = float(gamma > 0.0)
     return Reactions(
-        base_shear=((1.0 + gamma) * across + column_across + gamma * beam_across) / GRAVITY,
+        base_shear=support + lean,
         base_vertical=((1.0 + gamma) * (GRAVITY + upwards) + column_upwards + gamma * beam_upwards)
-        / GRAVITY,
-        top_shear=-gamma * (across + beam_across) / GRAVITY,
-        top_vertical=gamma * (GRAVITY + upwards + beam_upwards) / GRAVITY,
+        / GRAVITY
+        + press,
+        top_shear=-gamma * (across + beam_across) / GRAVITY - capped * lean,
+        top_vertical=gamma * (GRAVITY + upwards + beam_upwards) / GRAVITY + capped * press,
+        support_shear=support,
     )
 
 
@@ -208,6 +223,11 @@ def column_forces(
     """
     frame = response.frame
     _require_bent(frame, spacing, beam_centre)
+    if frame.restrained:
+        raise ParameterError(
+            f"Frame {frame.name!r} has tendons or dissipaters. Must be free: how these share the "
+            "forces among columns is not modelled. `reactions` gives those of all together."
+        )
     across, upwards = ground_at_nodes(response, motion)
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
     side = _side(frame, theta, omega, across, upwards)
@@ -270,18 +290,56 @@ def _accelerations(
     """Return the horizontal and vertical accelerations of columns' centres and of the beam."""
     frame = response.frame
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
-    rate = angular_acceleration(frame, theta, omega, across, upwards)
+    moment = _tie_moment(response)
+    rate = angular_acceleration(frame, theta, omega, across, upwards, moment)
     # of a frame that is just uplifting only the side is known: its rate is still zero
-    side = _side(frame, theta, omega, across, upwards)
+    side = _side(frame, theta, omega, across, upwards, moment)
     omega = np.where(omega == 0.0, side * np.finfo(np.float64).tiny, omega)
     return frame.centre.acceleration(theta, omega, rate), frame.beam.acceleration(
         theta, omega, rate
     )
 
 
-def _side(frame: RockingFrame, theta: Float, omega: Float, across: Float, upwards: Float) -> Float:
+def _tie_moment(response: Response) -> Float:
+    """Moment of the ties at the nodes, over that of gravity."""
+    found, frame = response.restraint, response.frame
+    moment = np.zeros(response.time.size)
+    if found is None:
+        return moment
+    if frame.tendon is not None:
+        moment = moment + frame.tie_moment(1.0, frame.tie_lever) * found.tendon_force
+    if frame.dissipater is not None:
+        per_force = frame.tie_moment(frame.joints, frame.dissipater.lever_arm)
+        moment = moment + per_force * found.dissipater_force
+    return moment
+
+
+def _tie_forces(response: Response) -> Float:
+    """Forces of the ties across one joint, over the weight of a column."""
+    found, frame = response.restraint, response.frame
+    forces = np.zeros(response.time.size)
+    if found is None or frame.column_mass is None:
+        return forces
+    for tie, force in (
+        (frame.tendon, found.tendon_force),
+        (frame.dissipater, found.dissipater_force),
+    ):
+        if tie is not None:
+            forces = forces + force / (frame.column_mass * GRAVITY)
+    return forces
+
+
+def _side(
+    frame: RockingFrame,
+    theta: Float,
+    omega: Float,
+    across: Float,
+    upwards: Float,
+    tie_moment: Float | float = 0.0,
+) -> Float:
     """sgn(theta), or the side that the motion or the ground makes it enter; 0 at rest."""
-    strong = np.abs(across) > (GRAVITY + upwards) * math.tan(frame.slenderness)
+    hold = GRAVITY * tie_moment / math.cos(frame.slenderness)
+    strong = np.abs(across) > (GRAVITY + upwards) * math.tan(frame.slenderness) + hold
     pushed = np.where(strong, -np.sign(across), 0.0)
     moving = np.where(omega == 0.0, pushed, np.sign(omega))
     return np.where(theta == 0.0, moving, np.sign(theta))

@@ -16,6 +16,8 @@ from rockframe.notebook import Shown
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
+from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
+from rockframe.rocking.restrained import RestraintResponse, restraint_response, ties_of
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -82,6 +84,8 @@ class Response(Shown):
         How far the verdict is from another one, if `with_margins` has added it.
     contact : ContactDemand, optional
         What the joints must bear, if `with_contact` has added it.
+    restraint : RestraintResponse, optional
+        What tendons and dissipaters went through, if there are any.
     """
 
     frame: RockingFrame
@@ -99,6 +103,7 @@ class Response(Shown):
     to_pulse: ToPulse | None = None
     margin: Margin | None = None
     contact: ContactDemand | None = None
+    restraint: RestraintResponse | None = None
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""
@@ -234,6 +239,9 @@ def respond(
     omega = np.empty(time.size)
     impact_log = np.empty((_LOGGED_IMPACTS, 2))
     summary = np.empty(kernel.SUMMARY_SIZE)
+    crossing = ties_of(frame)
+    forces = np.empty((time.size, len(crossing)))
+    tie_log = np.empty((len(crossing), TIE_LOG_SIZE))
     verdict = kernel.integrate(
         ground.coefficients / GRAVITY,
         vertical_in_g(ground),
@@ -249,6 +257,9 @@ def respond(
         omega,
         impact_log,
         summary,
+        crossing,
+        forces,
+        tie_log,
     )
     impacts = int(summary[kernel.IMPACTS])
     return Response(
@@ -264,6 +275,9 @@ def respond(
         impacts=impacts,
         impact_times=impact_log[:impacts, 0].copy(),
         impact_velocities=impact_log[:impacts, 1].copy(),
+        restraint=restraint_response(frame, forces, tie_log, float(summary[kernel.PEAK]))
+        if crossing
+        else None,
     )
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
-from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered
+from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered, volume
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.fields import Name
 from rockframe.options.model import Options
+from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
 from rockframe.study.toml import line_of, parse, read_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
@@ -32,6 +34,58 @@ def bundled_records() -> Path:
     if installed.is_dir():
         return installed
     return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
+
+
+class TendonEntry(Options):
+    """``[structure.tendon]``: a tendon through the axis of each column."""
+
+    area_m2: float
+    modulus_pa: float
+    length_m: float | None = None
+    prestress_n: float = 0.0
+    yield_stress_pa: float | None = None
+    loses_prestress: bool = False
+
+    def tendon(self, height: float) -> Tendon:
+        """Return the tendon; by default as long as the column is high."""
+        return Tendon(
+            area=self.area_m2,
+            modulus=self.modulus_pa,
+            length=height if self.length_m is None else self.length_m,
+            prestress=self.prestress_n,
+            yield_stress=math.inf if self.yield_stress_pa is None else self.yield_stress_pa,
+            loses_prestress=self.loses_prestress,
+        )
+
+
+class DissipaterEntry(Options):
+    """``[structure.dissipater]``: what yields across each joint of a column."""
+
+    stiffness_n_m: float
+    yield_force_n: float
+    lever_arm_m: float
+
+    def dissipater(self) -> Dissipater:
+        """Return the dissipater."""
+        return Dissipater(
+            stiffness=self.stiffness_n_m,
+            yield_force=self.yield_force_n,
+            lever_arm=self.lever_arm_m,
+        )
+
+
+class PivotEntry(Options):
+    """``[structure.pivot]``: the edges on which columns rock, and crush."""
+
+    compressive_strength_pa: float
+    depth_m: float
+
+
+class AbutmentEntry(Options):
+    """``[structure.abutment]``: the joints at the ends of the deck."""
+
+    gap_m: float
+    uplift_allowance_m: float | None = None
 
 
 class StructureEntry(Options):
@@ -61,6 +115,11 @@ class StructureEntry(Options):
         height.
     restitution_factor : float
         Factor on the restitution of eq (43) [1].
+    column_mass_kg, density_kg_m3 : float, optional
+        Mass of one column [kg], or its density; restraints and pivots need one of them, and the
+        density of rectangular columns the depth.
+    tendon, dissipater, pivot, abutment : table, optional
+        What restrains the frame.
     """
 
     name: Name
@@ -75,6 +134,12 @@ class StructureEntry(Options):
     inertia_ratio: float | None = None
     centre_of_gravity_m: float | None = None
     restitution_factor: float = 1.0
+    column_mass_kg: float | None = None
+    density_kg_m3: float | None = None
+    tendon: TendonEntry | None = None
+    dissipater: DissipaterEntry | None = None
+    pivot: PivotEntry | None = None
+    abutment: AbutmentEntry | None = None
 
     def frame(self) -> RockingFrame:
         """Return the frame that the entry describes.
@@ -88,7 +153,8 @@ class StructureEntry(Options):
         shape = self._shape()
         tapers = self.top_width_m is not None
         stated = tapers or self.centre_of_gravity_m is not None
-        return RockingFrame(
+        joint = self.abutment
+        frame = RockingFrame(
             height=self.height_m,
             width=self.width_m,
             mass_ratio=self.mass_ratio,
@@ -97,6 +163,39 @@ class StructureEntry(Options):
             restitution_factor=self.restitution_factor,
             top_width=self.top_width_m,
             centre_of_gravity=shape.centre_of_gravity if stated else None,
+            column_mass=self._mass(),
+            tendon=None if self.tendon is None else self.tendon.tendon(self.height_m),
+            dissipater=None if self.dissipater is None else self.dissipater.dissipater(),
+            abutment=None
+            if joint is None
+            else Abutment(
+                gap=joint.gap_m,
+                uplift_allowance=math.inf
+                if joint.uplift_allowance_m is None
+                else joint.uplift_allowance_m,
+            ),
+        )
+        if self.pivot is None:
+            return frame
+        strength, depth = self.pivot.compressive_strength_pa, self.pivot.depth_m
+        return frame.crushed(Pivot(compressive_strength=strength, depth=depth))
+
+    def _mass(self) -> float | None:
+        """The mass of a column, stated or from its density [kg]."""
+        if self.density_kg_m3 is None:
+            return self.column_mass_kg
+        if not 0.0 < self.density_kg_m3 < math.inf:
+            raise ParameterError(
+                f"Invalid density_kg_m3 {self.density_kg_m3!r} of frame {self.name!r}. Must be "
+                "positive."
+            )
+        return self.density_kg_m3 * volume(
+            self.section or "rectangular",
+            *(self.height_m, self.width_m),
+            top_width=self.top_width_m,
+            inner_width=self.inner_width_m,
+            depth=self.depth_m,
+            inner_depth=self.inner_depth_m,
         )
 
     def _shape(self) -> ColumnShape:
@@ -115,13 +214,15 @@ class StructureEntry(Options):
         """Refuse keys that exclude each other, or need one that is missing."""
         excluded = {
             "inertia_ratio": ("section", "inner_width_m", "depth_m", "inner_depth_m"),
-            "top_width_m": ("inner_width_m", "depth_m", "inner_depth_m"),
+            "top_width_m": ("inner_width_m", "inner_depth_m"),
+            "density_kg_m3": ("column_mass_kg", "inertia_ratio"),
         }
         needed = {
             "centre_of_gravity_m": "inertia_ratio",
-            "depth_m": "inner_width_m",
             "inner_depth_m": "inner_width_m",
         }
+        if self.density_kg_m3 is None:
+            needed["depth_m"] = "inner_width_m"
         if self.inertia_ratio is not None and self.top_width_m is not None:
             needed["inertia_ratio"] = "centre_of_gravity_m"
         for key, others in excluded.items():

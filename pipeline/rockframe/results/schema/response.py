@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from rockframe.results.schema.declare import FileKind, Variable, optional
-from rockframe.rocking.kernels.kernel import REST_VELOCITY_RATIO
+from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.perturbed import (
     AMPLITUDE_PERTURBATION,
     RESTITUTION_PERTURBATION,

@@ -15,10 +15,7 @@ from numba.core.caching import FunctionCache
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_SOURCES = tuple(
-    Path(__file__).with_name(name)
-    for name in ("compiled.py", "kernel.py", "vectors.py", "excursions.py", "lanes.py")
-)
+_SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 
 
 @cache

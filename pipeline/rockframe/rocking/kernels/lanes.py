@@ -22,30 +22,28 @@ from numpy.typing import NDArray
 from rockframe.rocking.kernels.compiled import compiled, inlined
 from rockframe.rocking.kernels.excursions import keep
 from rockframe.rocking.kernels.kernel import (
-    ALOFT,
-    FALLEN,
-    HALF_PI,
     IMPACTS,
-    MOVING,
-    NEVER,
     NO_UPLIFT,
     OVERTURNED,
     OVERTURNING_TIME,
     PEAK_TIME,
     PEAK_VELOCITY,
-    REST_VELOCITY_RATIO,
     SAFE,
     UPLIFT_TIME,
-    Marker,
-    Polynomial,
-    derivatives,
-    flight,
-    lift_off,
-    shift,
-    tail,
-    taylor,
 )
 from rockframe.rocking.kernels.kernel import PEAK as PEAK_ROTATION
+from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, derivatives, shift
+from rockframe.rocking.kernels.steps import (
+    ALOFT,
+    FALLEN,
+    HALF_PI,
+    MOVING,
+    Marker,
+    flight,
+    lift_off,
+    taylor,
+)
+from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, tail
 from rockframe.rocking.kernels.vectors import (
     ALPHA,
     AT,
@@ -245,7 +243,7 @@ def _wait_for_uplift(
         pool[q + AT] = at
         if at < end:
             a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
-            wait, start = lift_off(a, v, limit, 1.0 - pool[q + ELAPSED])
+            wait, start = lift_off(a, v, limit, 0.0, 1.0 - pool[q + ELAPSED])
             waits = wait == NEVER
             if waits:
                 pool[q + ELAPSED] = 0.0
@@ -491,6 +489,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         pool[q + ALPHA],
                         pool[q + P2],
                         start,
+                        (),
                     )
                     ended, t, theta, omega, high, _, fast = flight(
                         c, 1.0, 1.0 - pool[q + ELAPSED], start, pool[q + PEAK]

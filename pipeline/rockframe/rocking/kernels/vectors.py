@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.rocking.kernels.compiled import inlined
-from rockframe.rocking.kernels.kernel import FROM_UPLIFT, HALF_PI, MOVING, Marker, Polynomial, shift
+from rockframe.rocking.kernels.polynomials import Polynomial, shift
+from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker
 
 Float = NDArray[np.float64]
 

@@ -1,0 +1,177 @@
+"""What restrains a rocking frame: tendons and dissipaters, its pivots, and the abutments."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from rockframe.errors import ParameterError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tendon:
+    """A tendon through the axis of each column, from the foundation to the beam, unbonded.
+
+    Parameters
+    ----------
+    area, modulus, length : float
+        Cross-section [m2], Young's modulus [Pa] and free length [m] of one tendon.
+    prestress : float
+        Its force at rest [N].
+    yield_stress : float, optional
+        Stress at which it yields [Pa]; without, it never does.
+    loses_prestress : bool
+        Let it flow at the yield stress, and slacken by what it has flowed; otherwise it stays
+        elastic, and the time at which it passes the yield stress is reported.
+
+    Raises
+    ------
+    ParameterError
+        If a dimension or the modulus is not positive, the prestress negative, or above the yield
+        stress.
+
+    Examples
+    --------
+    >>> tendon = Tendon(area=1e-3, modulus=195e9, length=9.6, prestress=2e5)
+    >>> round(tendon.stiffness / 1e6, 1)
+    20.3
+    """
+
+    area: float
+    modulus: float
+    length: float
+    prestress: float = 0.0
+    yield_stress: float = math.inf
+    loses_prestress: bool = False
+
+    def __post_init__(self) -> None:
+        _require_positive(self, "area", "modulus", "length", "yield_stress")
+        if not 0.0 <= self.prestress < math.inf:
+            raise ParameterError(
+                f"Invalid prestress {self.prestress!r} N of a tendon. Must be zero or above."
+            )
+        if self.prestress >= self.yield_force:
+            raise ParameterError(
+                f"Invalid prestress {self.prestress:g} N of a tendon. Must be below its yield "
+                f"force, {self.yield_force:g} N."
+            )
+
+    @property
+    def stiffness(self) -> float:
+        """Axial stiffness E A / L [N/m]."""
+        return self.modulus * self.area / self.length
+
+    @property
+    def yield_force(self) -> float:
+        """Force at which it yields [N]."""
+        return self.yield_stress * self.area
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dissipater:
+    """What yields across each joint of a column: elastic and perfectly plastic, both ways.
+
+    Parameters
+    ----------
+    stiffness, yield_force : float
+        Of all the bars across one joint together [N/m], [N].
+    lever_arm : float
+        Distance from the pivot to where they act [m]; on the axis of the column it is half the
+        width.
+
+    Raises
+    ------
+    ParameterError
+        If one of them is not positive.
+
+    Examples
+    --------
+    >>> Dissipater(stiffness=5e7, yield_force=2e5, lever_arm=0.8).lever_arm
+    0.8
+    """
+
+    stiffness: float
+    yield_force: float
+    lever_arm: float
+
+    def __post_init__(self) -> None:
+        _require_positive(self, *(field.name for field in fields(self)))
+        if not math.isfinite(self.yield_force):
+            raise ParameterError("Invalid yield_force inf N of a dissipater. Must be finite.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Abutment:
+    """The joint between the deck and the abutments, at either end.
+
+    Parameters
+    ----------
+    gap : float
+        Displacement of the deck that closes it [m].
+    uplift_allowance : float, optional
+        Lift of the deck that bearings, joints and services endure [m].
+
+    Raises
+    ------
+    ParameterError
+        If the gap or the allowance is not positive.
+
+    Examples
+    --------
+    >>> Abutment(gap=0.3).gap
+    0.3
+    """
+
+    gap: float
+    uplift_allowance: float = math.inf
+
+    def __post_init__(self) -> None:
+        _require_positive(self, "gap")
+        if not self.uplift_allowance > 0.0:
+            raise ParameterError(
+                f"Invalid uplift_allowance {self.uplift_allowance!r} m of an abutment. Must be "
+                "positive."
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pivot:
+    """The edges on which columns rock: they crush until a block of stress bears the column.
+
+    Parameters
+    ----------
+    compressive_strength : float
+        Of the edge [Pa], uniform over the block.
+    depth : float
+        Width of the edge out of the plane of rocking [m].
+
+    Raises
+    ------
+    ParameterError
+        If one of them is not positive.
+
+    Examples
+    --------
+    >>> Pivot(compressive_strength=30e6, depth=1.4).inset(2.1e6)
+    0.025
+    """
+
+    compressive_strength: float
+    depth: float
+
+    def __post_init__(self) -> None:
+        _require_positive(self, "compressive_strength", "depth")
+
+    def inset(self, force: float) -> float:
+        """Return how far from the edge the block bears a force [N]: half its length [m]."""
+        return 0.5 * force / (self.compressive_strength * self.depth)
+
+
+def _require_positive(restraint: Tendon | Dissipater | Abutment | Pivot, *names: str) -> None:
+    for name in names:
+        value = getattr(restraint, name)
+        if not value > 0.0 or (math.isinf(value) and not name.startswith("yield")):
+            raise ParameterError(
+                f"Invalid {name} {value!r} of a {type(restraint).__name__.lower()}. Must be "
+                "positive."
+            )

@@ -1,0 +1,202 @@
+"""What becomes of a frame once the ground is still."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.rocking.kernels.compiled import compiled
+from rockframe.rocking.kernels.steps import (
+    ALOFT,
+    CHANGED,
+    FALLEN,
+    HALF_PI,
+    LANDED,
+    MAX_STRIDE,
+    MOVING,
+    flight,
+    taylor,
+)
+from rockframe.rocking.kernels.ties import (
+    PLASTIC,
+    PLASTIC_STRETCH,
+    REST,
+    Pair,
+    States,
+    both_held,
+    changed,
+    landed,
+    next_change,
+    uplift_hold,
+)
+
+Float = NDArray[np.float64]
+
+#: After an impact slower than this share of p_hat, with the ground too weak to uplift, the frame
+#: is at rest. Impacts follow each other in a geometric series, so their number depends on it.
+REST_VELOCITY_RATIO: Final = 1e-10
+#: A frame balanced on the barrier to round-off is left falling after so many steps, no time given.
+_MAX_TAIL: Final = 100_000
+
+
+@compiled
+def _free_rocking(
+    theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
+) -> tuple[bool, float, float]:
+    """Whether the frame overturns freely from this state; if not, the largest |theta|, |omega|.
+
+    The exact energy verdict: E = omega^2/2 + p_hat^2 cos(alpha - |theta|) is kept between impacts,
+    p_hat^2 is the barrier at |theta| = alpha, and an impact takes (1 - restitution^2) of the
+    kinetic energy. What is computed is E - p_hat^2, without its cancellation near the barrier.
+    """
+    if s == 0.0:
+        return False, 0.0, 0.0
+    p2 = p_hat * p_hat
+    barrier = 2.0 * p2 * math.sin(0.5 * alpha) ** 2
+    excess = 0.5 * omega * omega - 2.0 * p2 * math.sin(0.5 * (alpha - abs(theta))) ** 2
+    outward = s * omega >= 0.0
+    if abs(theta) >= alpha and (outward or excess < 0.0):
+        return True, HALF_PI, 0.0
+    landing = math.sqrt(2.0 * max(0.0, excess + barrier))
+    if not outward:  # over to the other side, with what the impact leaves
+        excess = restitution * restitution * (excess + barrier) - barrier
+    if excess >= 0.0:
+        return True, HALF_PI, 0.0
+    return False, alpha - 2.0 * math.asin(math.sqrt(-excess / (2.0 * p2))), landing
+
+
+@compiled
+def tail(
+    theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
+) -> tuple[bool, float, float, float, float, float]:
+    """What comes when the ground is still, from this state.
+
+    Returns whether the frame overturns, how long after [s], NaN if not, and the largest |theta|,
+    |omega|; then when it landed before it overturned on the other side, NaN if it did not, and the
+    rate just before. A frame balanced on the barrier to round-off overturns at no time, NaN.
+    """
+    overturns, peak, fastest = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
+    if not overturns:
+        return False, math.nan, peak, fastest, math.nan, 0.0
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    h = MAX_STRIDE / p_hat
+    landed = math.nan
+    landing = 0.0
+    for i in range(_MAX_TAIL):
+        elapsed = 0.0
+        while elapsed < h:
+            c = taylor(theta, omega, s, zero, zero, alpha, p_hat * p_hat, MOVING, ())
+            ended, t, theta, omega, _, _, fast = flight(c, s, h - elapsed, MOVING, HALF_PI)
+            fastest = max(fastest, fast)
+            elapsed += t
+            if ended == ALOFT:
+                break
+            if ended == FALLEN:
+                return True, i * h + elapsed, HALF_PI, fastest, landed, landing
+            landed = i * h + elapsed
+            landing = omega
+            omega *= restitution
+            s = -s
+    return True, math.nan, HALF_PI, fastest, landed, landing
+
+
+@compiled
+def tied_tail(  # noqa: C901  one loop
+    theta: float,
+    omega: float,
+    s: float,
+    alpha: float,
+    p_hat: float,
+    restitution: float,
+    ties: Pair,
+    states: States,
+    stride: float,
+    tie_log: Float,
+    time: float,
+) -> tuple[bool, float, float, float, float, float]:
+    """What comes when the ground is still, as `tail`, and into the log of the ties.
+
+    Ties that do not yield keep energy: the first peak is the largest. With dissipaters the frame is
+    followed until it rests, or swings about a residual rotation without yielding.
+    """
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    yields = ties[0][4] == PLASTIC or ties[1][4] == PLASTIC
+    peak = 0.0
+    fastest = 0.0
+    landing = 0.0
+    landing_time = math.nan
+    turns = 0
+    one = 0.0
+    other = 0.0
+    done = 0.0
+    for i in range(_MAX_TAIL):
+        if s == 0.0 or turns > 3 or (turns > 0 and not yields):
+            rest = 0.0 if s == 0.0 or not yields else _balance(alpha, ties, states, one, other)
+            for k in range(2):
+                tie_log[k, PLASTIC_STRETCH] = states[k][1]
+                tie_log[k, REST] = rest
+            return False, math.nan, peak, fastest, math.nan, 0.0
+        elapsed = 0.0
+        while elapsed < stride and s != 0.0:
+            pull = both_held(ties, states)
+            c = taylor(theta, omega, s, zero, zero, alpha, p_hat * p_hat, MOVING, pull)
+            ended, t, theta, omega, high, _, fast = flight(c, s, stride - elapsed, MOVING, peak)
+            if s * c[1] > 0.0 >= s * omega and ended != LANDED:
+                turns += 1
+                one = abs(theta)
+            elif s * c[1] < 0.0 <= s * omega:
+                turns += 1
+                other = abs(theta)
+            which, when, level = next_change(ties, states, c, s, t)
+            if which >= 0:
+                ended, t, theta, omega, high, _, fast = flight(c, s, when, MOVING, peak)
+                ended = CHANGED
+                theta, omega, states = changed(
+                    theta, omega, s, level, which, ties, states, tie_log, time + done + elapsed + t
+                )
+                turns = 0 if yields else turns
+            peak = max(peak, high)
+            fastest = max(fastest, fast)
+            elapsed += t
+            if ended == FALLEN:
+                for k in range(2):
+                    tie_log[k, PLASTIC_STRETCH] = states[k][1]
+                return True, done + elapsed, HALF_PI, fastest, landing_time, landing
+            if ended == ALOFT:
+                break
+            if ended == LANDED:
+                turns = 0
+                if math.isnan(landing_time):
+                    landing_time = done + elapsed
+                    landing = omega
+                omega *= restitution
+                s = -s
+                states = landed(ties, states, tie_log)
+                if abs(omega) < REST_VELOCITY_RATIO * p_hat and uplift_hold(
+                    alpha, ties, states
+                ) >= -math.tan(alpha):
+                    s = 0.0
+        done = (i + 1) * stride
+    return True, math.nan, HALF_PI, fastest, landing_time, landing
+
+
+@compiled
+def _balance(
+    alpha: float,
+    ties: Pair,
+    states: States,
+    high: float,
+    low: float,
+) -> float:
+    """The |theta| between two at which a frame does not move, by bisection."""
+    k, f = both_held(ties, states)
+    for _ in range(100):
+        middle = 0.5 * (high + low)
+        if math.sin(alpha - middle) + k * math.sin(middle) + f * math.cos(0.5 * middle) > 0.0:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (high + low)

@@ -1,0 +1,109 @@
+"""Tendons and dissipaters of a rocking frame: what the kernel takes, and what becomes of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+from rockframe.rocking.kernels import ties
+
+Float = NDArray[np.float64]
+
+_NONE: Final = (0.0, 0.0, math.inf, -math.inf, ties.ELASTIC)
+
+
+@dataclass(frozen=True, eq=False)
+class RestraintResponse:
+    """What the tendons and dissipaters of a frame went through.
+
+    Parameters
+    ----------
+    tendon_force : array, shape (nodes,)
+        Force of one tendon [N]; NaN after overturning, or if there is none.
+    dissipater_force : array, shape (nodes,)
+        Force of the dissipaters across one joint [N]; likewise.
+    peak_tendon_force : float
+        Largest force of a tendon, after the end of the motion included [N].
+    tendon_yields, dissipater_yields : float
+        When it first reaches its yield force [s]; NaN if never.
+    tendon_force_left : float
+        Force of a tendon when the frame stands again: less than the prestress if it has flowed [N].
+    dissipated_energy : float
+        What yielding has dissipated in one column, over the weight of the column [m].
+    residual_rotation : float
+        The |theta| at which the frame comes to rest [rad]: not zero where dissipaters keep it open.
+    """
+
+    tendon_force: Float
+    dissipater_force: Float
+    peak_tendon_force: float
+    tendon_yields: float
+    dissipater_yields: float
+    tendon_force_left: float
+    dissipated_energy: float
+    residual_rotation: float
+
+
+def ties_of(frame: RockingFrame) -> ties.Ties:
+    """Return the ties across a frame's joints as the kernel takes them, moments over gravity's."""
+    if not frame.restrained:
+        return ()
+    tendon, dissipater = _NONE, _NONE
+    if frame.tendon is not None:
+        lever = frame.tie_lever
+        tendon = (
+            frame.tie_moment(frame.tendon.stiffness * lever, lever),
+            frame.tie_moment(frame.tendon.prestress, lever),
+            frame.tie_moment(frame.tendon.yield_force, lever),
+            *((0.0, ties.CABLE) if frame.tendon.loses_prestress else (-math.inf, ties.ELASTIC)),
+        )
+    if frame.dissipater is not None:
+        lever = frame.dissipater.lever_arm
+        highest = frame.joints * frame.tie_moment(frame.dissipater.yield_force, lever)
+        dissipater = (
+            frame.joints * frame.tie_moment(frame.dissipater.stiffness * lever, lever),
+            *(0.0, highest, -highest, ties.PLASTIC),
+        )
+    return tendon, dissipater
+
+
+def restraint_response(
+    frame: RockingFrame, forces: Float, log: Float, peak_rotation: float
+) -> RestraintResponse:
+    """Return what the kernel has found out about the ties, in forces.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    forces, log : array
+        What `kernel.integrate` has filled in.
+    peak_rotation : float
+        Largest |theta| [rad].
+    """
+    tendon, dissipater = frame.tendon, frame.dissipater
+    nothing = np.full(forces.shape[0], math.nan)
+    left = math.nan
+    peak = frame.tension(peak_rotation) if tendon is not None else math.nan
+    tendon_force = dissipater_force = nothing
+    if tendon is not None:
+        tendon_force = forces[:, 0] / frame.tie_moment(1.0, frame.tie_lever)
+        per_stretch = tendon.stiffness * frame.tie_lever
+        left = max(0.0, tendon.prestress - per_stretch * float(log[0, ties.PLASTIC_STRETCH]))
+    if dissipater is not None:
+        dissipater_force = forces[:, 1] / frame.tie_moment(frame.joints, dissipater.lever_arm)
+    return RestraintResponse(
+        tendon_force=tendon_force,
+        dissipater_force=dissipater_force,
+        peak_tendon_force=peak,
+        tendon_yields=float(log[0, ties.YIELD_TIME]),
+        dissipater_yields=float(log[1, ties.YIELD_TIME]),
+        tendon_force_left=left,
+        dissipated_energy=float(log[:, ties.WORK].sum()) * frame.moment_arm,
+        residual_rotation=float(log[0, ties.REST]),
+    )

@@ -1,0 +1,305 @@
+"""Tendons and dissipaters: the expected numbers, energy, limits, and another solver."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.polynomial import polynomial
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from tests.rocking.direct import Outcome, integrate, straight_lines
+from tests.rocking.motions import BENT
+
+from rockframe.restraint import Dissipater, Tendon
+from rockframe.rocking.batch import respond_many
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.kernels import kernel
+from rockframe.rocking.kernels.ties import CABLE, ELASTIC, PLASTIC, REST, WORK, YIELD_TIME, Tie
+from rockframe.rocking.response import respond
+from rockframe.units import GRAVITY
+from rockframe.wavelets.pulse import Pulse
+
+Float = NDArray[np.float64]
+
+NONE: Tie = (0.0, 0.0, math.inf, -math.inf, ELASTIC)
+TENDON: Tie = (1.2, 0.02, math.inf, -math.inf, ELASTIC)
+YIELDING: Tie = (1.2, 0.02, 0.06, 0.0, CABLE)
+DISSIPATER: Tie = (3.0, 0.0, 0.04, -0.04, PLASTIC)
+STRONG: Tie = (8.0, 0.0, 0.3, -0.3, PLASTIC)  # stronger than gravity and tendon: it keeps it open
+PAIRS = {
+    "tendon": (TENDON, NONE),
+    "yielding": (YIELDING, NONE),
+    "hybrid": (TENDON, DISSIPATER),
+    "yielding hybrid": (YIELDING, DISSIPATER),
+    "strong": (NONE, STRONG),
+}
+BARS = Dissipater(stiffness=5e7, yield_force=2e5, lever_arm=0.8)
+RESTRAINED = replace(
+    BENT,
+    column_mass=48e3,
+    tendon=Tendon(area=1e-3, modulus=195e9, length=9.6, prestress=1e5, yield_stress=1.5e9),
+)
+ALPHA, P_HAT, KEPT = 0.165, 1.4, 0.93
+
+
+def run(ground: Float, step: float, ties: tuple[Tie, Tie], **options: Any) -> Outcome:
+    return integrate(ground, step, alpha=ALPHA, p_hat=P_HAT, restitution=KEPT, ties=ties, **options)
+
+
+def rough(seed: int, strength: float = 0.45) -> Float:
+    samples = strength * np.random.default_rng(seed).uniform(-1.0, 1.0, 40)
+    return straight_lines(np.append(samples, 0.0), 0.1)
+
+
+def test_expected_histories_with_tendons_and_vertical_motion(
+    expected: Callable[[str], Any],
+) -> None:
+    (case,) = (case for case in expected("a2_vertical_and_tendons")["cases"] if "c1" in case)
+    period = case["T_p_s"]
+    across, upwards = (
+        GroundAcceleration.from_function(
+            Pulse(wavelet="antisymmetric_ricker", a_p=a * GRAVITY, T_p=T, time=at).acceleration,
+            *(-3.0 * period, 4.0 * period),
+            intervals=1400,
+            degree=5,
+        )
+        for a, T, at in ((case["a_p_g"], period, 0.0), (0.4, 0.5, -0.3))
+    )
+    outcome = integrate(
+        across.coefficients / GRAVITY,
+        across.time_step,
+        alpha=BENT.slenderness,
+        p_hat=BENT.effective_frequency_parameter,
+        restitution=BENT.restitution,
+        vertical=upwards.coefficients / GRAVITY,
+        ties=((case["c1"], case["c2"], math.inf, -math.inf, ELASTIC), NONE),
+    )
+    places = [round((row["t_over_Tp"] + 3.0) * 200) for row in case["theta"]]
+    assert outcome.theta[places] == pytest.approx([r["theta"] for r in case["theta"]], abs=1e-14)
+    assert outcome.omega[places] == pytest.approx([r["thetadot"] for r in case["theta"]], abs=1e-14)
+    times = [row["t"] + 3.0 * period for row in case["impacts"]]
+    assert outcome.impact_times[: len(times)][outcome.impact_times[: len(times)] < 8.0] == (
+        pytest.approx([t for t in times if t < 8.0], abs=1e-12)
+    )
+    assert outcome.uplift_time - 3.0 * period == pytest.approx(case["t_uplift"], abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_ties_without_force_change_nothing(seed: int) -> None:
+    free = integrate(rough(seed), 0.1, alpha=ALPHA, p_hat=P_HAT, restitution=KEPT)
+    tied = run(rough(seed), 0.1, (NONE, NONE))
+    np.testing.assert_allclose(tied.theta, free.theta, rtol=0.0, atol=1e-13)
+    assert (tied.verdict, tied.impacts) == (free.verdict, free.impacts)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("seed", [4, 5])
+def test_histories_are_those_of_another_solver(name: str, seed: int) -> None:
+    outcome = run(rough(seed), 0.1, PAIRS[name])
+    theta, omega, forces = by_dop853(rough(seed), 0.1, PAIRS[name])
+    assert outcome.peak > 0.02
+    np.testing.assert_allclose(outcome.theta, theta, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(outcome.omega, omega, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(outcome.forces, forces, rtol=0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_energy_is_kept_or_accounted_for(name: str) -> None:
+    """In free rocking what is lost went into impacts and yielding, to round-off."""
+    ties = PAIRS[name]
+    outcome = run(np.zeros((3000, 1)), 0.01, ties, start=(0.9 * ALPHA, 0.0))
+    lost_in_impacts = 0.5 * (1.0 - KEPT**2) * np.sum(outcome.impact_velocities**2)
+    start = energy(0.9 * ALPHA, 0.0, outcome.forces[0], ties)
+    end = energy(outcome.theta[-1], outcome.omega[-1], outcome.forces[-1], ties)
+    dissipated = P_HAT**2 * outcome.log[:, WORK].sum()
+    assert start - end == pytest.approx(lost_in_impacts + dissipated, abs=1e-13)
+
+
+def test_scenarios_of_restrained_frames_are_their_responses() -> None:
+    frames = [RESTRAINED, BENT, replace(RESTRAINED, dissipater=BARS)]
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.6 * GRAVITY, T_p=1.5)
+    found = respond_many([pulse], frames)
+    single = [respond(frame, pulse).peak_rotation for frame in frames]
+    assert found.peak_rotation.ravel() == pytest.approx(single, rel=1e-9)
+
+
+def test_a_stiff_tendon_never_lets_it_overturn() -> None:
+    """With k above cos(alpha) gravity never wins: no barrier."""
+    strong = straight_lines(np.array([0.0, 3.0, 3.0, -3.0, -3.0, 0.0]), 0.5)
+    free = integrate(strong, 0.5, alpha=ALPHA, p_hat=P_HAT, restitution=KEPT)
+    tied = run(strong, 0.5, ((12.0, 0.0, math.inf, -math.inf, ELASTIC), NONE))
+    assert (free.verdict, tied.verdict) == (kernel.OVERTURNED, kernel.SAFE)
+
+
+def test_prestress_raises_the_uplift_acceleration() -> None:
+    hold = 0.02 / math.cos(ALPHA)
+    ramp = straight_lines([0.0, 1.0], 1.0)
+    assert run(ramp, 1.0, (TENDON, NONE)).uplift_time == pytest.approx(
+        math.tan(ALPHA) + hold, rel=1e-14
+    )
+
+
+def test_yield_is_noted_where_the_force_reaches_it() -> None:
+    ties = ((1.2, 0.02, 0.06, -math.inf, ELASTIC), NONE)
+    push = straight_lines([0.5, 0.5], 2.0)
+    when = run(push, 2.0, ties).log[0, YIELD_TIME]
+    force = run(straight_lines([0.5, 0.5], when), when, ties).forces[-1, 0]
+    assert force == pytest.approx(0.06, abs=1e-14)
+
+
+def test_a_frame_kept_open_rests_where_the_moments_balance() -> None:
+    ties = PAIRS["strong"]
+    outcome = run(straight_lines(np.array([0.0, 0.5, 0.5, 0.0]), 0.5), 0.5, ties)
+    rest = outcome.log[0, REST]
+    free = run(np.zeros((1, 1)), 0.5, ties, start=(rest, 0.0))
+    assert rest > 0.0
+    assert free.omega[-1] != 0.0  # begun without plastic stretch it does move
+    plastic = outcome.log[1, 2]
+    stiffness, *_ = STRONG
+    moment = math.sin(ALPHA - rest) + stiffness * math.sin(rest)
+    moment -= stiffness * plastic * math.cos(0.5 * rest)
+    assert moment == pytest.approx(0.0, abs=1e-12)
+
+
+def energy(theta: float, omega: float, forces: Float, ties: tuple[Tie, Tie]) -> float:
+    """Energy over the frame's inertia: kinetic, of height, and of the springs that ties are."""
+    stored = sum(
+        (force**2 - tie[1] ** 2) / (2.0 * tie[0])
+        for force, tie in zip(forces, ties, strict=True)
+        if tie[0]
+    )
+    height = math.cos(ALPHA - abs(theta)) - math.cos(ALPHA)
+    return float(0.5 * omega**2 + P_HAT**2 * (height + stored))
+
+
+def by_dop853(ground: Float, step: float, ties: tuple[Tie, Tie]) -> tuple[Float, Float, Float]:
+    """Theta, omega and forces at the nodes: forces as unknowns of their own, restarted at events.
+
+    A force grows with the stretch, and stays where it yields; a cable's runs on below zero, and
+    is taken as zero there.
+    """
+    state = np.array([0.0, 0.0, ties[0][1], ties[1][1]])
+    side, yields = 0.0, [False, False]
+    kept = [state.copy()]
+    for row in ground:
+        now = 0.0
+        while now < step:
+            if side == 0.0:
+                side, now = _uplift(row, now, step, acting(state, ties))
+                if side == 0.0:
+                    break
+            if state[0] == 0.0 and state[1] == 0.0:
+                state[0] = side * 1e-300
+            now, state, side, yields = _until_event(row, now, step, state, side, yields, ties)
+        seen = state.copy()
+        seen[2:] = acting(state, ties)
+        kept.append(seen)
+    theta, omega, *forces = np.array(kept).T
+    return theta, omega, np.array(forces).T
+
+
+def acting(state: Float, ties: tuple[Tie, Tie]) -> Float:
+    return np.array(
+        [max(f, 0.0) if tie[4] == CABLE else f for f, tie in zip(state[2:], ties, strict=True)]
+    )
+
+
+def _uplift(row: Float, now: float, step: float, forces: Float) -> tuple[float, float]:
+    limit = math.tan(ALPHA) + forces.sum() / math.cos(ALPHA)
+    times = [now]
+    for sign in (1.0, -1.0):
+        if row[1] != 0.0:
+            times.append((sign * limit - row[0]) / row[1])
+    for t in sorted(times):
+        a = polynomial.polyval(t + 1e-9, row)
+        if now <= t < step and abs(a) > limit:
+            return -math.copysign(1.0, a), t
+    return 0.0, step
+
+
+def _until_event(
+    row: Float,
+    now: float,
+    step: float,
+    state: Float,
+    side: float,
+    yields: list[bool],
+    ties: tuple[Tie, Tie],
+) -> tuple[float, Float, float, list[bool]]:
+    def rates(t: float, y: Float) -> list[float]:
+        psi = ALPHA * side - y[0]
+        half = math.cos(0.5 * y[0])
+        force = acting(y, ties).sum()
+        pull = math.sin(psi) + polynomial.polyval(t, row) * math.cos(psi) + side * force * half
+        growth = side * half * y[1]
+        return [
+            *(y[1], -(P_HAT**2) * pull),
+            *(0.0 if flows else tie[0] * growth for flows, tie in zip(yields, ties, strict=True)),
+        ]
+
+    events = _events(state, side, yields, ties)
+    found = solve_ivp(
+        rates,
+        (now, step),
+        state,
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-14,
+        events=list(events.values()),
+        max_step=0.05,
+    )
+    state = found.y[:, -1].copy()
+    (hit,) = [name for name, times in zip(events, found.t_events, strict=True) if times.size] or [
+        ""
+    ]
+    what, _, k = hit.partition(" ")
+    if what == "landing":
+        state[0], state[1], side = 0.0, KEPT * state[1], -side
+        yields = [False, False]
+        limit = math.tan(ALPHA) + acting(state, ties).sum() / math.cos(ALPHA)
+        if abs(state[1]) < 1e-7 * P_HAT and abs(polynomial.polyval(found.t[-1], row)) < limit:
+            state[1], side = 0.0, 0.0
+    elif what == "flow":
+        state[2 + int(k)] = math.copysign(ties[int(k)][2], state[2 + int(k)])
+        yields = [flows or i == int(k) for i, flows in enumerate(yields)]
+    elif what == "slack":
+        state[2 + int(k)] = math.copysign(1e-300, side * state[1])  # past the event
+    elif what == "turn":
+        state[1] = 0.0
+        yields = [flows and i != int(k) for i, flows in enumerate(yields)]
+    return found.t[-1], state, side, yields
+
+
+def _events(
+    state: Float, side: float, yields: list[bool], ties: tuple[Tie, Tie]
+) -> dict[str, Callable[[float, Float], float]]:
+    """What ends a branch, by name and place of the tie."""
+
+    def event(direction: float, of: Callable[[Float], float]) -> Any:
+        def reached(_: float, y: Float) -> float:
+            return of(y)
+
+        reached.terminal, reached.direction = True, direction  # type: ignore[attr-defined]
+        return reached
+
+    def spare(k: int, y: Float) -> float:
+        return float((abs(y[2 + k]) if ties[k][4] == PLASTIC else y[2 + k]) - ties[k][2])
+
+    def outwards(k: int, y: Float) -> float:
+        return float(side * math.copysign(1.0, state[2 + k]) * y[1])
+
+    events = {"landing": event(-1.0, lambda y: float(side * y[0]))}
+    for k, tie in enumerate(ties):
+        if yields[k]:
+            events[f"turn {k}"] = event(-1.0, partial(outwards, k))
+        elif tie[4] != ELASTIC:
+            events[f"flow {k}"] = event(1.0, partial(spare, k))
+            if tie[4] == CABLE:
+                events[f"slack {k}"] = event(0.0, partial(lambda k, y: float(y[2 + k]), k))
+    return events
