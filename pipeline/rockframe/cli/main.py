@@ -38,6 +38,10 @@ _VERBS: Final = {
     "pulse": ("stages.pulse", "find the acceleration pulse (a_p, T_p) of each record"),
     "respond": ("stages.respond", "compute the rocking response of structures to records"),
     "screen": ("stages.screen", "screen structures by many records at many scales"),
+    "compare": (
+        "stages.compare",
+        "compare bridges that rock with restrained, hybrid, isolated and fixed ones",
+    ),
     "spectrum": (
         "stages.spectrum",
         "compute overturning spectra of pulses, or rocking spectra of records",

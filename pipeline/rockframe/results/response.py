@@ -25,7 +25,7 @@ from rockframe.rocking.response import Response
 
 _HISTORIES: Final = ("theta", "u", "v")
 #: Parts of a response that it may not have.
-_PARTS: Final = ("to_pulse", "margin", "contact")
+_PARTS: Final = ("to_pulse", "margin", "contact", "restraint")
 
 
 def write_responses(
@@ -102,6 +102,8 @@ def _complete(
         values |= margin_values(columns["margin"])
     if all(contact is not None for row in columns["contact"] for contact in row):
         values |= RESPONSE_NC.filled("contact", columns["contact"])
+    if any(frame.restrained for frame in frames):
+        values |= RESPONSE_NC.filled("restraint", columns["restraint"])
     return values
 
 

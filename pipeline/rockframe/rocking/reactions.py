@@ -136,7 +136,7 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     >>> round(float(forces.base_friction_demand.max()), 4)
     0.1794
     """
-    across, upwards = ground_at_nodes(response, motion)
+    across, upwards = ground_at_nodes(response.time, motion)
     gamma = response.frame.mass_ratio
     (column_across, column_upwards), (beam_across, beam_upwards) = _accelerations(
         response, across, upwards
@@ -228,7 +228,7 @@ def column_forces(
             f"Frame {frame.name!r} has tendons or dissipaters. Must be free: how these share the "
             "forces among columns is not modelled. `reactions` gives those of all together."
         )
-    across, upwards = ground_at_nodes(response, motion)
+    across, upwards = ground_at_nodes(response.time, motion)
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
     side = _side(frame, theta, omega, across, upwards)
     side = np.where(side == 0.0, np.nan, side)
@@ -255,7 +255,7 @@ def column_forces(
     )
 
 
-def ground_at_nodes(response: Response, motion: Motion) -> tuple[Float, Float]:
+def ground_at_nodes(time: Float, motion: Motion) -> tuple[Float, Float]:
     """Return horizontal and vertical ground acceleration [m s-2] at the nodes of a response.
 
     Raises
@@ -265,12 +265,12 @@ def ground_at_nodes(response: Response, motion: Motion) -> tuple[Float, Float]:
     """
     ground = as_ground(motion)
     nodes = ground.time.size
-    if nodes > response.time.size or not np.array_equal(ground.time, response.time[:nodes]):
+    if nodes > time.size or not np.array_equal(ground.time, time[:nodes]):
         raise ParameterError(
             f"Invalid motion of {nodes} nodes, {ground.time_step:g} s apart. Must be the one that "
-            f"the response of {response.time.size} nodes was computed for."
+            f"the response of {time.size} nodes was computed for."
         )
-    still = np.zeros(response.time.size - nodes)  # free rocking after the motion
+    still = np.zeros(time.size - nodes)  # free rocking after the motion
     across = np.concatenate([ground.acceleration(), still])
     if ground.vertical is None:
         return across, np.zeros_like(across)

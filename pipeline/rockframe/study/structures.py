@@ -240,8 +240,41 @@ class StructureEntry(Options):
                 )
 
 
+class IsolatedEntry(Options):
+    """``[compare.isolated]``: the isolators under the deck, lead-rubber or friction pendulums."""
+
+    period_s: float | None = None
+    effective_period_s: float | None = None
+    design_displacement_m: float | None = None
+    strength_ratio: float | None = None
+    yield_displacement_m: float = 0.01
+    radius_m: float | None = None
+    friction: float | None = None
+    damping_ratio: float = 0.0
+
+
+class FixedEntry(Options):
+    """``[compare.fixed]``: the columns, monolithic with ground and deck."""
+
+    modulus_pa: float
+    cracked_stiffness_ratio: float = 1.0
+    damping_ratio: float = 0.05
+    strength_ratio: float | None = None
+    post_yield_ratio: float = 0.0
+
+
+class CompareEntry(Options):
+    """``[compare]``: the rivals of each structure."""
+
+    restrained: TendonEntry | None = None
+    hybrid: DissipaterEntry | None = None
+    isolated: IsolatedEntry | None = None
+    fixed: FixedEntry | None = None
+
+
 class _StructuresFile(Options):
     structure: Annotated[tuple[StructureEntry, ...], Field(min_length=1, strict=False)]
+    compare: CompareEntry = CompareEntry()
 
 
 def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
@@ -270,6 +303,21 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     """
     text = read_text(path)
     return frames_of(path, text, parse(path, text, _StructuresFile).structure)
+
+
+def read_bridges(
+    path: Path,
+) -> tuple[list[RockingFrame], tuple[StructureEntry, ...], CompareEntry]:
+    """Read the structures of a TOML file as frames and as they are stated, and their rivals.
+
+    Raises
+    ------
+    InputError
+        As `read_structures` says.
+    """
+    text = read_text(path)
+    content = parse(path, text, _StructuresFile)
+    return frames_of(path, text, content.structure), content.structure, content.compare
 
 
 def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from rockframe.results.schema.compare import COMPARE_NC as COMPARE_NC
 from rockframe.results.schema.declare import FileKind as FileKind
 from rockframe.results.schema.declare import Variable as Variable
 from rockframe.results.schema.pulses import PULSES_NC as PULSES_NC
@@ -16,7 +17,7 @@ KINDS: Final = {
     kind.name: kind
     for kind in (
         *(RECORDS_NC, PULSES_NC, RESPONSE_NC),
-        *(SCREEN_NC, SPECTRUM_NC, ROCKING_SPECTRUM_NC),
+        *(SCREEN_NC, SPECTRUM_NC, ROCKING_SPECTRUM_NC, COMPARE_NC),
     )
 }
-RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM = KINDS
+RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM, COMPARE = KINDS

@@ -97,6 +97,15 @@ OF_CONTACT: Final = optional("contact",
 )
 CONTACT: Final = tuple(one.name for one in OF_CONTACT)
 
+#: What tendons and dissipaters went through.
+OF_RESTRAINT: Final = optional("restraint",
+    Variable("peak_tendon_force", "record structure", float, "N", "largest force of a tendon", "restraint", comment="NaN without tendons"),
+    Variable("tendon_force_left", "record structure", float, "N", "force of a tendon when the structure stands again", "restraint", comment="less than the prestress if it has flowed; NaN without tendons"),
+    Variable("tendon_yield_time", "record structure", float, "s", "when a tendon first reaches its yield force", "restraint.tendon_yields", comment="NaN if never"),
+    Variable("dissipater_yield_time", "record structure", float, "s", "when the dissipaters first yield", "restraint.dissipater_yields", comment="NaN if never"),
+    Variable("residual_rotation", "record structure", float, "rad", "|theta| at which the structure comes to rest", "restraint", comment="above zero where dissipaters keep the joints open; NaN where it overturns or is free"),
+)
+
 
 RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
@@ -116,6 +125,7 @@ RESPONSE_NC: Final = FileKind(
         ),
         Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter, are not counted"),
         *OF_CONTACT,
+        *OF_RESTRAINT,
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),

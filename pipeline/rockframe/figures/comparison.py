@@ -1,0 +1,99 @@
+"""Drift, lift and base shear of a rocking bridge and its rivals, in the manner of Figure 11."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from rockframe.figures.captioned import PAGE_WIDTH, Captioned, styled
+from rockframe.oscillators.comparison import Validity
+
+#: Time drawn after the last drift above this share of the largest [s].
+_MARGIN: Final = 2.0
+_VISIBLE: Final = 0.1
+_OSCILLATORS: Final = ("isolated", "fixed")
+#: What falls is drawn until its drift is so many times the largest of the others.
+_FALLING: Final = 1.3
+_PANELS: Final = (
+    ("u", 100.0, "drift  u [cm]"),
+    ("v", 100.0, "lift  v [cm]"),
+    ("base_shear", 1.0, "base shear / W"),
+)
+_WORDS: Final = {
+    Validity.OVERTURNS: "overturns",
+    Validity.TENDON_YIELDS: "tendon yields",
+    Validity.GAP_CLOSES: "gap closes",
+    Validity.LIFT_EXCEEDED: "lift exceeded",
+}
+
+
+def draw_comparison(histories: xr.Dataset) -> Captioned:
+    """Draw the histories of all models of one structure under one record.
+
+    Parameters
+    ----------
+    histories : Dataset
+        As returned by `read_histories` of a comparison.
+    """
+    record, structure = (str(histories[name].item()) for name in ("record_id", "structure"))
+    time = histories["time"].values
+    with styled():
+        figure = Figure(figsize=(PAGE_WIDTH, 6.0), layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=(1.3, 0.8, 1.2))
+        handles = []
+        reach = _largest_drift(histories)
+        for k, model in enumerate(histories["model"].values):
+            one = histories.isel(model=k)
+            drawn = np.nan_to_num(np.abs(one["u"].values), nan=np.inf) <= _FALLING * reach
+            end = time.size if drawn.all() else int(np.argmin(drawn))
+            dashes: Literal["--", "-"] = "--" if model in _OSCILLATORS else "-"
+            for panel, (name, factor, _) in zip(panels, _PANELS, strict=True):
+                panel.plot(
+                    time[:end], factor * one[name].values[:end], color=f"C{k}", linewidth=0.8,
+                    linestyle=dashes,
+                )  # fmt: skip
+            ended = Validity(int(one["validity"]))
+            when = float(one["valid_until"])
+            if np.isfinite(when) and when <= time[-1]:
+                at = min(int(np.searchsorted(time, when)), max(end - 1, 0))
+                panels[0].plot(time[at], 100.0 * one["u"].values[at], "x", color=f"C{k}")
+            words = f"{model}: {_WORDS[ended]} at {when:.1f} s" if ended else str(model)
+            handles.append(Line2D([], [], color=f"C{k}", label=words, linestyle=dashes))
+        for panel, (_, _, label) in zip(panels, _PANELS, strict=True):
+            panel.set_ylabel(label)
+        panels[0].set_title(f"{structure} under {record}")
+        panels[-1].set_xlabel("time [s]")
+        panels[-1].set_xlim(*_window(histories))
+        figure.align_ylabels(list(panels))
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    title = f"Bridges under {record}"
+    caption = (
+        f"Drift and lift of the deck of {structure} under record {record}, and the force of the "
+        "ground over the weight of deck and columns. Solid: frames that rock; dashed: the same "
+        "deck on isolators, and on monolithic columns. A cross marks where the assumptions of a "
+        "model end."
+    )
+    return Captioned(figure, title, caption)
+
+
+def _largest_drift(histories: xr.Dataset) -> float:
+    """The largest drift of what does not overturn, or of all [m]."""
+    peaks = histories["peak_u"].values
+    standing = peaks[np.isfinite(peaks)]
+    return float(standing.max() if standing.size else np.nanmax(np.abs(histories["u"].values)))
+
+
+def _window(histories: xr.Dataset) -> tuple[float, float]:
+    """From the start to a while after the last visible drift."""
+    time = histories["time"].values
+    drift = np.nan_to_num(np.abs(histories["u"].values))
+    rocking = drift[[str(model) not in _OSCILLATORS for model in histories["model"].values]]
+    visible = np.flatnonzero((rocking > _VISIBLE * rocking.max()).any(axis=0))
+    if not rocking.max() > 0.0:
+        visible = np.flatnonzero((drift > _VISIBLE * drift.max()).any(axis=0))
+    first, last = time[visible[0]], time[visible[-1]]
+    return max(float(time[0]), first - _MARGIN), min(float(time[-1]), last + _MARGIN)

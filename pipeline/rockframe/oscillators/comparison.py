@@ -1,0 +1,306 @@
+"""A bridge that rocks freely beside its rivals: restrained, hybrid, isolated, monolithic.
+
+All are brought to the same quantities: drift and lift of the deck, the shear that the ground bears
+over the weight of deck and columns, and how long the assumptions of each model hold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.oscillators.models import COLUMN_SHARE, FixedFrame, IsolatedDeck
+from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
+from rockframe.record import Record
+from rockframe.restraint import Abutment
+from rockframe.rocking.contact import with_contact
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.reactions import ground_at_nodes, reactions
+from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.units import GRAVITY
+from rockframe.wavelets.pulse import Pulse
+
+Float = NDArray[np.float64]
+
+
+class Validity(IntEnum):
+    """What ends the validity of a model first; the values of the flag variable `validity`."""
+
+    HOLDS = 0
+    OVERTURNS = 1
+    TENDON_YIELDS = 2
+    GAP_CLOSES = 3
+    LIFT_EXCEEDED = 4
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """The variants of one bridge.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The free frame, with a beam.
+    restrained, hybrid : RockingFrame, optional
+        The same columns with tendons, and with tendons and dissipaters.
+    isolated : IsolatedDeck, optional
+        The same deck on isolators and rigid piers.
+    fixed : FixedFrame, optional
+        The same columns, monolithic with ground and deck.
+
+    Raises
+    ------
+    ParameterError
+        If the frame has no beam.
+    """
+
+    frame: RockingFrame
+    restrained: RockingFrame | None = None
+    hybrid: RockingFrame | None = None
+    isolated: IsolatedDeck | None = None
+    fixed: FixedFrame | None = None
+
+    def __post_init__(self) -> None:
+        if not self.frame.mass_ratio > 0.0:
+            raise ParameterError(
+                f"Frame {self.frame.name!r} is a column without a beam. Must have a mass_ratio "
+                "above 0, to be compared with other bridges."
+            )
+
+    @property
+    def models(self) -> dict[str, RockingFrame | IsolatedDeck | FixedFrame]:
+        """The variants that are there, by name."""
+        free = replace(self.frame, tendon=None, dissipater=None)
+        others = {name: getattr(self, name) for name in RIVALS if getattr(self, name) is not None}
+        return {"free": free, **others}
+
+
+#: The variants that a free frame is compared with.
+RIVALS = ("restrained", "hybrid", "isolated", "fixed")
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """The response of one variant.
+
+    Parameters
+    ----------
+    model : str
+        Its name: free, restrained, hybrid, isolated or fixed.
+    time, u, v : array, shape (nodes,)
+        Time [s], drift and lift of the deck [m]; NaN after overturning.
+    base_shear : array, shape (nodes,)
+        Force of the ground to the right, of tendons too, over the weight of deck and columns [1].
+    peak_u, peak_v, residual_u : float
+        Largest drift and lift, and the drift that is left [m]. Infinite where it overturns.
+    peak_base_shear : float
+        Largest base shear at the nodes [1]; where it overturns, until then.
+    peak_rotation_ratio, ductility : float
+        Largest |theta| / alpha of frames that rock; largest over yield drift of others [1].
+    peak_tendon_force : float
+        Largest force of a tendon [N]; NaN without.
+    friction_demand : float
+        Coefficient of friction that base and top joints of a rocking frame need, impacts
+        included [1].
+    validity : Validity
+        What ends the validity of the model first.
+    valid_until : float
+        When [s]; NaN if nothing does.
+    gap_closed_time, closing_velocity : float
+        When the deck first closes the gap of an abutment [s], and how fast [m s-1]; NaN if never.
+    """
+
+    model: str
+    time: Float
+    u: Float
+    v: Float
+    base_shear: Float
+    peak_u: float
+    peak_v: float
+    residual_u: float
+    peak_base_shear: float
+    peak_rotation_ratio: float
+    ductility: float
+    peak_tendon_force: float
+    friction_demand: float
+    validity: Validity
+    valid_until: float
+    gap_closed_time: float
+    closing_velocity: float
+
+
+def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list[Compared]:
+    """Compute the responses of a free frame and of its rivals to one motion.
+
+    Parameters
+    ----------
+    rivals : Rivals
+        The variants of the bridge.
+    motion : Record, Pulse or GroundAcceleration
+        Ground acceleration, as `respond` takes it; isolated and monolithic bridges leave out a
+        vertical one.
+
+    Returns
+    -------
+    list of Compared
+        The free frame first.
+
+    Raises
+    ------
+    ParameterError
+        As `respond` says.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> deck = IsolatedDeck.lead_rubber(strength_ratio=0.05, period=3.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.3 * 9.81, T_p=1.5)
+    >>> [(one.model, round(one.peak_u, 2)) for one in compare(Rivals(bent, isolated=deck), pulse)]
+    [('free', 0.39), ('isolated', 0.43)]
+    """
+    found = []
+    for name, model in rivals.models.items():
+        if isinstance(model, RockingFrame):
+            found.append(_rocking(name, with_contact(respond(model, motion), motion), motion))
+        else:
+            response = respond_oscillator(model, motion)
+            found.append(_oscillating(name, response, motion, rivals.frame))
+    return found
+
+
+def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tuple[float, float]:
+    """Return when |u| first reaches a level, and how fast, from its values and rates at nodes.
+
+    Between nodes u is a cubic.
+
+    Returns
+    -------
+    (float, float)
+        The time [s] and the speed [m s-1]; NaN if it never does.
+
+    Examples
+    --------
+    >>> time = np.array([0.0, 1.0])
+    >>> first_crossing(time, time**2, 2.0 * time, 0.25)
+    (0.5, 1.0)
+    """
+    beyond = np.flatnonzero(np.abs(u) >= level)
+    if not beyond.size or level <= 0.0:
+        return math.nan, math.nan
+    k = int(beyond[0])
+    if k == 0:
+        return float(time[0]), abs(float(velocity[0]))
+    piece = slice(k - 1, k + 1)
+    path = CubicHermiteSpline(time[piece], u[piece], velocity[piece])
+    roots = path.solve(math.copysign(level, u[k]), extrapolate=False)
+    when = float(roots[0]) if roots.size else float(time[k])
+    return when, abs(float(path(when, 1)))
+
+
+def _rocking(
+    name: str, response: Response, motion: Record | Pulse | GroundAcceleration
+) -> Compared:
+    frame, tied = response.frame, response.restraint
+    overturned = response.verdict is Verdict.OVERTURNED
+    forces = reactions(response, motion)
+    shear = forces.support_shear / (1.0 + frame.mass_ratio)
+    speed = frame.horizontal_velocity(response.theta, response.omega)
+    closed, closing = _closing(response.time, response.u, speed, frame.abutment)
+    ends = {
+        Validity.OVERTURNS: response.overturning_time if overturned else math.nan,
+        Validity.GAP_CLOSES: closed,
+    }
+    if frame.abutment is not None:
+        lift, rate = response.v, frame.vertical_velocity(response.theta, response.omega)
+        allowance = frame.abutment.uplift_allowance
+        ends[Validity.LIFT_EXCEEDED] = first_crossing(response.time, lift, rate, allowance)[0]
+    if tied is not None and frame.tendon is not None and not frame.tendon.loses_prestress:
+        ends[Validity.TENDON_YIELDS] = tied.tendon_yields
+    validity, until = _first(ends, overturned=overturned)
+    contact = response.contact
+    demands = (
+        []
+        if contact is None
+        else [
+            contact.base_friction_demand,
+            contact.top_friction_demand,
+            contact.impact_friction_demand,
+        ]
+    )
+    rest = 0.0 if tied is None or math.isnan(tied.residual_rotation) else tied.residual_rotation
+    return Compared(
+        model=name,
+        time=response.time,
+        u=response.u,
+        v=response.v,
+        base_shear=shear,
+        peak_u=math.inf if overturned else response.peak_u,
+        peak_v=math.inf if overturned else response.peak_v,
+        residual_u=math.inf if overturned else float(frame.horizontal_displacement(rest)),
+        peak_base_shear=float(np.nanmax(np.abs(shear))),
+        peak_rotation_ratio=response.peak_rotation_ratio,
+        ductility=math.nan,
+        peak_tendon_force=math.nan if tied is None else tied.peak_tendon_force,
+        friction_demand=max((one for one in demands if one == one), default=math.nan),
+        validity=validity,
+        valid_until=until,
+        gap_closed_time=closed,
+        closing_velocity=closing,
+    )
+
+
+def _oscillating(
+    name: str,
+    response: OscillatorResponse,
+    motion: Record | Pulse | GroundAcceleration,
+    frame: RockingFrame,
+) -> Compared:
+    ground = ground_at_nodes(response.time, motion)[0] / GRAVITY
+    gamma = frame.mass_ratio
+    moved = gamma + (COLUMN_SHARE if isinstance(response.model, FixedFrame) else 0.0)
+    shear = (ground * (1.0 + gamma - moved) - moved * response.force_ratio) / (1.0 + gamma)
+    closed, closing = _closing(response.time, response.u, response.velocity, frame.abutment)
+    validity, until = _first({Validity.GAP_CLOSES: closed}, overturned=False)
+    return Compared(
+        model=name,
+        time=response.time,
+        u=response.u,
+        v=np.zeros_like(response.u),
+        base_shear=shear,
+        peak_u=response.peak_displacement,
+        peak_v=0.0,
+        residual_u=abs(response.residual_displacement),
+        peak_base_shear=float(np.abs(shear).max()),
+        peak_rotation_ratio=math.nan,
+        ductility=response.ductility,
+        peak_tendon_force=math.nan,
+        friction_demand=math.nan,
+        validity=validity,
+        valid_until=until,
+        gap_closed_time=closed,
+        closing_velocity=closing,
+    )
+
+
+def _closing(
+    time: Float, u: Float, velocity: Float, abutment: Abutment | None
+) -> tuple[float, float]:
+    if abutment is None:
+        return math.nan, math.nan
+    return first_crossing(time, u, velocity, abutment.gap)
+
+
+def _first(ends: dict[Validity, float], *, overturned: bool) -> tuple[Validity, float]:
+    """What ends the validity first, and when; that it overturns, even at no known time."""
+    known = {end: time for end, time in ends.items() if math.isfinite(time)}
+    if not known:
+        return (Validity.OVERTURNS if overturned else Validity.HOLDS), math.nan
+    first = min(known, key=lambda end: known[end])
+    return first, known[first]

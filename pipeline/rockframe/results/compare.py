@@ -1,0 +1,119 @@
+"""compare.nc: histories and peaks of bridges and their rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, Unpack
+
+import numpy as np
+import xarray as xr
+
+from rockframe.frame import RockingFrame
+from rockframe.oscillators.comparison import Compared
+from rockframe.results.ragged import position, slices, write_rows
+from rockframe.results.reading import opened
+from rockframe.results.schema import COMPARE, COMPARE_NC
+from rockframe.results.tables.rows import Row, columns_of, rows_along
+from rockframe.results.writing import Origin
+
+_HISTORIES: Final = ("u", "v", "base_shear")
+_COLUMNS: Final = columns_of(
+    "record_id structure model u_max_m=peak_u v_max_m=peak_v residual_u_m=residual_u",
+    "peak_rotation_ratio ductility base_shear=peak_base_shear tendon_n=peak_tendon_force",
+    "friction_demand validity valid_until_s=valid_until gap_closed_time_s=gap_closed_time",
+    "closing_velocity_m_s=closing_velocity",
+)
+
+
+def write_comparison(
+    answers: Iterable[tuple[str, Sequence[Sequence[Compared]]]],
+    frames: Sequence[RockingFrame],
+    path: Path,
+    **origin: Unpack[Origin],
+) -> None:
+    """Write the output of the compare stage, whole or not at all; holds one record at a time.
+
+    Parameters
+    ----------
+    answers : iterable of (str, sequence of sequence of Compared)
+        The identifier of a record, and the variants of each structure.
+    frames : sequence of RockingFrame
+        The structures, in their order.
+    path : Path
+        Where it goes; an older file there is replaced.
+    **origin
+        As `Origin` has them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+
+    def row(answer: tuple[str, Sequence[Sequence[Compared]]]) -> Any:
+        name, found = answer
+        time = found[0][0].time
+        series = {
+            key: np.array([[getattr(one, key) for one in variants] for variants in found])
+            for key in _HISTORIES
+        }
+        peaks = COMPARE_NC.filled("compared", [one for variants in found for one in variants])
+        shape = len(found), len(found[0])
+        values = {key: np.reshape(column, shape) for key, column in peaks.items()}
+        models = [one.model for one in found[0]]
+        return {"time": time, **series}, {
+            "record_id": name, "row_size": time.size, "model": models, **values
+        }  # fmt: skip
+
+    write_rows(COMPARE_NC, map(row, answers), path, partial(_complete, frames=frames), **origin)
+
+
+def _complete(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -> dict[str, Any]:
+    names = [frame.name for frame in frames]
+    return {**columns, "model": columns["model"][0], "structure": names}
+
+
+def comparison_rows(path: Path) -> list[Row]:
+    """Return a row for each record, structure and model; units in the names of columns.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or something else.
+    """
+    with opened(path, COMPARE) as dataset:
+        return list(rows_along(dataset, "record structure model", _COLUMNS))
+
+
+def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
+    """Return the histories and peaks of all models of one structure under one record.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or something else.
+    ParameterError
+        If there is no such record or structure.
+    """
+    with opened(path, COMPARE) as dataset:
+        records = [str(name) for name in dataset["record_id"].values]
+        structures = [str(name) for name in dataset["structure"].values]
+        i = position(records, record, "record")
+        k = position(structures, structure, "structure")
+        obs = slices(dataset["row_size"].values)[i]
+        chosen: xr.Dataset = dataset.isel(record=i, structure=k, obs=obs).load()
+        return chosen
+
+
+def pairs_in(path: Path) -> Iterator[tuple[str, str]]:
+    """Return the records and structures of a file."""
+    with opened(path, COMPARE) as dataset:
+        return iter(
+            [
+                (str(record), str(structure))
+                for record in dataset["record_id"].values
+                for structure in dataset["structure"].values
+            ]
+        )
