@@ -171,7 +171,8 @@ def _require_positive(restraint: Tendon | Dissipater | Abutment | Pivot, *names:
     for name in names:
         value = getattr(restraint, name)
         if not value > 0.0 or (math.isinf(value) and not name.startswith("yield")):
+            kind = type(restraint).__name__.lower()
             raise ParameterError(
-                f"Invalid {name} {value!r} of a {type(restraint).__name__.lower()}. Must be "
+                f"Invalid {name} {value!r} of {'an' if kind[0] == 'a' else 'a'} {kind}. Must be "
                 "positive."
             )

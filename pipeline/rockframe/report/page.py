@@ -13,6 +13,7 @@ from markupsafe import Markup
 from rockframe.provenance import source_code_hash, versions
 from rockframe.report.payload import checks, payload
 from rockframe.report.screening import screening_content
+from rockframe.results.compare import COMPARISON
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run
 from rockframe.results.tables.columns import (
@@ -39,6 +40,7 @@ def render(
     run: Run,
     motions: Iterable[tuple[Ground, Sequence[History]]],
     screening: xr.Dataset | None = None,
+    comparison: Sequence[Mapping[str, Any]] = (),
 ) -> str:
     """Return the report of a run. The same run gives the same text.
 
@@ -50,6 +52,8 @@ def render(
         As returned by `rockframe.results.read_histories` for the histories on the page.
     screening : Dataset, optional
         As returned by `rockframe.results.read_screening`, if the run has a screening.
+    comparison : sequence of mapping
+        As returned by `comparison_rows`, if the run compares bridges.
 
     Returns
     -------
@@ -70,6 +74,8 @@ def render(
             samples=samples,
             pair_of={pair["row"]: i for i, pair in enumerate(facts["pairs"])},
             screening=None if screening is None else screening_content(screening),
+            comparison=comparison,
+            comparison_columns=COMPARISON,
             **_overview(run),
             **_provenance(run),
         )

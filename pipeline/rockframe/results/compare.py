@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, Unpack
@@ -15,6 +15,7 @@ from rockframe.oscillators.comparison import Compared
 from rockframe.results.ragged import position, slices, write_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import COMPARE, COMPARE_NC
+from rockframe.results.tables.columns import Column
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.results.writing import Origin
 
@@ -107,13 +108,46 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
         return chosen
 
 
-def pairs_in(path: Path) -> Iterator[tuple[str, str]]:
-    """Return the records and structures of a file."""
+def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
+    """Return records and structures: of the records whose free bridges drift furthest, all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    most : int
+        Number of records.
+    """
     with opened(path, COMPARE) as dataset:
-        return iter(
-            [
-                (str(record), str(structure))
-                for record in dataset["record_id"].values
-                for structure in dataset["structure"].values
-            ]
-        )
+        drift = dataset["peak_u"].isel(model=0).max("structure").values
+        chosen = sorted(np.argsort(-drift, kind="stable")[:most].tolist())
+        names = [str(dataset["record_id"].values[k]) for k in chosen]
+        return [(name, str(one)) for name in names for one in dataset["structure"].values]
+
+
+def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
+    """Return what ends the validity of a model, and when.
+
+    Examples
+    --------
+    >>> validity_words({"validity": "gap_closes", "valid_until_s": 3.5})
+    'gap closes 3.50 s'
+    """
+    words = str(row["validity"]).replace("_", " ")
+    when = float(row["valid_until_s"])
+    return f"{words} {when:.2f} s" if np.isfinite(when) else words
+
+
+#: Columns of the table of a comparison, in the terminal and on the page.
+COMPARISON: Final = (
+    Column("record", "record_id"),
+    Column("structure", "structure"),
+    Column("bridge", "model"),
+    Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
+    Column("v_max [cm]>", "v_max_m", ".2f", 100.0),
+    Column("left [cm]>", "residual_u_m", ".1f", 100.0),
+    Column("shear / W>", "base_shear", ".3f"),
+    Column("tendon [MN]>", "tendon_n", ".2f", 1e-6),
+    Column("friction>", "friction_demand", ".2f"),
+    Column("model", "validity", rule=validity_words),
+)

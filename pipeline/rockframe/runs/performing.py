@@ -22,6 +22,7 @@ from rockframe.runs.manifest import finish
 from rockframe.runs.state import stamp
 from rockframe.runs.step import Step
 from rockframe.stages.common import Batch
+from rockframe.stages.compare import compare_stage
 from rockframe.stages.figures import figures_stage
 from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.pulse import pulse_stage
@@ -30,6 +31,7 @@ from rockframe.stages.respond import respond_stage
 from rockframe.stages.screening.screen import screen_stage
 from rockframe.stages.spectrum import rocking_spectrum_stage, spectrum_stage
 from rockframe.stages.table import merge_stage, table_stage
+from rockframe.study.structures import CompareEntry
 
 
 @dataclass(frozen=True)
@@ -203,6 +205,12 @@ def _rocking_spectrum(work: Work) -> None:
     rocking_spectrum_stage(work.inputs[0], work.output, options, engine=work.engine)
 
 
+def _compare(work: Work) -> Sequence[Rejection]:
+    records, structures = work.inputs
+    stated = CompareEntry.model_validate(work.options)
+    return compare_stage(records, work.output, structures, stated)
+
+
 def _table(work: Work) -> None:
     records, pulses, response = work.inputs
     table_stage(records, pulses, response, work.output)
@@ -230,6 +238,7 @@ _STAGES: Final[Mapping[str, Callable[[Work], Sequence[Rejection] | None]]] = Map
         "screen": _screen,
         "spectrum": _spectrum,
         "rocking_spectrum": _rocking_spectrum,
+        "compare": _compare,
         "table": _table,
         "draw": _draw,
         "manifest": _manifest,

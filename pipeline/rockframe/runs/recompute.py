@@ -18,7 +18,7 @@ from rockframe.runs.step import Step
 #: Stages of which a sample of the records can be repeated, and their files.
 _SAMPLED: Final = {"pulse": "pulses", "respond": "response"}
 #: Stages that are repeated whole: their files are of all records together, or of none.
-_WHOLE: Final = ("screen", "spectrum", "rocking_spectrum")
+_WHOLE: Final = ("screen", "spectrum", "rocking_spectrum", "compare")
 
 
 def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:

@@ -159,6 +159,9 @@ def steps_of(study: Study, files: int) -> list[Step]:
     if tables.rocking_spectrum is not None:
         name, options = "rocking_spectrum", _json(tables.rocking_spectrum)
         steps.append(Step(name, name, ("records.nc",), (f"{name}.nc",), options, **_LONG))
+    if tables.compare is not None:
+        read, options = ("records.nc", STRUCTURES), _json(tables.compare)
+        steps.append(Step("compare", "compare", read, ("compare.nc",), options, memory=2000))
     if study.records:
         made = ("records.nc", "pulses.nc", "response.nc")
         steps.append(Step("table", "table", made, ("table.csv",)))
@@ -206,7 +209,8 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
     made = [name for step in steps for name in step.outputs]
     of_records = study.records and study.tables.respond.histories != "none"
     files = ["records.nc", "pulses.nc", "response.nc"] if of_records else []
-    files += [n for n in ("screen.nc", "spectrum.nc", "rocking_spectrum.nc") if n in made]
+    curves = ("screen.nc", "spectrum.nc", "rocking_spectrum.nc", "compare.nc")
+    files += [name for name in curves if name in made]
     if not files or not most:
         return []
     return [Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))]

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import save_captioned
-from rockframe.figures.comparison import draw_comparison
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
-from rockframe.oscillators.comparison import RIVALS, Compared, Rivals, compare
+from rockframe.oscillators.comparison import Compared, Rivals, compare
 from rockframe.oscillators.models import FixedFrame, IsolatedDeck
 from rockframe.provenance import refuse_overwriting
-from rockframe.results.compare import pairs_in, read_histories, write_comparison
+from rockframe.results.compare import write_comparison
 from rockframe.results.records import open_records
 from rockframe.results.writing import input_hash
 from rockframe.stages.common import Progress, horizontal, silent
@@ -32,8 +30,9 @@ def compare_stage(
     records_path: Path,
     output: Path,
     structures_path: Path,
+    stated: CompareEntry | None = None,
     *,
-    against: Collection[str] = RIVALS,
+    against: Collection[str] | None = None,
     structure: str | None = None,
     progress: Progress = silent,
 ) -> tuple[Rejection, ...]:
@@ -45,8 +44,10 @@ def compare_stage(
         Output of `ingest_stage`, and the netCDF file to write.
     structures_path : Path
         TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the rivals.
-    against : collection of str
-        Rivals: restrained, hybrid, isolated, fixed.
+    stated : CompareEntry, optional
+        The rivals, instead of the tables of the file.
+    against : collection of str, optional
+        Only these rivals: restrained, hybrid, isolated, fixed.
     structure : str, optional
         Only the structure of this name.
     progress : callable
@@ -67,7 +68,14 @@ def compare_stage(
         record is left.
     """
     refuse_overwriting([output], [records_path, structures_path])
-    bridges = _bridges(structures_path, against, structure)
+    frames, entries, of_file = read_bridges(structures_path)
+    stated = stated or of_file
+    against = against or stated.against or ()
+    bridges = _bridges(structures_path, list(zip(frames, entries, strict=True)), structure)
+    try:
+        compared = [_rivals_of(frame, entry, stated, against) for frame, entry in bridges]
+    except ParameterError as error:
+        raise InputError(structures_path, str(error)) from None
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = horizontal(file)
@@ -76,7 +84,7 @@ def compare_stage(
             for done, name in enumerate(names, 1):
                 record = file.read(name)
                 try:
-                    answer = [compare(rivals, record) for rivals in bridges]
+                    answer = [compare(rivals, record) for rivals in compared]
                 except ParameterError as error:
                     left_out[name] = str(error)
                 else:
@@ -87,68 +95,58 @@ def compare_stage(
 
         write_comparison(
             answers(),
-            [rivals.frame for rivals in bridges],
+            [rivals.frame for rivals in compared],
             output,
             input_sha256=input_hash(records_path, structures_path),
-            parameters={"against": list(against), "structure": structure},
+            parameters={"against": list(compared[0].models)[1:], "structure": structure},
             left_out=left_out,
         )
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
 
 
-def _bridges(path: Path, against: Collection[str], chosen: str | None) -> list[Rivals]:
-    """The structures of a file that are asked for, each with its rivals."""
-    if not against:
-        raise ParameterError(f"Missing rivals. Must be one or more of: {', '.join(RIVALS)}.")
-    frames, entries, rivals = read_bridges(path)
-    pairs = [
-        (frame, entry)
-        for frame, entry in zip(frames, entries, strict=True)
-        if chosen in (None, frame.name)
-    ]
-    if not pairs:
-        names = ", ".join(frame.name for frame in frames)
-        raise ParameterError(f"Invalid structure {chosen!r}. Must be one of: {names}.")
-    try:
-        return [_rivals_of(frame, entry, rivals, against) for frame, entry in pairs]
-    except ParameterError as error:
-        raise InputError(path, str(error)) from None
+def _bridges(
+    path: Path, pairs: Sequence[tuple[RockingFrame, StructureEntry]], chosen: str | None
+) -> Sequence[tuple[RockingFrame, StructureEntry]]:
+    """The structures that are asked for."""
+    found = [pair for pair in pairs if chosen in (None, pair[0].name)]
+    if not found:
+        names = ", ".join(frame.name for frame, _ in pairs)
+        raise ParameterError(f"{path}: no structure {chosen!r}. Must be one of: {names}.")
+    return found
 
 
 def _rivals_of(
     frame: RockingFrame, entry: StructureEntry, stated: CompareEntry, against: Collection[str]
 ) -> Rivals:
-    tendon = frame.tendon
-    if stated.restrained is not None:
+    """The rivals of a structure: those asked for, or else all that are stated."""
+    tendon, dissipater = frame.tendon, frame.dissipater
+    if tendon is None and stated.restrained is not None:
         tendon = stated.restrained.tendon(frame.height)
-    dissipater = frame.dissipater
-    if stated.hybrid is not None:
+    if dissipater is None and stated.hybrid is not None:
         dissipater = stated.hybrid.dissipater()
-    needed = {
-        "restrained": tendon,
-        "hybrid": dissipater and tendon,
-        "isolated": stated.isolated,
-        "fixed": stated.fixed,
+    tied = None if tendon is None else replace(frame, tendon=tendon, dissipater=None)
+    rivals: dict[str, RockingFrame | IsolatedDeck | FixedFrame | None] = {
+        "restrained": tied,
+        "hybrid": None
+        if tied is None or dissipater is None
+        else replace(tied, dissipater=dissipater),
+        "isolated": _isolated(entry.isolated or stated.isolated),
+        "fixed": _fixed(frame, entry, entry.fixed or stated.fixed),
     }
-    tables = {"restrained": "structure.tendon", "hybrid": "structure.dissipater"}
+    tables = {"restrained": "tendon", "hybrid": "dissipater, and a tendon"}
     for name in against:
-        if needed[name] is None:
-            beside = f"[{tables[name]}] or " if name in tables else ""
-            tendons = ", and a tendon" if name == "hybrid" else ""
+        if rivals[name] is None:
             raise ParameterError(
                 f"{name} bridge of {frame.name!r} not stated. Must be, in "
-                f"{beside}[compare.{name}]{tendons}."
+                f"[structure.{tables.get(name, name)}] or [compare.{name}]."
             )
-    restrained = replace(frame, tendon=tendon, dissipater=None)
-    return Rivals(
-        frame=frame,
-        restrained=restrained if "restrained" in against else None,
-        hybrid=replace(frame, tendon=tendon, dissipater=dissipater)
-        if "hybrid" in against
-        else None,
-        isolated=_isolated(stated.isolated) if "isolated" in against else None,
-        fixed=_fixed(frame, entry, stated.fixed) if "fixed" in against else None,
-    )
+    wanted = {name: rival for name, rival in rivals.items() if not against or name in against}
+    if not any(wanted.values()):
+        raise ParameterError(
+            f"No rival of {frame.name!r} stated. Must be, in [compare.isolated], [compare.fixed], "
+            "[compare.restrained] or [compare.hybrid]."
+        )
+    return Rivals(frame, **wanted)  # type: ignore[arg-type]
 
 
 def _isolated(stated: IsolatedEntry | None) -> IsolatedDeck | None:
@@ -207,31 +205,3 @@ def _fixed(
         strength_ratio=math.inf if stated.strength_ratio is None else stated.strength_ratio,
         post_yield_ratio=stated.post_yield_ratio,
     )
-
-
-def draw_comparisons(path: Path, folder: Path) -> list[Path]:
-    """Draw the models of each structure under each record: a figure and its caption each.
-
-    Parameters
-    ----------
-    path : Path
-        Output of `compare_stage`.
-    folder : Path
-        Where the figures go, ``RECORD-STRUCTURE.png``.
-
-    Returns
-    -------
-    list of Path
-        The figures.
-
-    Raises
-    ------
-    InputError
-        If the file is not a comparison, or a figure cannot be written.
-    """
-    drawn = []
-    for record, structure in pairs_in(path):
-        file = folder / f"{record}-{structure}.png"
-        save_captioned(draw_comparison(read_histories(path, record, structure)), file)
-        drawn.append(file)
-    return drawn

@@ -9,8 +9,10 @@ from typing import Final
 import xarray as xr
 
 from rockframe.figures.captioned import Captioned, save_captioned
+from rockframe.figures.comparison import draw_comparison
 from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
 from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
+from rockframe.results.compare import furthest_pairs, read_histories
 from rockframe.results.screening.screen import read_screening
 from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
 from rockframe.rocking import Verdict
@@ -77,8 +79,15 @@ def _furthest(spectrum: xr.Dataset, most: int) -> list[int]:
     return sorted(sorted(range(len(furthest)), key=lambda k: -furthest[k])[:most])
 
 
+def _of_comparison(path: Path, most: int) -> Iterator[_Named]:
+    for record, structure in furthest_pairs(path, most):
+        one = read_histories(path, record, structure)
+        yield f"{record}-{structure}", f"{record} {structure}", draw_comparison(one)
+
+
 _FIGURES: Final[Mapping[str, Callable[[Path, int], Iterator[_Named]]]] = {
     "screen": _of_screening,
     "spectrum": _of_spectrum,
     "rocking_spectrum": _of_rocking_spectrum,
+    "compare": _of_comparison,
 }

@@ -22,6 +22,7 @@ from rockframe.provenance import (
 from rockframe.report.page import render
 from rockframe.report.payload import choose
 from rockframe.report.seal import is_whole, sealed
+from rockframe.results.compare import comparison_rows
 from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import read_histories
 from rockframe.results.reading import Described, describe
@@ -185,7 +186,7 @@ def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
         names = set(file.names)
         named = zip(file.names, file.orientations, strict=True)
         horizontal = [name for name, orientation in named if not orientation.upright]
-    for name in ("pulses.nc", "response.nc", "rocking_spectrum.nc"):
+    for name in ("pulses.nc", "response.nc", "rocking_spectrum.nc", "compare.nc"):
         if name not in datasets:
             continue
         held = datasets[name].records
@@ -242,7 +243,9 @@ def report_stage(
     shown = choose(content, limits.histories)
     screened = folder / "screen.nc"
     screening = read_screening(screened) if screened in outputs else None
-    page = render(content, read_histories(folder, shown), screening)
+    compared = folder / "compare.nc"
+    comparison = comparison_rows(compared)[: limits.rows] if compared in outputs else []
+    page = render(content, read_histories(folder, shown), screening, comparison)
     with whole_file(output) as partial:
         partial.write_bytes(sealed(page))
     total = sum(content.counts.values())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
@@ -36,15 +36,25 @@ def bundled_records() -> Path:
     return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
 
 
-class TendonEntry(Options):
-    """``[structure.tendon]``: a tendon through the axis of each column."""
+def _for_example(value: float) -> Any:
+    return Field(examples=[value])
 
-    area_m2: float
-    modulus_pa: float
-    length_m: float | None = None
+
+class TendonEntry(Options):
+    """A tendon through the axis of each column, from the foundation to the beam."""
+
+    area_m2: Annotated[float, _for_example(1.0e-3)]
+    """Cross-section [m2]."""
+    modulus_pa: Annotated[float, _for_example(195.0e9)]
+    """Young's modulus [Pa]."""
+    length_m: Annotated[float | None, _for_example(9.6)] = None
+    """Free length [m]; by default the height of the column."""
     prestress_n: float = 0.0
-    yield_stress_pa: float | None = None
+    """Force at rest [N]."""
+    yield_stress_pa: Annotated[float | None, _for_example(1.6e9)] = None
+    """Stress at which it yields [Pa]; by default it never does."""
     loses_prestress: bool = False
+    """Let it flow when it yields, and lose prestress; otherwise only the time is reported."""
 
     def tendon(self, height: float) -> Tendon:
         """Return the tendon; by default as long as the column is high."""
@@ -59,11 +69,14 @@ class TendonEntry(Options):
 
 
 class DissipaterEntry(Options):
-    """``[structure.dissipater]``: what yields across each joint of a column."""
+    """What yields across each joint of a column."""
 
-    stiffness_n_m: float
-    yield_force_n: float
-    lever_arm_m: float
+    stiffness_n_m: Annotated[float, _for_example(5.0e7)]
+    """Of all bars across one joint [N/m]."""
+    yield_force_n: Annotated[float, _for_example(1.0e5)]
+    """Of all bars across one joint [N]."""
+    lever_arm_m: Annotated[float, _for_example(0.8)]
+    """From the pivot to the bars [m]."""
 
     def dissipater(self) -> Dissipater:
         """Return the dissipater."""
@@ -72,6 +85,42 @@ class DissipaterEntry(Options):
             yield_force=self.yield_force_n,
             lever_arm=self.lever_arm_m,
         )
+
+
+class IsolatedEntry(Options):
+    """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
+
+    strength_ratio: Annotated[float | None, _for_example(0.05)] = None
+    """Characteristic strength of lead-rubber bearings over the weight of the deck."""
+    period_s: Annotated[float | None, _for_example(3.0)] = None
+    """Period on their stiffness after yielding [s]."""
+    effective_period_s: Annotated[float | None, _for_example(2.5)] = None
+    """Instead of it, the period of the secant stiffness at the design displacement [s]."""
+    design_displacement_m: Annotated[float | None, _for_example(0.25)] = None
+    """That displacement [m]."""
+    yield_displacement_m: float = 0.01
+    """Displacement at which they yield [m]."""
+    radius_m: Annotated[float | None, _for_example(2.5)] = None
+    """Radius of friction pendulums [m]."""
+    friction: Annotated[float | None, _for_example(0.05)] = None
+    """Their coefficient of friction."""
+    damping_ratio: float = 0.0
+    """Viscous damping over the critical one."""
+
+
+class FixedEntry(Options):
+    """The columns, monolithic with ground and deck."""
+
+    modulus_pa: Annotated[float, _for_example(30.0e9)]
+    """Young's modulus of the columns [Pa]."""
+    cracked_stiffness_ratio: float = 1.0
+    """Stiffness of the cracked section over that of the whole one."""
+    damping_ratio: float = 0.05
+    """Viscous damping over the critical one."""
+    strength_ratio: Annotated[float | None, _for_example(0.2)] = None
+    """Force at first yield over the weight; by default they do not yield."""
+    post_yield_ratio: float = 0.0
+    """Stiffness after yielding over the elastic one."""
 
 
 class PivotEntry(Options):
@@ -120,6 +169,8 @@ class StructureEntry(Options):
         density of rectangular columns the depth.
     tendon, dissipater, pivot, abutment : table, optional
         What restrains the frame.
+    isolated, fixed : table, optional
+        The same deck on isolators, and on monolithic columns, to compare with.
     """
 
     name: Name
@@ -140,6 +191,8 @@ class StructureEntry(Options):
     dissipater: DissipaterEntry | None = None
     pivot: PivotEntry | None = None
     abutment: AbutmentEntry | None = None
+    isolated: IsolatedEntry | None = None
+    fixed: FixedEntry | None = None
 
     def frame(self) -> RockingFrame:
         """Return the frame that the entry describes.
@@ -240,36 +293,24 @@ class StructureEntry(Options):
                 )
 
 
-class IsolatedEntry(Options):
-    """``[compare.isolated]``: the isolators under the deck, lead-rubber or friction pendulums."""
-
-    period_s: float | None = None
-    effective_period_s: float | None = None
-    design_displacement_m: float | None = None
-    strength_ratio: float | None = None
-    yield_displacement_m: float = 0.01
-    radius_m: float | None = None
-    friction: float | None = None
-    damping_ratio: float = 0.0
-
-
-class FixedEntry(Options):
-    """``[compare.fixed]``: the columns, monolithic with ground and deck."""
-
-    modulus_pa: float
-    cracked_stiffness_ratio: float = 1.0
-    damping_ratio: float = 0.05
-    strength_ratio: float | None = None
-    post_yield_ratio: float = 0.0
+Rival = Literal["restrained", "hybrid", "isolated", "fixed"]
 
 
 class CompareEntry(Options):
-    """``[compare]``: the rivals of each structure."""
+    """The rivals of each structure, beside those that a structure states itself."""
 
+    against: Annotated[tuple[Rival, ...] | None, Field(examples=[["isolated"]], strict=False)] = (
+        None
+    )
+    """Rivals to compute; by default all that are stated."""
     restrained: TendonEntry | None = None
+    """Tendons of structures that state none."""
     hybrid: DissipaterEntry | None = None
+    """Dissipaters of structures that state none, beside their tendons."""
     isolated: IsolatedEntry | None = None
+    """Isolators of structures that state none."""
     fixed: FixedEntry | None = None
+    """Monolithic columns of structures that state none."""
 
 
 class _StructuresFile(Options):

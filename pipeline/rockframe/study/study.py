@@ -22,6 +22,7 @@ from rockframe.options.respond import RespondOptions, ScreenOptions
 from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
+    CompareEntry,
     StructureEntry,
     bundled_records,
     frames_of,
@@ -59,6 +60,7 @@ class StudyTables(Options):
     screen: ScreenOptions | None = None
     spectrum: SpectrumOptions | None = None
     rocking_spectrum: RockingSpectrumOptions | None = None
+    compare: CompareEntry | None = None
     figures: FigureOptions = FigureOptions()
     report: ReportOptions = ReportOptions()
     batches: BatchOptions = BatchOptions()
@@ -172,7 +174,7 @@ def _require_records(study: Study, text: str) -> None:
     tables = study.tables
     if tables.records is not None:
         return
-    for name in ("screen", "rocking_spectrum"):
+    for name in ("screen", "rocking_spectrum", "compare"):
         if getattr(tables, name) is not None:
             message = f"[{name}] without [records]. Must have records."
             raise InputError(study.path, message, line_of(text, (name,)))
@@ -207,7 +209,11 @@ def structures_text(study: Study) -> str:
     for entry in study.tables.structure:
         lines.append("[[structure]]")
         stated = entry.model_dump(exclude_none=True)
+        tables = {key: stated.pop(key) for key in list(stated) if isinstance(stated[key], dict)}
         lines += [f"{key} = {json.dumps(value)}" for key, value in stated.items()]
+        for name, table in tables.items():
+            lines.append(f"[structure.{name}]")
+            lines += [f"{key} = {json.dumps(value)}" for key, value in table.items()]
         lines.append("")
     return "\n".join(lines)
 
@@ -222,7 +228,9 @@ _STRUCTURE: Final = """\
 # width_m = 1.6
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
 # Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
-# inertia_ratio, centre_of_gravity_m. Impacts that lose more: restitution_factor.
+# inertia_ratio, centre_of_gravity_m. Impacts that lose more: restitution_factor. Tendons and other
+# restraints: column_mass_kg or density_kg_m3, [structure.tendon], [structure.dissipater],
+# [structure.pivot], [structure.abutment].
 """
 
 

@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import get_args
 
 from rockframe.cli.arguments import add_structures
 from rockframe.cli.options import file_to_write, path
-
-_RIVALS: Final = ("restrained", "hybrid", "isolated", "fixed")
-_WORDS: Final = {
-    "holds": "holds",
-    "overturns": "overturns",
-    "tendon_yields": "tendon yields",
-    "gap_closes": "gap closes",
-    "lift_exceeded": "lift exceeded",
-}
+from rockframe.study.structures import Rival
 
 
 def add_compare(parser: argparse.ArgumentParser) -> None:
@@ -26,16 +17,18 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--against",
         nargs="+",
-        choices=_RIVALS,
-        default=list(_RIVALS),
-        help="rivals of the free frame (default: all); the tables [compare.isolated] and so on of "
-        "the file of structures state them",
+        choices=get_args(Rival),
+        help="rivals of the free frame, which the file of structures states (default: all that it "
+        "states)",
     )
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
     parser.add_argument(
-        "--figures", type=Path, metavar="FOLDER", help="draw a figure for each record there"
+        "--figures",
+        type=Path,
+        metavar="FOLDER",
+        help="draw figures of the records with the largest drifts there",
     )
     add_structures(parser)
 
@@ -44,9 +37,9 @@ def run_compare(options: argparse.Namespace) -> int:
     """Run the stage, print the table, and draw the figures."""
     from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows
     from rockframe.errors import ParameterError
-    from rockframe.results.compare import comparison_rows
-    from rockframe.results.tables.columns import Column
-    from rockframe.stages.compare import compare_stage, draw_comparisons
+    from rockframe.results.compare import COMPARISON, comparison_rows
+    from rockframe.stages.compare import compare_stage
+    from rockframe.stages.figures import figures_stage
 
     if options.structures is None:
         raise ParameterError("--structures missing. Must be a file with [compare] tables.")
@@ -59,33 +52,14 @@ def run_compare(options: argparse.Namespace) -> int:
             structure=options.structure,
             progress=progress,
         )
-    drawn = draw_comparisons(options.output, options.figures) if options.figures else []
+    drawn = figures_stage([options.output], options.figures) if options.figures else {}
     rows = comparison_rows(options.output)
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         show_json({"comparison": rows, "rejected": rejected, "output": str(options.output)})
     else:
-        columns = [
-            Column("record", "record_id", once=True),
-            Column("structure", "structure"),
-            Column("bridge", "model"),
-            Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
-            Column("v_max [cm]>", "v_max_m", ".2f", 100.0),
-            Column("left [cm]>", "residual_u_m", ".1f", 100.0),
-            Column("base shear/W>", "base_shear", ".3f"),
-            Column("tendon [MN]>", "tendon_n", ".2f", 1e-6),
-            Column("friction>", "friction_demand", ".2f"),
-            Column("model", "validity", rule=lambda row, _: _until(row)),
-        ]
-        show_rows(f"Bridges in {options.output}", columns, rows)
+        show_rows(f"Bridges in {options.output}", COMPARISON, rows)
     for file in drawn:
-        print(file)
+        print(options.figures / file)
     show_rejections(rejections)
     return 1 if rejections else 0
-
-
-def _until(row: Mapping[str, Any]) -> str:
-    """What ends the validity of a model, and when."""
-    when = float(str(row["valid_until_s"]))
-    words = _WORDS[str(row["validity"])]
-    return f"{words} {when:.2f} s" if when == when else words

@@ -1,0 +1,98 @@
+"""The rocking bridge beside its rivals: what all models must agree on, and what ends each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.rocking.motions import BENT, noise
+
+from rockframe.errors import ParameterError
+from rockframe.oscillators.comparison import Rivals, Validity, compare, first_crossing
+from rockframe.oscillators.models import FixedFrame, IsolatedDeck
+from rockframe.restraint import Abutment, Dissipater, Tendon
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import respond
+from rockframe.units import GRAVITY
+from rockframe.wavelets.pulse import Pulse
+
+TENDON = Tendon(area=1e-3, modulus=195e9, length=9.6, prestress=1e5, yield_stress=6e8)
+BARS = Dissipater(stiffness=5e7, yield_force=2e5, lever_arm=0.8)
+BRIDGE = replace(BENT, column_mass=48e3, abutment=Abutment(gap=0.3, uplift_allowance=0.06))
+RIVALS = Rivals(
+    BRIDGE,
+    restrained=replace(BRIDGE, tendon=TENDON),
+    hybrid=replace(BRIDGE, tendon=TENDON, dissipater=BARS),
+    isolated=IsolatedDeck.friction_pendulum(radius=2.5, friction=0.2),
+    fixed=FixedFrame(period=1e-3),
+)
+PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+
+
+def test_what_does_not_move_bears_its_mass_times_the_acceleration_of_the_ground() -> None:
+    """Below uplift and below sliding all bridges are one rigid body."""
+    weak = GroundAcceleration.from_samples(noise(3, 200, 0.1), 0.01)
+    for one in compare(RIVALS, weak):
+        tolerance = 0.2 if one.model == "fixed" else 1e-12  # vibrates at 1000 Hz
+        assert one.base_shear == pytest.approx(weak.acceleration() / GRAVITY, abs=tolerance)
+        assert (one.peak_u < 1e-6, one.validity) == (True, Validity.HOLDS)
+
+
+def test_frames_that_rock_are_those_of_respond() -> None:
+    free, restrained, hybrid, *_ = compare(RIVALS, PULSE)
+    for one, frame in zip(
+        (free, restrained, hybrid), (BRIDGE, RIVALS.restrained, RIVALS.hybrid), strict=True
+    ):
+        assert frame is not None
+        assert one.peak_u == respond(frame, PULSE).peak_u
+
+
+def test_base_shear_of_a_frame_that_rocks_is_the_mass_times_its_acceleration() -> None:
+    """The momentum of deck and columns changes by the shear alone, between impacts."""
+    strong = Pulse(wavelet="symmetric_ricker", a_p=0.45 * GRAVITY, T_p=1.5)
+    (one, *_) = compare(RIVALS, strong)
+    response = respond(BRIDGE, strong)
+    share = BRIDGE.mass_ratio / (1.0 + BRIDGE.mass_ratio)
+    deck, column = BRIDGE.beam, BRIDGE.centre
+    momentum = share * deck.shift_rate(response.theta, response.omega)
+    momentum = momentum + (1.0 - share) * column.shift_rate(response.theta, response.omega)
+    from_impact = np.searchsorted(one.time, response.impact_times[1])
+    quiet = slice(int(from_impact) + 1, int(np.searchsorted(one.time, response.impact_times[2])))
+    step = one.time[1] - one.time[0]
+    ground = strong.acceleration(one.time) / GRAVITY
+    force = (one.base_shear - ground)[quiet] * GRAVITY
+    gained = step * (force.sum() - 0.5 * (force[0] + force[-1]))
+    lost = momentum[quiet][-1] - momentum[quiet][0]
+    assert gained == pytest.approx(lost, rel=1e-4)
+
+
+def test_the_first_event_ends_a_model() -> None:
+    free, restrained, *_ = compare(RIVALS, PULSE)
+    assert (free.validity, restrained.validity) == (Validity.GAP_CLOSES, Validity.TENDON_YIELDS)
+    assert free.valid_until == free.gap_closed_time
+    wide = replace(RIVALS, frame=replace(BRIDGE, abutment=Abutment(gap=3.0, uplift_allowance=0.01)))
+    assert compare(wide, PULSE)[0].validity is Validity.LIFT_EXCEEDED
+
+
+def test_overturning_ends_the_free_frame_and_not_the_restrained() -> None:
+    huge = Pulse(wavelet="symmetric_ricker", a_p=3.0 * GRAVITY, T_p=2.0)
+    free, restrained, *_ = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None)), huge)
+    assert (free.validity, free.peak_u) == (Validity.OVERTURNS, np.inf)
+    assert np.isfinite(restrained.peak_u)
+
+
+@given(level=st.floats(0.01, 0.99), rate=st.floats(0.5, 5.0))
+def test_crossings_lie_between_nodes(level: float, rate: float) -> None:
+    time = np.linspace(0.0, 2.0, 200)
+    when, speed = first_crossing(time, -np.sin(rate * time), -rate * np.cos(rate * time), level)
+    if np.sin(rate * time).max() > level:
+        assert when == pytest.approx(np.arcsin(level) / rate, abs=1e-6)
+        assert speed == pytest.approx(rate * np.sqrt(1.0 - level**2), abs=1e-3)
+
+
+def test_a_column_alone_has_no_rivals() -> None:
+    with pytest.raises(ParameterError, match="is a column without a beam"):
+        Rivals(replace(BENT, mass_ratio=0.0))
