@@ -32,6 +32,17 @@ OTHER_UNITS: Final = {
     "Hz": ("s^-1", 1.0),
     "rad s-1": ("degree/s", 180.0 / np.pi),
 }
+_TENDON: Final = """
+column_mass_kg = 2.0e4
+[structure.tendon]
+area_m2 = 1.0e-4
+modulus_pa = 2.0e11
+"""
+_ISOLATED: Final = """
+[compare.isolated]
+period_s = 3.0
+strength_ratio = 0.05
+"""
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +52,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, seconds in (("one", 0.8), ("two", 1.2)):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=seconds, time=2.0)
         np.savetxt(home / f"{name}.csv", pulse.acceleration(0.01 * np.arange(401)), fmt="%.8f")
-    (home / "structures.toml").write_text(STRUCTURE)
+    (home / "structures.toml").write_text(STRUCTURE + _TENDON + _ISOLATED)
     (home / "hazard.csv").write_text("pga_g,annual_rate\n0.05,0.05\n0.8,0.0002\n")
     units, structures = (
         ("--units", "g", "--time-step", "0.01"),
@@ -54,6 +65,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     design = ("--design-dimension", "height", "--design-range", "2", "4", "--design-steps", "2")
     wanted = ("--scales", "1", "2", "--hazard", home / "hazard.csv", *design, "--histories", "all")
     run("screen", records, *pulses, *structures, *wanted, "--output", home / "screen.nc")
+    run("compare", records, *structures, "--output", home / "compare.nc")
     frame = ("--slenderness-deg", "14", "--mass-ratio", "0")
     pulse_of = ("--wavelet", "symmetric_ricker", "--frequency-ratio", "3", "--max-amplitude", "4")
     run("spectrum", *pulse_of, *frame, "--output", home / "spectrum.nc")

@@ -43,8 +43,15 @@ from .oscillators import OscillatorPeaks as OscillatorPeaks
 from .oscillators import OscillatorResponse as OscillatorResponse
 from .oscillators import respond_oscillator as respond_oscillator
 from .oscillators import respond_oscillators as respond_oscillators
+from .oscillators.comparison import Compared as Compared
+from .oscillators.comparison import Rivals as Rivals
+from .oscillators.comparison import compare as compare
 from .record import Orientation as Orientation
 from .record import Record as Record
+from .restraint import Abutment as Abutment
+from .restraint import Dissipater as Dissipater
+from .restraint import Pivot as Pivot
+from .restraint import Tendon as Tendon
 from .results.records import open_records as open_records
 from .results.records import read_records as read_records
 from .results.response import open_response as open_response
@@ -92,9 +99,11 @@ from .rocking import restoring_moment as restoring_moment
 from .rocking import robust_margins as robust_margins
 from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
+from .rocking.restrained import RestraintResponse as RestraintResponse
 from .signals.passport import Passport as Passport
 from .signals.passport import passport as passport
 from .signals.response_spectrum import spectral_acceleration as spectral_acceleration
+from .stages.compare import compare_stage as compare_stage
 from .stages.ingest import ingest_stage as ingest_stage
 from .stages.pulse import pulse_stage as pulse_stage
 from .stages.report import verify_run as verify_run

@@ -32,6 +32,7 @@ def workplace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in BESIDE:
         shutil.copy(REPOSITORY / name, tmp_path)
     shutil.copytree(REPOSITORY / "records", tmp_path / "records")
+    shutil.copytree(REPOSITORY / "workflows" / "studies", tmp_path / "workflows" / "studies")
     # A folder of its own: were `make` to make it anew, it would not be that of the clone.
     (tmp_path / ".venv").mkdir()
     for entry in Path(sys.prefix).iterdir():

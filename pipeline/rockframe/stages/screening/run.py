@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
-from rockframe.results.batches import Batches
 from rockframe.results.facts import Facts
+from rockframe.results.screening.batches import Batches
 from rockframe.results.screening.histories import KeptHistory
 from rockframe.results.screening.screen import peaks_of_frames
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState

@@ -13,9 +13,9 @@ from rockframe.ingest import Rejection
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import refuse_overwriting
-from rockframe.results.batches import Batches
 from rockframe.results.facts import read_facts
 from rockframe.results.records import open_records
+from rockframe.results.screening.batches import Batches
 from rockframe.results.screening.screen import write_screening
 from rockframe.results.screening.tables import (
     refuse_strange_tables,
