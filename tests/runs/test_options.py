@@ -54,6 +54,7 @@ def test_options_of_each_step_are_those_that_the_study_states(
         "screen": tables.screen,
         "spectrum": tables.spectrum,
         "rocking_spectrum": tables.rocking_spectrum,
+        "compare": tables.compare,
         "draw": tables.figures,
         "report": tables.report,
     }
