@@ -78,11 +78,14 @@ def pulse_stage(
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
-        tasks = Counted(_tasks(file, names, wanted, left_out), math.ceil(len(names) / _TOGETHER))
+        waiting: dict[str, Record] = {}
+        tasks = Counted(
+            _tasks(file, names, wanted, left_out, waiting), math.ceil(len(names) / _TOGETHER)
+        )
         found = chain.from_iterable(map_batches(answers_of, tasks, engine=engine))
         pulses = accepted(found, names, batch, left_out, progress)
         write_pulses(
-            ((file.read(name), one) for name, one in pulses),
+            ((waiting.pop(name), one) for name, one in pulses),
             output,
             input_sha256=input_hash(records_path),
             parameters=wanted.stated(),
@@ -113,17 +116,24 @@ def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOption
 
 
 def _tasks(
-    file: RecordsFile, names: Sequence[str], options: PulseOptions, left_out: dict[str, str]
+    file: RecordsFile,
+    names: Sequence[str],
+    options: PulseOptions,
+    left_out: dict[str, str],
+    waiting: dict[str, Record],
 ) -> Iterator[Sequence[tuple[Record, PulseOptions]]]:
-    """Give the tasks; only a few records are in memory at a time."""
+    """Give the tasks; only a few records are in memory at a time: those that wait for answers."""
     held: list[tuple[Record, PulseOptions]] = []
     for name in names:
         try:
-            held.append((file.read(name), usable(name, file, options)))
+            held.append((record := file.read(name), usable(name, file, options)))
+            waiting[name] = record
         except ParameterError as error:
             left_out[name] = str(error)
         if len(held) == _TOGETHER:
             yield held
             held = []
+            for rejected in waiting.keys() & left_out.keys():
+                del waiting[rejected]
     if held:
         yield held
