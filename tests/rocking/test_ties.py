@@ -14,7 +14,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from tests.rocking.direct import Outcome, integrate, straight_lines
-from tests.rocking.motions import BENT
+from tests.rocking.motions import BENT, noise
 
 from rockframe.restraint import Dissipater, Tendon
 from rockframe.rocking.batch import respond_many
@@ -40,11 +40,8 @@ PAIRS = {
     "strong": (NONE, STRONG),
 }
 BARS = Dissipater(stiffness=5e7, yield_force=2e5, lever_arm=0.8)
-RESTRAINED = replace(
-    BENT,
-    column_mass=48e3,
-    tendon=Tendon(area=1e-3, modulus=195e9, length=9.6, prestress=1e5, yield_stress=1.5e9),
-)
+TENDONS = Tendon(area=1e-3, modulus=195e9, length=9.6, prestress=1e5, yield_stress=1.5e9)
+RESTRAINED = replace(BENT, column_mass=48e3, tendon=TENDONS)
 ALPHA, P_HAT, KEPT = 0.165, 1.4, 0.93
 
 
@@ -127,6 +124,36 @@ def test_scenarios_of_restrained_frames_are_their_responses() -> None:
     found = respond_many([pulse], frames)
     single = [respond(frame, pulse).peak_rotation for frame in frames]
     assert found.peak_rotation.ravel() == pytest.approx(single, rel=1e-9)
+
+
+def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
+    """Verdicts, peaks, times and counts, at scales from rest to far beyond the barrier."""
+    soft = replace(RESTRAINED, tendon=replace(TENDONS, area=2e-4, prestress=5e4))
+    frames = [RESTRAINED, soft, replace(soft, mass_ratio=0.0), BENT]
+    motions: list[GroundAcceleration] = [
+        GroundAcceleration.from_samples(noise(7, 600, 1.0), 0.02),
+        GroundAcceleration.from_pulse(Pulse(wavelet="symmetric_ricker", a_p=GRAVITY, T_p=1.5)),
+    ]
+    upwards = GroundAcceleration.from_samples(noise(8, 600, 0.2), 0.02)
+    motions.append(motions[0].with_vertical(upwards))
+    scales = np.linspace(0.1, 3.0, 20)
+    found, compared = respond_many(motions, frames, scales), 0
+    for i, motion in enumerate(motions):
+        for k, frame in enumerate(frames):
+            for n, scale in enumerate(scales):
+                one = respond(frame, motion.scaled(scale))
+                near = respond(frame, motion.scaled(scale * (1.0 + 1e-13)))
+                if (one.verdict, one.impacts) != (near.verdict, near.impacts):
+                    continue  # it hangs on the last bits
+                known = 1e-8 + 100.0 * abs(near.peak_rotation / (one.peak_rotation or 1.0) - 1.0)
+                assert found.verdict[i, k, n] == one.verdict
+                assert found.peak_rotation[i, k, n] == pytest.approx(one.peak_rotation, rel=known)
+                assert found.overturning_time[i, k, n] == pytest.approx(
+                    one.overturning_time, abs=1e-6, nan_ok=True
+                )
+                compared += 1
+    assert compared > 0.9 * found.verdict.size
+    assert {*found.verdict[:, :2].ravel().tolist()} == {0, 1, 2}
 
 
 def test_a_stiff_tendon_never_lets_it_overturn() -> None:

@@ -16,6 +16,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, lanes, steps
 from rockframe.rocking.kernels.excursions import DISTANCE, EXCURSION_SIZE, fill_ahead
+from rockframe.rocking.kernels.ties import ELASTIC
 from rockframe.rocking.kernels.vectors import LONGEST_STRIDE
 from rockframe.rocking.response import vertical_in_g
 from rockframe.rocking.restrained import ties_of
@@ -27,8 +28,9 @@ Index = NDArray[np.intp]
 #: Scenarios and numbers of the ground that the kernel is given at a time: its working memory.
 AT_A_TIME: Final = 16384
 _MOST_NUMBERS: Final = 2_000_000
-#: Numbers of a frame before those of its ties.
+#: Numbers of a frame before those of its ties, and the places of the ties' kinds.
 _TIES: Final = 3
+_KINDS: Final = [7, 12]
 #: Into so many pieces, a power of two, the lanes divide an interval; more need the scalar kernel.
 _MOST_PIECES: Final = 16
 
@@ -75,10 +77,16 @@ class Prepared:
         self._rows: dict[int, tuple[Float, Float]] = {}
         self._ahead: dict[tuple[int, float], Float] = {}
 
-    def pieces(self, scale: Float, frequency_parameter: Float) -> NDArray[np.int64]:
-        """Into how many pieces each interval is divided, for each scenario: 1, 2, 4, ..."""
-        rate = frequency_parameter * (1.0 + self._strongest * np.abs(scale))
+    def pieces(self, scale: Float, constants: Float) -> NDArray[np.int64]:
+        """Into how many pieces each interval is divided, for each scenario: 1, 2, 4, ...
+
+        Frames whose ties yield are not for lanes: theirs are divided beyond what lanes take.
+        """
+        stiffness, force = constants[:, _TIES], constants[:, _TIES + 1]
+        own = np.maximum(1.0, np.sqrt(stiffness)) + force
+        rate = constants[:, 1] * (own + self._strongest * np.abs(scale))
         doublings = np.ceil(np.log2(rate * self.ground.time_step / LONGEST_STRIDE)).clip(0.0, 62.0)
+        doublings[(constants[:, _KINDS] != ELASTIC).any(axis=1)] = 62.0
         return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)
 
     def rows(self, pieces: int) -> tuple[Float, Float]:
@@ -131,18 +139,19 @@ class Gathered:
 
     def __init__(self, answers: Answers) -> None:
         self._answers = answers
-        self._batches: dict[tuple[bool, bool], _Batch] = {}
+        self._batches: dict[tuple[bool, bool, bool], _Batch] = {}
 
     def ask(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
         """Take in scenarios of one ground: their places, scales, and the frames' constants."""
-        pieces = motion.pieces(scale, constants[:, 1])
-        pieces[constants[:, _TIES:].any(axis=1)] = 2 * _MOST_PIECES
-        for count in np.unique(pieces).tolist():
-            some = np.flatnonzero(pieces == count)
+        pieces = motion.pieces(scale, constants)
+        tied = np.asarray(constants[:, _TIES:].any(axis=1))
+        for count, ties in sorted({*zip(pieces.tolist(), tied.tolist(), strict=True)}):
+            some = np.flatnonzero((pieces == count) & (tied == ties))
             if count > _MOST_PIECES:
                 self._one_by_one(scenarios[some], motion, scale[some], constants[some])
                 continue
-            batch = self._batches.setdefault(motion.form, _Batch())
+            form = (*motion.form, ties)
+            batch = self._batches.setdefault(form, _Batch())
             rows, bounds = motion.rows(count)
             asked = np.zeros((some.size, lanes.ASKED_SIZE))
             asked[:, lanes.FIRST] = batch.length
@@ -151,6 +160,7 @@ class Gathered:
             asked[:, lanes.START_TIME] = motion.ground.start_time
             asked[:, lanes.SCALE] = scale[some]
             asked[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some, :_TIES]
+            asked[:, lanes.TIE_STIFFNESS : lanes.TIE_FORCE + 1] = constants[some, _TIES : _TIES + 2]
             for one in np.unique(constants[some, 1]).tolist() if self._answers.kept else ():
                 asked[asked[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
                 batch.ahead.append(motion.ahead(count, one))
@@ -163,14 +173,14 @@ class Gathered:
             many = sum(part.size for part in batch.scenarios)
             numbers = batch.length * rows.shape[1] + batch.nodes
             if many >= AT_A_TIME or numbers >= _MOST_NUMBERS:
-                self._answer(motion.form)
+                self._answer(form)
 
     def complete(self) -> None:
         """Answer what is still waiting."""
         for key in list(self._batches):
             self._answer(key)
 
-    def _answer(self, key: tuple[bool, bool]) -> None:
+    def _answer(self, key: tuple[bool, bool, bool]) -> None:
         batch = self._batches.pop(key)
         scenarios = np.concatenate(batch.scenarios)
         verdicts = np.empty(scenarios.size, dtype=np.int8)
@@ -185,6 +195,7 @@ class Gathered:
             whole.reshape(-1, lanes.COARSE, bounds.shape[1]).max(axis=1, initial=0.0),
             steps.YES if key[0] else steps.NO,
             steps.YES if key[1] else steps.NO,
+            steps.YES if key[2] else steps.NO,
             np.concatenate(batch.asked),
             verdicts,
             summaries,

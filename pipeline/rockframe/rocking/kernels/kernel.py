@@ -37,6 +37,7 @@ from rockframe.rocking.kernels.steps import (
 )
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, tail, tied_tail
 from rockframe.rocking.kernels.ties import (
+    ELASTIC,
     REST,
     TIE_LOG_SIZE,
     YIELD_TIME,
@@ -141,10 +142,9 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     hold = 0.0
     if len(ties) > 0:
         states = (begun(ties[0], theta_0), begun(ties[1], theta_0))
+        rate += p_hat * max(0.0, math.sqrt(ties[0][0] + ties[1][0]) - 1.0)
         for j in range(2):
-            rate += p_hat * (math.sqrt(ties[j][0]) + abs(ties[j][1]))
-            if ties[j][2] < math.inf:
-                rate += p_hat * ties[j][2]
+            rate += p_hat * (abs(ties[j][1]) + (ties[j][2] if ties[j][4] != ELASTIC else 0.0))
             for k in range(TIE_LOG_SIZE):
                 tie_log[j, k] = 0.0
             tie_log[j, YIELD_TIME] = math.nan

@@ -43,7 +43,8 @@ from rockframe.rocking.kernels.steps import (
     lift_off,
     taylor,
 )
-from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, tail
+from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, elastic_tail, tail
+from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
 from rockframe.rocking.kernels.vectors import (
     ALPHA,
     AT,
@@ -65,6 +66,7 @@ from rockframe.rocking.kernels.vectors import (
     TAU,
     THETA,
     THETA_AFTER,
+    TIE,
     WIDTH,
     A,
     V,
@@ -84,7 +86,9 @@ SLENDERNESS: Final = 5
 P_HAT: Final = 6
 RESTITUTION: Final = 7
 AHEAD: Final = 8  # from a row of the ground to its node in what is ahead
-ASKED_SIZE: Final = 9
+TIE_STIFFNESS: Final = 9  # of ties that do not yield, and their force at theta = 0
+TIE_FORCE: Final = 10
+ASKED_SIZE: Final = 11
 
 #: Rest is skipped so many intervals at a time.
 COARSE: Final = 16
@@ -102,7 +106,9 @@ _SLOWEST: Final = (HOT_ROWS + 4) * WIDTH  # rate at which it comes to rest
 _UPLIFT: Final = (HOT_ROWS + 5) * WIDTH
 _COUNT: Final = (HOT_ROWS + 6) * WIDTH
 _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
-_BLOCK: Final = (HOT_ROWS + 9) * WIDTH  # not a power of two, which caches dislike
+_TURNED: Final = (HOT_ROWS + 8) * WIDTH  # what the ties add to the push of the ground
+_HOLD: Final = (HOT_ROWS + 9) * WIDTH  # and to the acceleration that uplifts
+_BLOCK: Final = (HOT_ROWS + 11) * WIDTH  # not a power of two, which caches dislike
 
 
 @inlined
@@ -118,13 +124,15 @@ def _row(at: float, curved: Marker, lifts: Marker) -> np.uint64:
 
 
 @inlined
-def _load(pool: Float, q: int, ground: Float, curved: Marker, lifts: Marker) -> None:
+def _load(pool: Float, q: int, ground: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
     """Fill the rows A and V of a lane with its interval of the ground."""
     push = pool[q + _PUSH]
     powers = 6 if len(curved) > 0 else 2
     row = _row(pool[q + AT], curved, lifts)
     for k in range(powers):
         pool[q + A + k * WIDTH] = push * ground[row + np.uint64(k)]
+    if len(tied) > 0:
+        pool[q + A] += pool[q + _TURNED]
     if len(lifts) > 0:
         lift = pool[q + _LIFT]
         pool[q + V] = pool[q + P2] + lift * ground[row + np.uint64(powers)]
@@ -177,7 +185,12 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     pool[q + THETA] = 0.0
     pool[q + OMEGA] = 0.0
     pool[q + ALPHA] = asked[who, SLENDERNESS]
-    pool[q + P2] = p_hat * p_hat
+    # sin(theta) = sin(alpha) cos(psi) - cos(alpha) sin(psi) on this side: ties turn gravity
+    turned = p_hat * p_hat * asked[who, TIE_STIFFNESS]
+    pool[q + P2] = p_hat * p_hat - turned * math.cos(asked[who, SLENDERNESS])
+    pool[q + TIE] = p_hat * p_hat * asked[who, TIE_FORCE]
+    pool[q + _TURNED] = turned * math.sin(asked[who, SLENDERNESS])
+    pool[q + _HOLD] = asked[who, TIE_FORCE] / math.cos(asked[who, SLENDERNESS])
     pool[q + PEAK] = 0.0
     pool[q + FASTEST] = 0.0
     pool[q + ELAPSED] = 0.0
@@ -205,11 +218,11 @@ def _empty(pool: Float, q: int) -> None:
 
 
 @inlined
-def _still(bounds: Float, i: int, factor: float, limit: float, lifts: Marker) -> bool:
+def _still(bounds: Float, i: int, factor: float, limit: float, hold: float, lifts: Marker) -> bool:
     """Whether no ground within these bounds uplifts."""
     if len(lifts) > 0:
-        return bool(factor * (bounds[i, 0] + limit * bounds[i, 1]) <= limit)
-    return bool(factor * bounds[i, 0] <= limit)
+        return bool(factor * (bounds[i, 0] + limit * bounds[i, 1]) <= limit + hold)
+    return bool(factor * bounds[i, 0] <= limit + hold)
 
 
 @inlined
@@ -222,28 +235,30 @@ def _wait_for_uplift(
     asked: Float,
     curved: Marker,
     lifts: Marker,
+    tied: Marker,
 ) -> None:
     """Take a lane at rest to its uplift, or to the end of its motion."""
     who = _index(pool[q + _WHO])
     limit = pool[q + _LIMIT]
+    hold = pool[q + _HOLD]
     factor = abs(asked[who, SCALE])
     at = _index(pool[q + AT])
     end = _index(pool[q + END])
     waits = True
     while waits and at < end:
         if pool[q + ELAPSED] == 0.0:
-            while at < end and _still(bounds, at, factor, limit, lifts):
+            while at < end and _still(bounds, at, factor, limit, hold, lifts):
                 at += 1
                 while (
                     at % COARSE == 0
                     and at + COARSE <= end
-                    and _still(coarse, at // COARSE, factor, limit, lifts)
+                    and _still(coarse, at // COARSE, factor, limit, hold, lifts)
                 ):
                     at += COARSE
         pool[q + AT] = at
         if at < end:
             a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
-            wait, start = lift_off(a, v, limit, 0.0, 1.0 - pool[q + ELAPSED])
+            wait, start = lift_off(a, v, limit, hold, 1.0 - pool[q + ELAPSED])
             waits = wait == NEVER
             if waits:
                 pool[q + ELAPSED] = 0.0
@@ -257,7 +272,7 @@ def _wait_for_uplift(
                 if math.isnan(pool[q + _UPLIFT]):
                     interval = at - asked[who, FIRST] + pool[q + ELAPSED]
                     pool[q + _UPLIFT] = asked[who, START_TIME] + interval * asked[who, TIME_STEP]
-                _load(pool, q, ground, curved, lifts)
+                _load(pool, q, ground, curved, lifts, tied)
 
 
 @inlined
@@ -276,18 +291,39 @@ def _file(
 
 
 @inlined
-def _end(pool: Float, q: int, asked: Float, verdicts: NDArray[np.int8], summaries: Float) -> None:
+def _end(
+    pool: Float,
+    q: int,
+    asked: Float,
+    verdicts: NDArray[np.int8],
+    summaries: Float,
+    tied: Marker,
+    tie_log: Float,
+) -> None:
     """Let the energy decide what becomes of a lane at the end of its motion, and empty it."""
     who = _index(pool[q + _WHO])
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
-    overturns, after, peak, fast, landed, _ = tail(
-        pool[q + THETA],
-        pool[q + OMEGA],
-        side,
-        pool[q + ALPHA],
-        asked[who, P_HAT] * asked[who, TIME_STEP],
-        asked[who, RESTITUTION],
-    )
+    if len(tied) > 0:
+        overturns, after, peak, fast, landed = elastic_tail(
+            pool[q + THETA],
+            pool[q + OMEGA],
+            side,
+            pool[q + ALPHA],
+            asked[who, P_HAT] * asked[who, TIME_STEP],
+            asked[who, RESTITUTION],
+            asked[who, TIE_STIFFNESS],
+            asked[who, TIE_FORCE],
+            tie_log,
+        )
+    else:
+        overturns, after, peak, fast, landed, _ = tail(
+            pool[q + THETA],
+            pool[q + OMEGA],
+            side,
+            pool[q + ALPHA],
+            asked[who, P_HAT] * asked[who, TIME_STEP],
+            asked[who, RESTITUTION],
+        )
     if overturns:
         verdicts[who] = OVERTURNED
     else:
@@ -310,6 +346,7 @@ def _rebound(
     asked: Float,
     curved: Marker,
     lifts: Marker,
+    tied: Marker,
 ) -> bool:
     """Land a lane after t at a rate, and start it on the other side; whether it now rests.
 
@@ -325,17 +362,20 @@ def _rebound(
     pool[q + _PUSH] = -pool[q + _PUSH]
     if pool[q + OMEGA] < pool[q + _SLOWEST]:
         a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
-        if abs(a[0]) <= pool[q + _LIMIT] * (1.0 + v[0]) or omega == 0.0:
+        needed = pool[q + _LIMIT] * (1.0 + v[0]) + pool[q + _HOLD]
+        if abs(a[0]) <= needed or omega == 0.0:
             pool[q + OMEGA] = 0.0
             pool[q + _SIDE] = 0.0
     whole = pool[q + ELAPSED] >= 1.0
     if whole:
         pool[q + ELAPSED] = 0.0
         pool[q + AT] += 1.0
-        _load(pool, q, ground, curved, lifts)
+        _load(pool, q, ground, curved, lifts, tied)
     else:
         for k in range(6 if len(curved) > 0 else 2):
             pool[q + A + k * WIDTH] = -pool[q + A + k * WIDTH]
+        if len(tied) > 0:
+            pool[q + A] += 2.0 * pool[q + _TURNED]
     return bool(whole or pool[q + _SIDE] == 0.0)
 
 
@@ -376,6 +416,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     coarse: Float,
     curved: Marker,
     lifts: Marker,
+    tied: Marker,
     asked: Float,
     verdicts: NDArray[np.int8],
     summaries: Float,
@@ -397,6 +438,8 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         The largest of each COARSE of them, from the first row on.
     curved, lifts : NO or YES
         What form the rows have.
+    tied : NO or YES
+        Whether the frames have ties; none of these yields.
     asked : array, shape (scenarios, ASKED_SIZE)
         What the named slots say, of each scenario.
     verdicts : array of int8, shape (scenarios,)
@@ -416,6 +459,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     # the loops below keep their constant bounds, without which they are not made of vectors
     used = min(_BLOCKS, (total + WIDTH - 1) // WIDTH) * _BLOCK
     pack = np.zeros(PACK_SIZE)
+    tie_log = np.zeros((2, TIE_LOG_SIZE))
     # unsigned, so that no index can be negative, which would have to be looked for
     fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
     pending = np.zeros(_LANES, dtype=np.uint32)  # lanes that wait for a hop
@@ -441,7 +485,9 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         following += 1
                         live += 1
                     if pool[q + _SIDE] == 0.0:
-                        _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts)
+                        _wait_for_uplift(
+                            pool, q, ground, bounds, coarse, asked, curved, lifts, tied
+                        )
                         if notes and pool[q + AT] < pool[q + END]:
                             _note(pool, q, asked, ahead, excursions, lifts)
                     if pool[q + AT] < pool[q + END]:
@@ -449,7 +495,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         pending[waiting] = q
                         waiting += 1
                         break
-                    _end(pool, q, asked, verdicts, summaries)
+                    _end(pool, q, asked, verdicts, summaries, tied, tie_log)
                     live -= 1
             freshes = 0
             # a pack that is not full waits too, as long as others fly
@@ -466,7 +512,9 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                     pack[k + A + r] = pool[q + A + r]
                     if len(lifts) > 0:
                         pack[k + V + r] = pool[q + V + r]
-            hop(pack, curved, lifts)
+                if len(tied) > 0:
+                    pack[k + TIE] = pool[q + TIE]
+            hop(pack, curved, lifts, tied)
             for k in range(taken):
                 q = _index(pending[back + k])
                 pool[q + PEAK] = pack[k + PEAK]
@@ -480,17 +528,31 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                 else:
                     a, v = _ground_of(pool, q, ground, asked, pool[q + _SIDE], curved, lifts)
                     start = int(pool[q + START])
-                    c = taylor(
-                        pool[q + THETA],
-                        pool[q + OMEGA],
-                        1.0,
-                        a,
-                        v,
-                        pool[q + ALPHA],
-                        pool[q + P2],
-                        start,
-                        (),
-                    )
+                    if len(tied) > 0:
+                        who = _index(pool[q + _WHO])
+                        c = taylor(
+                            pool[q + THETA],
+                            pool[q + OMEGA],
+                            1.0,
+                            a,
+                            v,
+                            pool[q + ALPHA],
+                            (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2,
+                            start,
+                            (asked[who, TIE_STIFFNESS], asked[who, TIE_FORCE]),
+                        )
+                    else:
+                        c = taylor(
+                            pool[q + THETA],
+                            pool[q + OMEGA],
+                            1.0,
+                            a,
+                            v,
+                            pool[q + ALPHA],
+                            pool[q + P2],
+                            start,
+                            (),
+                        )
                     ended, t, theta, omega, high, _, fast = flight(
                         c, 1.0, 1.0 - pool[q + ELAPSED], start, pool[q + PEAK]
                     )
@@ -509,7 +571,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         fresh[freshes] = q
                         freshes += 1
                         continue
-                attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts)
+                attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts, tied)
                 if notes and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
                     _note(pool, q, asked, ahead, excursions, lifts)
                 if attention:
@@ -525,11 +587,11 @@ def integrate_lanes(  # noqa: C901  one loop, see above
             if b >= used:
                 break
             for q in range(b, b + WIDTH):
-                _load(pool, q, ground, curved, lifts)
+                _load(pool, q, ground, curved, lifts, tied)
         for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
             if b >= used:
                 break
-            stride(pool, b, curved, lifts)
+            stride(pool, b, curved, lifts, tied)
             for q in range(b, b + WIDTH):
                 if pool[q + SEEN] == 0.0:
                     fresh[freshes] = q

@@ -21,11 +21,13 @@ from rockframe.rocking.kernels.steps import (
     taylor,
 )
 from rockframe.rocking.kernels.ties import (
+    ELASTIC,
     PLASTIC,
     PLASTIC_STRETCH,
     REST,
     Pair,
     States,
+    begun,
     both_held,
     changed,
     landed,
@@ -200,3 +202,81 @@ def _balance(
         else:
             low = middle
     return 0.5 * (high + low)
+
+
+@compiled
+def elastic_tail(
+    theta: float,
+    omega: float,
+    s: float,
+    alpha: float,
+    p_hat: float,
+    restitution: float,
+    k: float,
+    f: float,
+    tie_log: Float,
+) -> tuple[bool, float, float, float, float]:
+    """What comes when the ground is still, of a frame whose ties do not yield.
+
+    Returns whether it overturns, how long after, the largest |theta|, |omega|, and when it landed
+    before it overturned. The energy over p_hat^2, zero at theta = 0, decides exactly as in `tail`;
+    the barrier is where it stops growing with |theta|, or pi/2.
+    """
+    if s == 0.0:
+        return False, math.nan, 0.0, 0.0, math.nan
+    top = HALF_PI
+    if math.sin(alpha - top) + k + f * math.cos(0.5 * top) < 0.0:
+        top = _held_root(alpha, k, f, 0.0, top, True)
+    barrier = _held_energy(top, alpha, k, f)
+    energy = 0.5 * (omega / p_hat) ** 2 + _held_energy(abs(theta), alpha, k, f)
+    outward = s * omega >= 0.0
+    falls = abs(theta) >= top and (outward or energy < barrier)
+    landing = p_hat * math.sqrt(2.0 * max(0.0, energy))
+    if not falls and not outward:
+        energy *= restitution * restitution
+    if not falls and energy < barrier:
+        return False, math.nan, _held_root(alpha, k, f, energy, top, False), landing, math.nan
+    tie = (k, f, math.inf, -math.inf, ELASTIC)
+    none = (0.0, 0.0, math.inf, -math.inf, ELASTIC)
+    stride = MAX_STRIDE / (p_hat * (1.0 + math.sqrt(k) + f))
+    states = (begun(tie, 0.0), begun(none, 0.0))
+    _, after, _, fastest, landed_at, _ = tied_tail(
+        theta, omega, s, alpha, p_hat, restitution, (tie, none), states, stride, tie_log, 0.0
+    )
+    return True, after, HALF_PI, fastest, landed_at
+
+
+@compiled
+def _held_energy(theta: float, alpha: float, k: float, f: float) -> float:
+    """Energy of height and of elastic ties at a rotation, over that of p_hat^2."""
+    half = math.sin(0.5 * theta)
+    return 2.0 * half * (math.sin(alpha - 0.5 * theta) + k * half + f)
+
+
+@compiled
+def _held_root(alpha: float, k: float, f: float, energy: float, top: float, turns: bool) -> float:
+    """The rotation below `top` at which that energy is reached, or no longer grows; by bisection
+    that Newton's method cuts short.
+    """
+    low = 0.0
+    high = top
+    theta = 0.5 * top
+    for _ in range(200):
+        slope = math.sin(alpha - theta) + k * math.sin(theta) + f * math.cos(0.5 * theta)
+        if turns:
+            bend = -math.cos(alpha - theta) + k * math.cos(theta) - 0.5 * f * math.sin(0.5 * theta)
+            value = -slope
+            slope = -bend
+        else:
+            value = _held_energy(theta, alpha, k, f) - energy
+        if value > 0.0:
+            high = theta
+        else:
+            low = theta
+        new = theta - value / slope if slope > 0.0 else 0.5 * (low + high)
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        if abs(new - theta) <= 1e-15 * top:
+            return new
+        theta = new
+    return theta

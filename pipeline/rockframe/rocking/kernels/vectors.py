@@ -44,19 +44,20 @@ AT: Final = 20 * WIDTH  # row of the ground
 END: Final = 21 * WIDTH  # row after the last one
 SEEN: Final = 22 * WIDTH  # 1 if the last stride was taken or the lane was pending
 PENDING: Final = 23 * WIDTH  # 1 if the lane waits for a hop, or is empty
-HOT_ROWS: Final = 24
+TIE: Final = 24 * WIDTH  # p_hat^2 times the force of the ties at theta = 0
+HOT_ROWS: Final = 25
 
 # Rows of a pack that a block does not have.
-TAU: Final = 24 * WIDTH  # when it lands
-OPEN: Final = 25 * WIDTH  # 1 while that is sought
-KIND: Final = 26 * WIDTH  # how the hop ends
-THETA_AFTER: Final = 27 * WIDTH
-OMEGA_AFTER: Final = 28 * WIDTH
-_C: Final = 27 * WIDTH  # coefficients 2 to 9 of theta, in rows 29 to 36
-TURN: Final = 37 * WIDTH  # when it turns, where that is a new peak
-TURNING: Final = 38 * WIDTH  # 1 if it is
-STEP: Final = 39 * WIDTH  # the last of Newton's steps towards it
-PACK_SIZE: Final = 41 * WIDTH
+TAU: Final = 25 * WIDTH  # when it lands
+OPEN: Final = 26 * WIDTH  # 1 while that is sought
+KIND: Final = 27 * WIDTH  # how the hop ends
+THETA_AFTER: Final = 28 * WIDTH
+OMEGA_AFTER: Final = 29 * WIDTH
+_C: Final = 28 * WIDTH  # coefficients 2 to 9 of theta, in rows 30 to 37
+TURN: Final = 38 * WIDTH  # when it turns, where that is a new peak
+TURNING: Final = 39 * WIDTH  # 1 if it is
+STEP: Final = 40 * WIDTH  # the last of Newton's steps towards it
+PACK_SIZE: Final = 42 * WIDTH
 
 # How a hop ends.
 HOP_ALONE: Final = 0.0  # in a way that the scalar kernel is to follow
@@ -158,7 +159,7 @@ def most_of(a: float, b: float) -> float:
 
 
 @inlined
-def _turn(
+def _turn(  # noqa: C901  sums written out
     psi: float,
     omega: float,
     a: Polynomial,
@@ -166,6 +167,7 @@ def _turn(
     pushed: float,
     curved: Marker,
     lifts: Marker,
+    tie: tuple[()] | tuple[float, float],
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Taylor coefficients f0, g1 to g7 of psi'' from eq (26), with psi' = -omega.
 
@@ -179,18 +181,33 @@ def _turn(
     [g]) bounds the growth of each derivative, degree 7 would leave out x^8 / 8! (2e-17 at
     x = 0.03). But of a flight that begins at zero the relative error counts, for bounces magnify
     it: what then matters of the last two terms is kept, products of two d at most.
+
+    `tie` holds nothing, or what the ties add: their force at theta = 0 times sin(theta/2) and
+    cos(theta/2) at t = 0. That turns by d / 2: to the coefficients of sin(d) come 1/8, and those of
+    d itself times 3/8; to those of cos(d) comes 1/4, which is exact up to d^3.
     """
     s, k = _sine_cosine(psi)
     f0 = pushed * (v[0] * s + a[0] * k)
     f1 = _push(a[1], v[1], s, k, lifts)
     r0 = v[0] * k - a[0] * s
+    fc = f0
+    straight = 0.0
+    if len(tie) > 0:
+        f0 = pushed * (v[0] * s + a[0] * k + tie[1])
+        fc = f0 - 0.75 * tie[1]
+        r0 += 0.125 * tie[0]
+        straight = 0.375 * tie[0]
     r1 = _turned(a[1], v[1], s, k, lifts)
     d1 = -omega
     d2 = f0 * (1.0 / 2.0)
     g1 = f1 + r0 * d1
+    if len(tie) > 0:
+        g1 += straight * d1
     d3 = g1 * (1.0 / 6.0)
     q = d1 * d1
     g2 = d2 * (r0 - q) + r1 * d1
+    if len(tie) > 0:
+        g2 = d2 * (r0 + straight) - 0.5 * fc * q + r1 * d1
     if len(curved) > 0:
         f2 = _push(a[2], v[2], s, k, lifts)
         r2 = _turned(a[2], v[2], s, k, lifts)
@@ -200,7 +217,9 @@ def _turn(
     q6 = q * (1.0 / 6.0)
     e = d1 * d2
     s3 = d3 - q6 * d1
-    g3 = r0 * s3 + r1 * d2 - f1 * q2 - f0 * e
+    g3 = r0 * s3 + r1 * d2 - f1 * q2 - fc * e
+    if len(tie) > 0:
+        g3 += straight * d3
     if len(curved) > 0:
         f3 = _push(a[3], v[3], s, k, lifts)
         r3 = _turned(a[3], v[3], s, k, lifts)
@@ -209,22 +228,29 @@ def _turn(
     half = d2 * (1.0 / 2.0)
     c4 = q * (q * (1.0 / 24.0)) - half * d2 - d1 * d3
     s4 = d4 - q2 * d2
-    g4 = r0 * s4 + r1 * s3 - f1 * e + f0 * c4
+    g4 = r0 * s4 + r1 * s3 - f1 * e + fc * c4
+    if len(tie) > 0:
+        g4 += straight * d4 - tie[1] * (q * (q * (1.0 / 128.0)))
     if len(curved) > 0:
         f4 = _push(a[4], v[4], s, k, lifts)
         r4 = _turned(a[4], v[4], s, k, lifts)
         g4 += f4 + r3 * d1 + r2 * d2 - f2 * q2
     c5 = q6 * e - d1 * d4 - d2 * d3
     s5 = d5 - q2 * d3 - e * half
-    g5 = r0 * s5 + r1 * s4 + f1 * c4 + f0 * c5
+    g5 = r0 * s5 + r1 * s4 + f1 * c4 + fc * c5
+    if len(tie) > 0:
+        g5 += straight * d5
     if len(curved) > 0:
         f5 = _push(a[5], v[5], s, k, lifts)
         g5 += f5 + r4 * d1 + r3 * d2 + r2 * s3 - f3 * q2 - f2 * e
     d6 = g4 * (1.0 / 30.0)
     d7 = g5 * (1.0 / 42.0)
     c6 = d1 * d5 + d2 * d4 + d3 * (d3 * (1.0 / 2.0))
-    g6 = r0 * d6 + r1 * s5 + f1 * c5 - f0 * c6
+    g6 = r0 * d6 + r1 * s5 + f1 * c5 - fc * c6
     g7 = r0 * d7 + r1 * d6 - f1 * c6
+    if len(tie) > 0:
+        g6 += straight * d6
+        g7 += straight * d7
     if len(curved) > 0:
         g6 += r4 * d2 + r3 * d3 + r2 * d4
         g7 += r4 * d3 + r3 * d4 + r2 * d5
@@ -232,7 +258,7 @@ def _turn(
 
 
 @inlined
-def stride(pool: Float, b: int, curved: Marker, lifts: Marker) -> None:
+def stride(pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker) -> None:
     """Take each lane of the block at b to the end of its interval, if nothing happens in it.
 
     Nothing: no landing, no fall, and no peak of theta or omega above the former ones within the
@@ -244,7 +270,12 @@ def stride(pool: Float, b: int, curved: Marker, lifts: Marker) -> None:
         omega = pool[j + OMEGA]
         a, v = _pushed(pool, j, curved, lifts)
         psi = pool[j + ALPHA] - theta
-        f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts)
+        if len(tied) > 0:
+            sine, cosine = _sine_cosine(0.5 * theta)
+            tie = (pool[j + TIE] * sine, pool[j + TIE] * cosine)
+            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, tie)
+        else:
+            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, ())
         theta_h = theta - (
             (f0 * (1.0 / 2.0) - omega)
             + (
@@ -334,7 +365,9 @@ def _locate_peaks(pack: Float) -> None:
 
 
 @inlined
-def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
+def hop(  # noqa: C901  one loop, see above
+    pack: Float, curved: Marker, lifts: Marker, tied: Marker
+) -> None:
     """Take each lane of a pack from within its interval to its landing or the interval's end.
 
     What the scalar kernel must follow is marked: where the bend changes its sign, a peak exceeds
@@ -358,7 +391,12 @@ def hop(pack: Float, curved: Marker, lifts: Marker) -> None:
                 v = (v[0] + elapsed * v[1], v[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         psi = pack[j + ALPHA] - theta
         pushed = 0.0 if start == FROM_UPLIFT else 1.0
-        f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, pushed, curved, lifts)
+        if len(tied) > 0:
+            sine, cosine = _sine_cosine(0.5 * theta)
+            tie = (pack[j + TIE] * sine, pack[j + TIE] * cosine)
+            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, pushed, curved, lifts, tie)
+        else:
+            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, pushed, curved, lifts, ())
         c2 = f0 * (-1.0 / 2.0)
         c3 = g1 * (-1.0 / 6.0)
         c4 = g2 * (-1.0 / 12.0)
