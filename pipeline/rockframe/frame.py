@@ -52,6 +52,9 @@ class RockingFrame:
     centre_of_gravity : float, optional
         Height of a column's centre of gravity above its base, if it is not half the height [m];
         with the inertia ratio from `tapered` or `hollow`.
+    beam_depth : float, optional
+        Depth of the beam, whose centre of mass is at half of it [m]: how far apart two columns must
+        be depends on it, and nothing else.
     column_mass : float, optional
         Mass of one column [kg]: restraints need it, free rocking does not depend on it.
     tendon, dissipater : Tendon, Dissipater, optional
@@ -90,13 +93,14 @@ class RockingFrame:
     restitution_factor: float = 1.0
     top_width: float | None = None
     centre_of_gravity: float | None = None
+    beam_depth: float | None = None
     column_mass: float | None = None
     tendon: Tendon | None = None
     dissipater: Dissipater | None = None
     abutment: Abutment | None = None
 
     def __post_init__(self) -> None:
-        for label in ("height", "width", "top_width", "centre_of_gravity"):
+        for label in ("height", "width", "top_width", "centre_of_gravity", "beam_depth"):
             value = getattr(self, label)
             if value is not None and not _SMALLEST <= value <= _LARGEST:
                 raise ParameterError(
@@ -290,19 +294,24 @@ class RockingFrame:
     def resized(self, height: float, width: float) -> Self:
         """Return the frame with another height and width [m], the rest of its shape in proportion.
 
+        The mass of a column grows with both; tendons and dissipaters stay as they are.
+
         Examples
         --------
         >>> column = RockingFrame(height=8.0, width=1.6, top_width=1.2)
         >>> column.resized(4.0, 0.8).top_width
         0.6
         """
-        top, centre = self.top_width, self.centre_of_gravity
+        top, centre, mass = self.top_width, self.centre_of_gravity, self.column_mass
         return replace(
             self,
             height=height,
             width=width,
             top_width=None if top is None else top * width / self.width,
             centre_of_gravity=None if centre is None else centre * height / self.height,
+            column_mass=None
+            if mass is None
+            else mass * (height * width) / (self.height * self.width),
         )
 
     def crushed(self, pivot: Pivot) -> Self:

@@ -13,6 +13,7 @@ import math
 import resource
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from rockframe import (
     Pulse,
     RockingFrame,
     Scenarios,
+    Tendon,
     bundled_records,
     read_file,
     respond,
@@ -38,6 +40,11 @@ from rockframe.units import GRAVITY
 Float = NDArray[np.float64]
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+#: The bent with tendons below and above the stiffness at which gravity cannot overturn it.
+TIED = [
+    replace(BENT, column_mass=48e3, tendon=Tendon(area=area, modulus=195e9, length=9.6))
+    for area in (2.8e-4, 1.4e-3)
+]
 SAMPLES = 4001
 #: What the grounds are multiplied by.
 SCALES = (0.6, 1.2)
@@ -83,12 +90,14 @@ def smooth_grounds() -> list[GroundAcceleration]:
     return grounds
 
 
-def ask(grounds: list[GroundAcceleration], count: int, offset: int = 0) -> Scenarios:
+def ask(
+    grounds: list[GroundAcceleration], count: int, offset: int = 0, frame: RockingFrame = BENT
+) -> Scenarios:
     """Respond to so many scenarios: every ground in turn, at scales that are all different."""
     number = offset + np.arange(count)
     scale = SCALES[0] + (SCALES[1] - SCALES[0]) * ((number * 0.6180339887498949) % 1.0)
     zero = np.zeros(count, dtype=np.intp)
-    return respond_scenarios(grounds, [BENT], number % len(grounds), zero, scale)
+    return respond_scenarios(grounds, [frame], number % len(grounds), zero, scale)
 
 
 def one_by_one(ground: GroundAcceleration, scales: Float) -> None:
@@ -131,9 +140,15 @@ def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
     right = respond(BENT, grounds[0]).peak_rotation_ratio
     mine = float(respond_scenarios(grounds, [BENT], [0], [0], [1.0]).peak_rotation_ratio[0])
     each = own / steps(found)
+    tied = []
+    for frame in TIED:
+        held = ask(grounds, count, frame=frame)
+        took = processor_time(partial(ask, grounds, count, frame=frame), repeats=3) / count
+        tied.append(took / steps(held) / each)
     return {
         "kernel_ns_per_step": 1e9 * each,
         "kernel_ns_per_rocking_step": 1e9 * each / float(np.mean(rocking)),
+        "kernel_tied_over_free": max(tied),
         "kernel_impacts": float(found.impacts.mean()),
         "kernel_over_scalar": scalar / (20 * len(grounds)) / own,
         "kernel_over_solve_ivp": rival / own,

@@ -11,10 +11,22 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.impulses import impact_friction_demand
-from rockframe.rocking.reactions import reactions
+from rockframe.rocking.reactions import column_forces, reactions
 from rockframe.rocking.response import respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
+
+
+def test_least_spacing_is_where_the_beam_would_lift_off_a_column() -> None:
+    """There the least force on one of two columns vanishes; further apart none does."""
+    bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, beam_depth=2.0)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+    response = with_contact(respond(bent, pulse), pulse)
+    assert response.contact is not None
+    for factor, holds in ((1.001, True), (0.999, False)):
+        spacing = factor * response.contact.least_spacing
+        forces = column_forces(response, pulse, spacing=spacing, beam_centre=1.0)
+        assert bool(np.nanmin(forces.top_vertical) > 0.0) is holds
 
 
 def test_the_contact_demand_is_the_extreme_of_the_reactions() -> None:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.impulses import impact_friction_demand
-from rockframe.rocking.reactions import reactions
+from rockframe.rocking.impulses import impact_friction_demand, least_spacing
+from rockframe.rocking.reactions import Reactions, reactions
 from rockframe.rocking.response import Response, Verdict
 from rockframe.wavelets.pulse import Pulse
 
@@ -29,6 +29,9 @@ class ContactDemand:
     least_base_vertical, least_top_vertical : float
         Least vertical force at the base and under the beam over the static one [1]; not positive
         where they would lift off.
+    least_spacing : float
+        Distance between two columns beyond which the beam lifts off neither, impacts included [m];
+        NaN without a stated depth of the beam, and for restrained frames.
     """
 
     base_friction_demand: float
@@ -36,6 +39,7 @@ class ContactDemand:
     impact_friction_demand: float
     least_base_vertical: float
     least_top_vertical: float
+    least_spacing: float
 
 
 def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration) -> Response:
@@ -78,5 +82,19 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
         else math.nan,
         least_base_vertical=least(forces.base_vertical, 1.0 + gamma),
         least_top_vertical=least(forces.top_vertical, gamma),
+        least_spacing=_spacing(response, forces),
     )
     return replace(response, contact=demand)
+
+
+def _spacing(response: Response, forces: Reactions) -> float:
+    """The least spacing: the resultant of what the beam bears lies between the columns."""
+    frame = response.frame
+    if frame.beam_depth is None or frame.mass_ratio == 0.0 or frame.restrained:
+        return math.nan
+    centre = 0.5 * frame.beam_depth
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lean = centre * forces.top_shear / forces.top_vertical
+    offset = np.abs(0.5 * np.sign(response.theta) * frame.top_contact_width + lean)
+    during = 2.0 * float(np.where(forces.top_vertical > 0.0, offset, math.inf).max())
+    return max(during, least_spacing(frame, centre)) if response.impacts else during

@@ -164,6 +164,8 @@ class StructureEntry(Options):
         height.
     restitution_factor : float
         Factor on the restitution of eq (43) [1].
+    beam_depth_m : float, optional
+        Depth of the beam [m], for the least spacing of two columns.
     column_mass_kg, density_kg_m3 : float, optional
         Mass of one column [kg], or its density; restraints and pivots need one of them, and the
         density of rectangular columns the depth.
@@ -185,6 +187,7 @@ class StructureEntry(Options):
     inertia_ratio: float | None = None
     centre_of_gravity_m: float | None = None
     restitution_factor: float = 1.0
+    beam_depth_m: float | None = None
     column_mass_kg: float | None = None
     density_kg_m3: float | None = None
     tendon: TendonEntry | None = None
@@ -216,6 +219,7 @@ class StructureEntry(Options):
             restitution_factor=self.restitution_factor,
             top_width=self.top_width_m,
             centre_of_gravity=shape.centre_of_gravity if stated else None,
+            beam_depth=self.beam_depth_m,
             column_mass=self._mass(),
             tendon=None if self.tendon is None else self.tendon.tendon(self.height_m),
             dissipater=None if self.dissipater is None else self.dissipater.dissipater(),

@@ -94,6 +94,7 @@ OF_CONTACT: Final = optional("contact",
     Variable("impact_friction_demand", "record structure", float, "1", "coefficient of friction that each impact needs", "contact", comment="NaN without impacts"),
     Variable("least_base_vertical", "record structure", float, "1", "least vertical force at the base over the static one", "contact", comment="not positive: the columns would lift off"),
     Variable("least_top_vertical", "record structure", float, "1", "least vertical force under the beam over the static one", "contact", comment="not positive: the beam would lift off; NaN without a beam"),
+    Variable("least_spacing", "record structure", float, "m", "distance between two columns beyond which the beam lifts off neither", "contact", comment="NaN without a stated depth of the beam, and for restrained structures"),
 )
 CONTACT: Final = tuple(one.name for one in OF_CONTACT)
 
