@@ -139,7 +139,7 @@ def test_second_run_is_refused_while_the_first_lives(home: Path, tmp_path: Path)
     first.send_signal(signal.SIGCONT)
     assert status == 2
     assert said.count("\n") == 1
-    assert "another run is at work here. Must end first." in said
+    assert "in use by another run. Wait until it ends." in said
     assert finished(first) == (0, "")
     require_whole(tmp_path / "run", home)
 

@@ -241,7 +241,7 @@ def test_second_run_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -
         assert run(home / "small.toml", home / "run") == 2
         assert main(["status", str(home / "run"), "--json"]) == 0
     printed = capsys.readouterr()
-    assert "another run is at work here. Must end first." in printed.err
+    assert "in use by another run. Wait until it ends." in printed.err
     assert json.loads(printed.out)["running"] is True
 
 

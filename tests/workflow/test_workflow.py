@@ -71,7 +71,7 @@ def test_second_run_is_refused(made: Path) -> None:
     with locked(made / "flow"):
         ended = snakemake(made / "flow")
     assert ended.returncode != 0
-    assert "another run is at work here" in ended.stderr
+    assert "in use by another run" in ended.stderr
     assert snakemake(made / "flow").returncode == 0
 
 

@@ -34,7 +34,7 @@ def in_order(
     calls : iterable of tuple
         The arguments of each call.
     ahead : int
-        Number of calls that may be submitted before their results are asked for.
+        Number of calls that may be submitted before their results are used.
     """
     waiting: deque[Submitted] = deque()
     for arguments in calls:

@@ -180,7 +180,7 @@ def open_service(
     Raises
     ------
     ParameterError
-        If the address is none, or obspy does not know the name.
+        If it is neither a URL nor a name that obspy knows.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""pulses.nc: for each record the best pulse of each wavelet, and more of the one that is used."""
+"""pulses.nc: for each record the best pulse of each wavelet, and details of the selected one."""
 
 from __future__ import annotations
 

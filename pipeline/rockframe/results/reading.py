@@ -48,7 +48,7 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     """Open a dataset of one kind, and close it at the end of the block.
 
     It has the variables that are declared for the kind and no others, in their declared units and
-    with their declared attributes. Series along ``obs`` are read when they are asked for.
+    with their declared attributes. Series along ``obs`` are read on demand.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ _GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
 _IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
 _NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
 _VELOCITY: Final = 0.01  # both state velocities in cm/s
-#: Largest distance of a site from the place that is asked for, and the earth's radius [km].
+#: Largest distance of a site from the stated place, and the earth's radius [km].
 _NEAR, _EARTH = 1.0, 6371.0
 
 
@@ -79,9 +79,9 @@ def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCu
     Raises
     ------
     InputError
-        If it cannot be read, has other columns, a value that is no number, or is not a curve; if
-        an intensity is larger than any, a rate higher than at any site, or the rates are level
-        near 1; if no site is near, or several are there and none is asked for.
+        If the file cannot be read, has other columns, invalid numbers or no curve; if an
+        intensity or a rate is larger than at any site, or the rates are level near 1; if no site
+        is near, or the file has several and none is stated.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCu
     if "lon" in header and "lat" in header:
         return _curve(path, _at_site(path, lines, header, comment, site))
     if site is not None:
-        raise InputError(path, "has no sites to choose from. Must be stated without a site.")
+        raise InputError(path, "has no sites to choose from. Do not state a site for it.")
     return _curve(path, _of_two_columns(path, lines, header))
 
 
@@ -177,7 +177,7 @@ def _intensity(heading: str, before: str) -> float | None:
 def _nearest(
     path: Path, lines: Lines, header: Sequence[str], site: tuple[float, float] | None
 ) -> tuple[int, list[str]]:
-    """Return the row of the site that is asked for, or of the only one."""
+    """Return the row of the stated site, or of the only one."""
     places = []
     for line, row in lines[1:]:
         try:

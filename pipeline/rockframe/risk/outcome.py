@@ -9,7 +9,7 @@ from typing import Final
 class Outcome(IntEnum):
     """Result of a fit: the values of the flag variable `fragility_outcome`.
 
-    To overturn stands for reaching the limit state that the fit is of.
+    Here, overturning means reaching the limit state of the fit.
     """
 
     FITTED = 0

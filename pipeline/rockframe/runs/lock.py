@@ -33,7 +33,7 @@ def locked(folder: Path) -> Iterator[None]:
                 break
             time.sleep(_PAUSE)
         else:
-            raise InputError(folder, "another run is at work here. Must end first.")
+            raise InputError(folder, "in use by another run. Wait until it ends.")
         yield
     finally:
         os.close(descriptor)

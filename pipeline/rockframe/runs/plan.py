@@ -37,9 +37,9 @@ class Input:
     Parameters
     ----------
     name : str
-        What lists call it: behind the name of the folder that was stated, its path in it.
+        Its name in lists: the stated folder, followed by its path there.
     path : Path
-        Where it is.
+        The file.
     sha256 : str
         Its hash when the run was planned.
     """

@@ -84,7 +84,7 @@ def run_plan(
     Raises
     ------
     InputError
-        If another run is at work in the folder, the folder holds something else, or a step finds
+        If the folder is in use by another run or holds something else, or a step finds
         an input or option that the user must correct.
     """
     watch, folder = watch or Watch(), folder.resolve()

@@ -180,7 +180,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def take_back_manifest(plan: Plan, folder: Path) -> None:
-    """Let the folder be that of a run under way: the manifest goes, what it says of steps stays."""
+    """Remove the manifest, and keep what it states of steps as their stamps."""
     listed = _of_manifest(plan, folder)
     for step in plan.steps:
         known = listed.get(step.name)

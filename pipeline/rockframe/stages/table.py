@@ -101,7 +101,7 @@ def fetch_stage(
     InputError
         If the folder holds something else, or cannot be written to.
     ServiceError
-        If nothing came in, or a service stays silent or refuses what it is asked.
+        If nothing was received, or a service does not reply or rejects a request.
     """
     from rockframe.fetch.run import fetch
 

@@ -125,7 +125,7 @@ def _columns() -> list[Column]:
 
 
 def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> None:
-    print("→ the pulse that is used. p: share of noise like the record that matches as well.")
+    print("→ the selected pulse. p: share of noise like the record that matches as well.")
     if wide:
         print("energy: share of the record's.")
         print("Baker: indicator of the velocity in the style of Baker (2007), a pulse above 0.85.")

@@ -1,4 +1,4 @@
-"""pulses.nc: for each record the best pulse of each wavelet, and more of the one that is used."""
+"""pulses.nc: for each record the best pulse of each wavelet, and details of the selected one."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class _Ends(IntEnum):
 PULSES_NC: Final = FileKind(
     "pulses", "pulse", "Acceleration pulses of records",
     (
-        Variable("residual", "obs", float, "m s-2", "acceleration of the record without the pulse that is used"),
-        Variable("pulse_velocity", "obs", float, "m s-1", "velocity of the pulse that is used"),
-        Variable("pulse_displacement", "obs", float, "m", "displacement of the pulse that is used"),
+        Variable("residual", "obs", float, "m s-2", "acceleration of the record without the selected pulse"),
+        Variable("pulse_velocity", "obs", float, "m s-1", "velocity of the selected pulse"),
+        Variable("pulse_displacement", "obs", float, "m", "displacement of the selected pulse"),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
         Variable("samples_sha256", "record", str, "1", "SHA-256 of the record's time step and samples"),
@@ -61,12 +61,12 @@ PULSES_NC: Final = FileKind(
             Variable("runner_up_phase", "record runner_up", float, "rad", "phase of the pulse; pi is the reversed wavelet, of a further pulse", "runner_up.match.pulse.phase"),
             Variable("runner_up_half_cycles", "record runner_up", float, "1", "number of half cycles; a Ricker wavelet has none, of a further pulse", "runner_up.match.pulse.half_cycles"),
             Variable("runner_up_L_p", "record runner_up", float, "m", "length scale of the pulse, a_p T_p^2, of a further pulse", "runner_up.match.pulse.length_scale"),
-            Variable("runner_up_energy_share", "record runner_up", float, "1", "share of the record's energy that a further pulse of the wavelet that is used explains", "runner_up.energy_share"),
+            Variable("runner_up_energy_share", "record runner_up", float, "1", "share of the record's energy that a further pulse of the selected wavelet explains", "runner_up.energy_share"),
         ),
-        Variable("best_wavelet", "record", str, "1", "wavelet of the pulse that is used", refers_to="wavelet"),
-        Variable("a_p_best", "record", float, "m s-2", "a_p of the pulse that is used", "used_match.pulse.a_p"),
-        Variable("T_p_best", "record", float, "s", "T_p of the pulse that is used", "used_match.pulse.T_p"),
-        Variable("match_index_best", "record", float, "1", "match index of the pulse that is used", "used_match.match_index"),
+        Variable("best_wavelet", "record", str, "1", "wavelet of the selected pulse", refers_to="wavelet"),
+        Variable("a_p_best", "record", float, "m s-2", "a_p of the selected pulse", "used_match.pulse.a_p"),
+        Variable("T_p_best", "record", float, "s", "T_p of the selected pulse", "used_match.pulse.T_p"),
+        Variable("match_index_best", "record", float, "1", "match index of the selected pulse", "used_match.match_index"),
         Variable("pulse_verdict_best", "record", PulseVerdict, "1", "whether it is one, at 5 %", "used_likeness.verdict"),
         Variable("p_value_best", "record", float, "1", "share of surrogates that match as well as the record does with it", "used_likeness.p_value"),
         Variable("shortest_period", "record", float, "s", "shortest period searched"),

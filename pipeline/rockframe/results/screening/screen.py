@@ -57,7 +57,7 @@ def write_screening(
     input_sha256, parameters, left_out : mapping
         As `write` takes them.
     filtered : collection of str
-        Those left out as the user asked; the others could not be screened.
+        Those that the user's filters reject; the others could not be screened.
     histories : iterable of KeptHistory, optional
         Of single scenarios; taken after the last motion.
 

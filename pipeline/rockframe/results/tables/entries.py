@@ -40,7 +40,7 @@ class Entry:
         What became of a file that was not read (used beside others, or passed over), of a
         component that was rotated, or of a record that is filtered out; else empty.
     filtered : bool
-        Sound, but not among the records that were asked for.
+        Sound, but rejected by the user's filters.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Facts of datasets in words, made when they are asked for: a run may have a million of them."""
+"""Labelled values of datasets, computed on demand: a run may have a million of them."""
 
 from __future__ import annotations
 
