@@ -49,9 +49,16 @@ BOUNDS: Final = 3
 #: Largest (rate x step) of one Taylor series, and the share of its last term.
 _STRIDE: Final = 0.5
 _LAST_TERM: Final = 1e-17
-#: Room for the coefficients of a series, and for a polynomial and its derivatives.
+# Rows of the working memory: the series of u and its derivatives, the force's, the ground about
+# the present, the ends of monotone parts, and 1 / ((n + 1) (n + 2)). The coefficients in a row
+# are followed by a zero.
+_U: Final = 0
+_FORCE: Final = 9
+_GROUND: Final = 18
+_MARKS: Final = 19
+_SHARES: Final = 20
+_ROWS: Final = 21
 _TERMS: Final = 48
-_TOWER: Final = 9
 #: A transition is used if this share of the bound on the rates remains.
 _LEAST_SHARE: Final = 0.25
 #: Relative size of the last Newton step; its error is the square of it, so round-off.
@@ -69,70 +76,60 @@ _MOST_TAIL: Final = 1_000_000
 def _order(rate_step: float, degree: int) -> int:
     """Degree at which the series of a step may end."""
     order = degree + 2
-    term = 1.0
-    while term > _LAST_TERM and order < _TERMS - 2:
+    term = rate_step
+    while term > _LAST_TERM and order < _TERMS - 3:
         order += 1
-        term *= rate_step / (order - degree - 2)
+        term *= rate_step / (order - degree - 1)
     return order
 
 
 @compiled
 def _series(
-    u: Float,
-    ground: Float,
-    start: tuple[float, float],
-    rest: tuple[float, float, float],
-    order: int,
+    work: Float, degree: int, u: float, v: float, rest: tuple[float, float, float], order: int
 ) -> None:
     """Fill in the Taylor coefficients of u'' = -(ground + push + c u' + k u)."""
     push, c, k = rest
-    u[0], u[1] = start
+    work[_U, 0], work[_U, 1] = u, v
     for n in range(order - 1):
-        force = c * (n + 1) * u[n + 1] + k * u[n]
-        if n < ground.size:
-            force += ground[n]
-        if n == 0:
-            force += push
-        u[n + 2] = -force / ((n + 1) * (n + 2))
+        push += c * (n + 1) * v + k * u
+        if n <= degree:
+            push += work[_GROUND, n]
+        u, v = v, -push * work[_SHARES, n]
+        work[_U, n + 2] = v
+        push = 0.0
+    work[_U, order + 1] = 0.0
 
 
 @compiled
-def _value(p: Float, order: int, t: float) -> float:
-    total = 0.0
-    for n in range(order, -1, -1):
-        total = total * t + p[n]
-    return total
+def _value(rows: Float, row: int, order: int, t: float) -> float:
+    """Value of the polynomial in a row, of this degree: its even and its odd part at once."""
+    t2 = t * t
+    even = odd = 0.0
+    for n in range(order // 2, -1, -1):
+        even = even * t2 + rows[row, 2 * n]
+        odd = odd * t2 + rows[row, 2 * n + 1]
+    return even + t * odd
 
 
 @compiled
-def _differentiate(tower: Float, order: int, top: int) -> None:
-    """Fill in the derivatives of the polynomial in the first row, up to the one after `top`."""
-    for d in range(1, top + 2):
+def _differentiate(work: Float, row: int, order: int, top: int) -> None:
+    """Fill in the derivatives of the polynomial in a row, into those below it."""
+    for d in range(1, top + 1):
         for n in range(order - d + 1):
-            tower[d, n] = (n + 1) * tower[d - 1, n + 1]
+            work[row + d, n] = (n + 1) * work[row + d - 1, n + 1]
+        work[row + d, max(order - d + 1, 0)] = 0.0
+        work[row + d, max(order - d + 2, 1)] = 0.0
 
 
 @compiled
-def _differentiate_force(
-    forces: Float, tower: Float, rest: tuple[float, float, float], order: int, top: int
-) -> None:
-    """Fill in push + c u' + k u and its derivatives."""
-    push, c, k = rest
-    for n in range(order):
-        forces[0, n] = c * tower[1, n] + k * tower[0, n]
-    forces[0, 0] += push
-    if c > 0.0:
-        _differentiate(forces, order - 1, top)
+def _root(
+    work: Float, row: int, order: int, level: float, a: float, b: float, low: float, high: float
+) -> float:
+    """Root in [a, b] of a row minus level, which is low at a and high at b, of opposite signs.
 
-
-@compiled
-def _root(tower: Float, d: int, order: int, level: float, a: float, b: float) -> float:
-    """Root in [a, b] of the d-th derivative minus level, which changes its sign there once.
-
-    Newton's method in a bracket, which is halved where a step would leave it or is slow.
+    Newton's method in a bracket, which is halved where a step would leave it or is slow. The
+    derivative is in the next row.
     """
-    low = _value(tower[d], order - d, a) - level
-    high = _value(tower[d], order - d, b) - level
     if low == 0.0:
         return a
     if high == 0.0:
@@ -141,14 +138,14 @@ def _root(tower: Float, d: int, order: int, level: float, a: float, b: float) ->
     enough = _ROOT_TOLERANCE * last
     t = a + last * (low / (low - high))
     for _ in range(200):
-        value = _value(tower[d], order - d, t) - level
+        value = _value(work, row, order, t) - level
         if value == 0.0:
             return t
         if (value > 0.0) == (high > 0.0):
             b = t
         else:
             a = t
-        slope = _value(tower[d + 1], order - d - 1, t)
+        slope = _value(work, row + 1, order - 1, t)
         new = t - value / slope if slope != 0.0 else a
         if not (a < new < b) or abs(new - t) > 0.5 * last:
             new = 0.5 * (a + b)
@@ -160,39 +157,43 @@ def _root(tower: Float, d: int, order: int, level: float, a: float, b: float) ->
 
 
 @compiled
-def _turns(tower: Float, order: int, top: int, h: float, marks: Float) -> int:
+def _turns(work: Float, row: int, order: int, top: int, h: float) -> int:
     """Fill in where a polynomial turns in (0, h], in order, and then h; return how many they are.
 
     Each derivative is monotone between the roots of the next one. That of the order `top` obeys an
     equation without the ground, or is linear: it has one root at most.
     """
     count = 1
-    marks[0] = h
+    work[_MARKS, 0] = h
     for d in range(top, 0, -1):
         found = 0
         left = 0.0
-        at_left = tower[d, 0]
+        at_left = work[row + d, 0]
         for k in range(count):
-            right = marks[k]
-            at_right = _value(tower[d], order - d, right)
+            right = work[_MARKS, k]
+            at_right = _value(work, row + d, order - d, right)
             if at_left != 0.0 and (at_right == 0.0 or (at_left > 0.0) != (at_right > 0.0)):
-                marks[found] = _root(tower, d, order, 0.0, left, right)
+                work[_MARKS, found] = _root(
+                    work, row + d, order - d, 0.0, left, right, at_left, at_right
+                )
                 found += 1
             left = right
             at_left = at_right
-        marks[found] = h
+        work[_MARKS, found] = h
         count = found + 1
     return count
 
 
 @compiled
-def _shift(row: Float, scale: float, t: float, ground: Float) -> None:
+def _shift(work: Float, rows: Float, i: int, scale: float, t: float) -> None:
     """Fill in the ground's polynomial about t, times the scale (repeated synthetic division)."""
-    ground[:] = scale * row
+    degree = rows.shape[1] - 1
+    for n in range(degree + 1):
+        work[_GROUND, n] = scale * rows[i, n]
     if t > 0.0:
-        for j in range(row.size - 1):
-            for n in range(row.size - 2, j - 1, -1):
-                ground[n] += t * ground[n + 1]
+        for j in range(degree):
+            for n in range(degree - 1, j - 1, -1):
+                work[_GROUND, n] += t * work[_GROUND, n + 1]
 
 
 @compiled
@@ -212,7 +213,7 @@ def _yields(summary: Float, time: float) -> None:
 
 @compiled
 def _stick(
-    ground: Float,
+    degree: int,
     oscillator: Constants,
     u: float,
     h: float,
@@ -222,26 +223,27 @@ def _stick(
 ) -> tuple[float, float]:
     """Wait until the ground exceeds what friction holds; return the branch and the time until."""
     k, _, q, _ = oscillator
-    tower, marks = work[:_TOWER], work[2 * _TOWER]
-    degree = ground.size - 1
-    tower[0, : ground.size] = ground
-    _differentiate(tower, degree, max(degree, 1))
-    count = _turns(tower, degree, degree, h, marks)
-    push = ground[0] + k * u
-    left = 0.0
+    for n in range(degree + 1):
+        work[_U, n] = work[_GROUND, n]
+    work[_U, degree + 1] = 0.0
+    _differentiate(work, _U, degree, degree)
+    count = _turns(work, _U, degree, degree, h)
+    left = before = 0.0
     for n in range(-1, count):
-        if n >= 0:
-            push = _value(ground, degree, marks[n]) + k * u
+        right = work[_MARKS, n] if n >= 0 else 0.0
+        ground = _value(work, _U, degree, right)
+        push = ground + k * u
         if abs(push) > q:
+            level = math.copysign(q, push) - k * u
             end = 0.0
             if n >= 0:
-                level = math.copysign(q, push) - k * u
-                end = _root(tower, 0, degree, level, left, marks[n])
-            _note(summary, u, _value(ground, degree, end), time)
+                low, high = before - level, ground - level
+                end = _root(work, _U, degree, level, left, right, low, high)
+            _note(summary, u, _value(work, _U, degree, end), time)
             _yields(summary, time + end)
             return -math.copysign(1.0, push), end
-        _note(summary, u, push - k * u, time)
-        left = marks[n] if n >= 0 else 0.0
+        _note(summary, u, ground, time)
+        left, before = right, ground
     return STUCK, h
 
 
@@ -255,7 +257,7 @@ def _branch(oscillator: Constants, state: State) -> tuple[float, float, float]:
 
 @compiled
 def _end(
-    tower: Float, order: int, marks: Float, count: int, oscillator: Constants, state: State
+    work: Float, order: int, count: int, oscillator: Constants, state: State
 ) -> tuple[float, float]:
     """When the branch ends within its series, and the direction of yielding; 0 if it does not.
 
@@ -264,21 +266,41 @@ def _end(
     _, k_z, q, _ = oscillator
     mode, u, _, z = state
     if mode != ELASTIC:
-        return marks[0], (mode if count > 1 else 0.0)
-    left = 0.0
+        return work[_MARKS, 0], (mode if count > 1 else 0.0)
+    left, before = 0.0, u
     for n in range(count):
-        moved = _value(tower[0], order, marks[n]) - u
-        if abs(z + k_z * moved) > q * _BEYOND:
-            side = math.copysign(1.0, moved)
+        right = work[_MARKS, n]
+        reached = _value(work, _U, order, right)
+        if abs(z + k_z * (reached - u)) > q * _BEYOND:
+            side = math.copysign(1.0, reached - u)
             level = u + (side * q - z) / k_z
-            return _root(tower, 0, order, level, left, marks[n]), side
-        left = marks[n]
+            low, high = before - level, reached - level
+            return _root(work, _U, order, level, left, right, low, high), side
+        left, before = right, reached
     return left, 0.0
 
 
 @compiled
+def _note_force(
+    order: int,
+    degree: int,
+    end: float,
+    rest: tuple[float, float, float],
+    summary: Float,
+    work: Float,
+) -> None:
+    """Note the peaks of push + c u' + k u that lie elsewhere than those of u."""
+    push, c, k = rest
+    for n in range(order + 2):
+        work[_FORCE, n] = c * work[_U + 1, n] + k * work[_U, n]
+    _differentiate(work, _FORCE, order, degree + 2)
+    for n in range(_turns(work, _FORCE, order, degree + 1, end)):
+        _note(summary, 0.0, push + _value(work, _FORCE, order, work[_MARKS, n]), 0.0)
+
+
+@compiled
 def _piece(
-    ground: Float,
+    degree: int,
     oscillator: Constants,
     state: State,
     h: float,
@@ -290,33 +312,31 @@ def _piece(
     """Follow one branch for a time h at most, or until it ends; return the state and the time."""
     _, k_z, q, c = oscillator
     mode, u, v, z = state
-    tower, forces, marks = work[:_TOWER], work[_TOWER : 2 * _TOWER], work[2 * _TOWER]
-    rest = _branch(oscillator, state)
-    stiffness = rest[2]
+    rest = push, _, stiffness = _branch(oscillator, state)
     rate = math.sqrt(stiffness) + c
     h = min(h, _STRIDE / rate) if rate > 0.0 else h
-    order = _order(rate * h, ground.size - 1)
-    top = ground.size
-    _series(tower[0], ground, (u, v), rest, order)
+    order = _order(rate * h, degree)
+    _series(work, degree, u, v, rest, order)
     if v == 0.0 and abs(z) == q:  # a branch begins: the signs of round-off are not to end it
         towards = mode if mode != ELASTIC else -z
-        if towards * tower[0, 2] < 0.0:
-            tower[0, 2] = 0.0
-    _differentiate(tower, order, top)
-    count = _turns(tower, order, top, h, marks)
+        if towards * work[_U, 2] < 0.0:
+            work[_U, 2] = 0.0
+    _differentiate(work, _U, order, degree + 2)
+    count = _turns(work, _U, order, degree + 1, h)
     end, side = h, 0.0
     if search:
-        end, side = _end(tower, order, marks, count, oscillator, state)
-    _differentiate_force(forces, tower, rest, order, top)
+        end, side = _end(work, order, count, oscillator, state)
+    there = u
     for n in range(count):
-        at = min(marks[n], end)
-        force = _value(forces[0], order - 1, at)
-        _note(summary, _value(tower[0], order, at), force, time + at)
+        at = min(work[_MARKS, n], end)
+        there = _value(work, _U, order, at)
+        v = _value(work, _U + 1, order - 1, at)
+        _note(summary, there, push + stiffness * there + c * v, time + at)
+        if at == end:
+            break
     if c > 0.0:
-        for n in range(_turns(forces, order - 1, top, end, marks)):
-            _note(summary, 0.0, _value(forces[0], order - 1, marks[n]), time)
-    moved = _value(tower[0], order, end) - u
-    v = _value(tower[1], order - 1, end)
+        _note_force(order, degree, end, rest, summary, work)
+    moved = there - u
     if mode == ELASTIC:
         z = min(max(z + k_z * moved, -q), q)
         if side != 0.0:
@@ -326,12 +346,13 @@ def _piece(
         summary[DISSIPATED] += q * abs(moved)
         if side != 0.0:
             mode, v = STUCK if k_z == math.inf else ELASTIC, 0.0
-    return (mode, u + moved, v, z), end
+    return (mode, there, v, z), end
 
 
 @compiled
 def _cross(
-    row: Float,
+    rows: Float,
+    i: int,
     scale: float,
     h: float,
     time: float,
@@ -341,34 +362,36 @@ def _cross(
     work: Float,
 ) -> State:
     """Go through an interval in which the branch may change, or a peak may lie."""
-    ground = work[2 * _TOWER + 1, : row.size]
+    degree = rows.shape[1] - 1
     t = 0.0
     idle = 0
     while t < h:
-        _shift(row, scale, t, ground)
+        _shift(work, rows, i, scale, t)
         left = h - t
         if state[0] == STUCK:
-            mode, taken = _stick(ground, oscillator, state[1], left, time + t, summary, work)
+            mode, taken = _stick(degree, oscillator, state[1], left, time + t, summary, work)
             z = mode * oscillator[2] if mode != STUCK else 0.0
             state = (mode, state[1], 0.0, z)
         else:
             search = idle < _MOST_IDLE
-            state, taken = _piece(ground, oscillator, state, left, time + t, search, summary, work)
+            state, taken = _piece(degree, oscillator, state, left, time + t, search, summary, work)
         idle = idle + 1 if taken <= _ROOT_TOLERANCE * h else 0
         t = t + taken if taken < left else h
     return state
 
 
 @compiled
-def _holds(row: Float, bound: Float, scale: float, h: float, room: float, summary: Float) -> bool:
+def _holds(
+    rows: Float, i: int, bounds: Float, scale: float, h: float, room: float, summary: Float
+) -> bool:
     """Say if friction surely holds in an interval whose peak is known; note the peak."""
-    strength = abs(scale) * bound[0]
-    monotone = bound[1] <= 2.0 * abs(row[1])
+    strength = abs(scale) * bounds[i, 0]
+    monotone = bounds[i, 1] <= 2.0 * abs(rows[i, 1])
     if strength > room or not (monotone or strength <= summary[PEAK_FORCE]):
         return False
     if strength > summary[PEAK_FORCE]:
-        _note(summary, 0.0, scale * row[0], 0.0)
-        _note(summary, 0.0, scale * _value(row, row.size - 1, h), 0.0)
+        _note(summary, 0.0, scale * rows[i, 0], 0.0)
+        _note(summary, 0.0, scale * _value(rows, i, rows.shape[1] - 1, h), 0.0)
     return True
 
 
@@ -385,26 +408,26 @@ def _transition(
     if share < _LEAST_SHARE:
         return 0.0
     order = _order(h * (math.sqrt(stiffness) + c), degree)
-    ground = work[2 * _TOWER + 1, : degree + 1]
     for n in range(degree + 3):
-        ground[:] = 0.0
+        work[_GROUND, : degree + 1] = 0.0
         if n >= 2:
-            ground[n - 2] = 1.0
-        start = (1.0 if n == 0 else 0.0, 1.0 if n == 1 else 0.0)
-        _series(work[0], ground, start, (0.0, c, stiffness), order)
-        _differentiate(work, order, 0)
-        out[0, n] = _value(work[0], order, h)
-        out[1, n] = _value(work[1], order - 1, h)
+            work[_GROUND, n - 2] = 1.0
+        u, v = (1.0 if n == 0 else 0.0), (1.0 if n == 1 else 0.0)
+        _series(work, degree, u, v, (0.0, c, stiffness), order)
+        _differentiate(work, _U, order, 1)
+        out[0, n] = _value(work, _U, order, h)
+        out[1, n] = _value(work, _U + 1, order - 1, h)
     return 1.0 / share
 
 
 @compiled
 def _sure(
-    row: Float,
-    bound: Float,
+    rows: Float,
+    i: int,
+    bounds: Float,
     scale: float,
     h: float,
-    linear: tuple[float, float, float, float, float],
+    linear: tuple[float, float, float, float, bool],
     limits: tuple[float, float, float],
     old: tuple[float, float],
     new: tuple[float, float],
@@ -412,22 +435,21 @@ def _sure(
 ) -> bool:
     """Say if on a branch nothing can happen between two nodes: closer bounds, from both of them.
 
-    `linear` has the branch's stiffness, damping and push, k_z, and its direction; `limits` q and
-    the peaks. Either u and the force are monotone, or what they reach is within the limits.
+    `linear` has the branch's push, damping and stiffness, k_z, and if it is elastic; `limits` q
+    and the peaks. Either u and the force are monotone, or what they reach is within the limits.
     """
-    k, c, push, k_z, mode = linear
+    push, c, k, k_z, elastic = linear
     q, peak, peak_force = limits
     u, v = old
-    bend = abs(scale * row[0] + push + c * v + k * u)
-    size = abs(scale)
-    jerk = share * (size * bound[1] + c * bend + k * (abs(v) + h * bend))
+    size, h2 = abs(scale), 0.125 * h * h
+    bend = abs(scale * rows[i, 0] + push + c * v + k * u)
+    jerk = share * (size * bounds[i, 1] + c * bend + k * (abs(v) + h * bend))
     bend += h * jerk
-    h2 = 0.125 * h * h
     spring = max(abs(push + k_z * u), abs(push + k_z * new[0]))
     monotone = v * new[1] > 0.0 and min(abs(v), abs(new[1])) > h2 * jerk
     far = max(abs(u), abs(new[0]))
     if spring > q or not (
-        monotone or (mode == ELASTIC and spring + k_z * h2 * bend <= q and far + h2 * bend <= peak)
+        monotone or (elastic and spring + k_z * h2 * bend <= q and far + h2 * bend <= peak)
     ):
         return False
     force = push + k * new[0] + c * new[1]
@@ -436,9 +458,9 @@ def _sure(
         return True
     if c == 0.0:
         return monotone
-    before = k * v - c * (scale * row[0] + push + c * v + k * u)
-    after = k * new[1] - c * (scale * _value(row, row.size - 1, h) + force)
-    snap = size * bound[2] + c * jerk + k * bend
+    before = k * v - c * (scale * rows[i, 0] + push + c * v + k * u)
+    after = k * new[1] - c * (scale * _value(rows, i, rows.shape[1] - 1, h) + force)
+    snap = size * bounds[i, 2] + c * jerk + k * bend
     near = min(abs(before), abs(after)) if before * after > 0.0 else 0.0
     return bool(near > h2 * (c * snap + k * jerk))
 
@@ -462,13 +484,12 @@ def _run(
 
     First with bounds from the end of the interval alone; where these do not suffice, `_sure`.
     """
-    k, k_z, q, c = oscillator
+    _, k_z, q, _ = oscillator
     mode, u, v, z = state
+    push, c, k = _branch(oscillator, state)
     elastic = mode == ELASTIC
-    if not elastic:
-        k_z = 0.0
-    k += k_z
-    push = z - k_z * u
+    k_z = k_z if elastic else 0.0
+    curved = rows.shape[1] > 2
     peak, peak_time, peak_force = summary[PEAK], summary[PEAK_TIME], summary[PEAK_FORCE]
     u_u, u_v, u_0, u_1 = moves[0, 0], moves[0, 1], moves[0, 2], moves[0, 3]
     v_u, v_v, v_0, v_1 = moves[1, 0], moves[1, 1], moves[1, 2], moves[1, 3]
@@ -476,30 +497,39 @@ def _run(
     while i < rows.shape[0]:
         a_0, a_1 = scale * rows[i, 0] + push, scale * rows[i, 1]
         by_u, by_v = u_0 * a_0 + u_1 * a_1, v_0 * a_0 + v_1 * a_1
-        for n in range(2, rows.shape[1]):
-            by_u += moves[0, n + 2] * (scale * rows[i, n])
-            by_v += moves[1, n + 2] * (scale * rows[i, n])
+        if curved:
+            a_2, a_3, a_4, a_5 = rows[i, 2], rows[i, 3], rows[i, 4], rows[i, 5]
+            by_u += scale * (
+                (moves[0, 4] * a_2 + moves[0, 5] * a_3) + (moves[0, 6] * a_4 + moves[0, 7] * a_5)
+            )
+            by_v += scale * (
+                (moves[1, 4] * a_2 + moves[1, 5] * a_3) + (moves[1, 6] * a_4 + moves[1, 7] * a_5)
+            )
         new_u = (u_u * u + u_v * v) + by_u
         new_v = (v_u * u + v_v * v) + by_v
         force = (k * new_u + push) + c * new_v
         speed, far = abs(new_v), abs(new_u)
+        spring = abs(push + k_z * new_u)
         bend = share * (abs(scale) * bounds[i, 0] + abs(push) + (c + k * h) * speed + k * far)
-        reach = h * (speed + h * bend)
-        inside = abs(push + k_z * new_u) + k_z * reach if elastic else q
-        if (
-            inside > q
-            or (not elastic and mode * new_v <= h * bend)
-            or far + reach > peak
-            or abs(force) + (h * c * bend + k * reach) > peak_force
-        ):
-            linear, limits = (k, c, push, k_z, mode), (q, peak, peak_force)
-            if not _sure(
-                rows[i], bounds[i], scale, h, linear, limits, (u, v), (new_u, new_v), share
-            ):
+        least = speed - h * bend
+        if least > 0.0 and (c == 0.0 or k * least > c * bend):  # u and the force are monotone
+            if spring > q:
                 break
-            peak_force = max(peak_force, abs(force))
-            if far > peak:
-                peak, peak_time = far, time + (i + 1) * h
+        else:
+            reach = h * (speed + h * bend)
+            if (
+                not elastic
+                or spring + k_z * reach > q
+                or far + reach > peak
+                or abs(force) + (h * c * bend + k * reach) > peak_force
+            ):
+                linear, limits = (push, c, k, k_z, elastic), (q, peak, peak_force)
+                old, new = (u, v), (new_u, new_v)
+                if not _sure(rows, i, bounds, scale, h, linear, limits, old, new, share):
+                    break
+        peak_force = max(peak_force, abs(force))
+        if far > peak:
+            peak, peak_time = far, time + (i + 1) * h
         u, v = new_u, new_v
         i += 1
         if histories.shape[1] > 0:
@@ -516,7 +546,7 @@ def _run(
 def _settle(time: float, oscillator: Constants, state: State, summary: Float, work: Float) -> None:
     """Let the oscillator move on over still ground until no new peak and no yielding can come."""
     k, k_z, q, c = oscillator
-    still = np.zeros(1)
+    still = np.zeros((1, 2))
     until = math.inf
     for _ in range(_MOST_TAIL):
         mode, u, v, z = state
@@ -540,12 +570,12 @@ def _settle(time: float, oscillator: Constants, state: State, summary: Float, wo
         if rate == 0.0:
             rate = math.sqrt(k + k_z)
         step = _STRIDE / rate
-        state = _cross(still, 0.0, step, time, oscillator, state, summary, work)
+        state = _cross(still, 0, 0.0, step, time, oscillator, state, summary, work)
         time += step
 
 
 @compiled
-def integrate(
+def integrate(  # noqa: C901  one loop, see above
     rows: Float,
     bounds: Float,
     h: float,
@@ -561,7 +591,7 @@ def integrate(
     ----------
     rows, bounds : array, shapes (intervals, degree + 1) and (intervals, BOUNDS)
         Ground acceleration [m s-2] in powers of the time since the start of each interval, of
-        degree 1 or more, and bounds of it and its first two derivatives.
+        degree 1 or 5, and bounds of it and its first two derivatives.
     h, time, scale : float
         Length of an interval and time of the first node [s]; factor on the ground.
     oscillator : tuple
@@ -574,7 +604,9 @@ def integrate(
     k, k_z, q, c = oscillator
     rigid = k_z == math.inf
     degree = rows.shape[1] - 1
-    work = np.empty((2 * _TOWER + 2, _TERMS))
+    work = np.empty((_ROWS, _TERMS))
+    for n in range(_TERMS):
+        work[_SHARES, n] = 1.0 / ((n + 1) * (n + 2))
     moves = np.empty((2, 2, degree + 3))
     shares = (
         0.0 if rigid else _transition(h, degree, k + k_z, c, work, moves[0]),
@@ -592,7 +624,7 @@ def integrate(
         mode, u, v, z = state
         branch = 0 if mode == ELASTIC else 1
         if mode == STUCK:
-            done = _holds(rows[i], bounds[i], scale, h, q - abs(k * u), summary)
+            done = _holds(rows, i, bounds, scale, h, q - abs(k * u), summary)
         else:
             done = False
             if shares[branch] > 0.0:
@@ -613,13 +645,13 @@ def integrate(
                 if i == rows.shape[0]:
                     break
         if not done:
-            state = _cross(rows[i], scale, h, time + i * h, oscillator, state, summary, work)
+            state = _cross(rows, i, scale, h, time + i * h, oscillator, state, summary, work)
         i += 1
         if histories.shape[1] > 0:
             mode, u, v, z = state
             force = k * u + z + c * v
             if mode == STUCK:
-                force = -scale * _value(rows[i - 1], degree, h)
+                force = -scale * _value(rows, i - 1, degree, h)
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
     _settle(time + rows.shape[0] * h, oscillator, state, summary, work)
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.engines.threads import on_threads
@@ -203,13 +203,18 @@ def respond_oscillators(
 
 def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:
     """Return a motion as the kernel takes it: rows, bounds, time step and start."""
-    step, columns = ground.time_step, ground.coefficients.shape[1]
-    rows = np.pad(ground.coefficients, ((0, 0), (0, max(0, 2 - columns))))
-    bounds = np.zeros((rows.shape[0], kernel.BOUNDS))
-    terms = np.abs(rows) * step ** np.arange(rows.shape[1])
-    for order in range(min(kernel.BOUNDS, rows.shape[1])):
-        factors = [math.perm(power, order) / step**order for power in range(rows.shape[1])]
-        bounds[:, order] = terms @ np.array(factors)
+    step, coefficients = ground.time_step, ground.coefficients
+    powers = np.arange(2 if coefficients.shape[1] <= 2 else 6)
+    rows = np.pad(coefficients, ((0, 0), (0, powers.size - coefficients.shape[1])))
+    parts = rows * step**powers
+    bounds = np.column_stack(
+        [
+            np.abs(parts) @ (scipy.special.perm(powers, order) / step**order)
+            for order in range(kernel.BOUNDS)
+        ]
+    )
+    if powers.size == 2:  # straight lines: the larger end
+        bounds[:, 0] = np.maximum(np.abs(parts[:, 0]), np.abs(parts.sum(axis=1)))
     return rows, bounds, step, ground.start_time
 
 
