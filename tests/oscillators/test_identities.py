@@ -162,3 +162,14 @@ def test_free_vibration_goes_on_to_what_was_foretold() -> None:
         rest = GRAVITY * long.force_ratio[-1], long.u[-1] - long.residual_displacement
         if model.damping_ratio and model.yield_displacement:
             np.testing.assert_allclose(rest, 0.0, atol=1e-6)
+
+
+def test_vibration_that_just_reaches_the_strength_in_each_cycle() -> None:
+    """Undamped and perfectly plastic, over still ground: hundreds of cycles to +q and -q."""
+    blow = GroundAcceleration.from_samples([0.0, 2.0, -1.0, *[0.0] * 400], 0.07)
+    frame = FixedFrame(period=0.017, strength_ratio=0.006, damping_ratio=0.0)
+    found, other = (respond_oscillator(frame, motion) for motion in (blow, divided(blow, 3)))
+    np.testing.assert_allclose(found.u, other.u[::3], atol=1e-9 * found.peak_displacement)
+    assert found.residual_displacement == pytest.approx(other.residual_displacement, rel=1e-9)
+    moved = np.abs(found.u[100:] - found.residual_displacement).max()
+    assert moved <= frame.yield_displacement * (1.0 + 1e-6)

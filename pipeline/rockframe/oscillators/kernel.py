@@ -299,7 +299,7 @@ def _note_force(
 
 
 @compiled
-def _piece(
+def _piece(  # noqa: C901  one branch, step by step
     degree: int,
     oscillator: Constants,
     state: State,
@@ -324,7 +324,7 @@ def _piece(
     _differentiate(work, _U, order, degree + 2)
     count = _turns(work, _U, order, degree + 1, h)
     end, side = h, 0.0
-    if search:
+    if search or mode != ELASTIC:
         end, side = _end(work, order, count, oscillator, state)
     there = u
     for n in range(count):
@@ -340,8 +340,12 @@ def _piece(
     if mode == ELASTIC:
         z = min(max(z + k_z * moved, -q), q)
         if side != 0.0:
-            mode, z = side, side * q
-            _yields(summary, time + end)
+            z = side * q
+            if side * v > 0.0:
+                mode = side
+                _yields(summary, time + end)
+            else:  # it turns where it reaches the strength
+                v = 0.0
     else:
         summary[DISSIPATED] += q * abs(moved)
         if side != 0.0:
