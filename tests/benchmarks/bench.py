@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 from numpy.typing import NDArray
-from tests.benchmarks import kernels, pulse_search, screening, spectra
+from tests.benchmarks import kernels, oscillators, pulse_search, screening, spectra
 from tests.benchmarks.solve_ivp_rival import by_solve_ivp
 
 from rockframe import Pulse, RockingFrame, bundled_records, read_file, respond
@@ -217,6 +217,7 @@ def main() -> None:
         kernels.lanes,
         kernels.against_heyoka,
         kernels.million,
+        oscillators.measure,
         spectra.figure_9,
         spectra.margins_of_bundled,
         continuous_pulse,
