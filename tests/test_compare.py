@@ -89,7 +89,14 @@ def test_only_the_rivals_that_are_asked_for(records: Path, tmp_path: Path) -> No
     ("text", "against", "said"),
     [
         (BENT, "isolated", "isolated bridge of 'bent' not stated"),
-        (BENT, "hybrid", "[structure.dissipater, and a tendon] or [compare.hybrid]"),
+        (BENT, "hybrid", "Must be, in [structure.dissipater] or [compare.hybrid]"),
+        (BENT + RIVALS, "hybrid", "Dissipaters of 'bent' without a tendon"),
+        (BENT + TENDON + "loses_prestress = true\n", "restrained", "Missing yield_stress"),
+        (
+            BENT.replace("density", "inner_width_m = 1.2\ndensity") + RIVALS,
+            "fixed",
+            "inner_width_m",
+        ),
         (BENT + RIVALS.replace("3.0\n", "-3.0\n"), "isolated", "Invalid period -3.0"),
         (BENT + TENDON.replace("1.0e-3", "0.0"), "restrained", "Invalid area 0.0 of a tendon"),
         (BENT + TENDON + "yield_stress_pa = 5.0e7\n", "restrained", "below its yield force"),
@@ -112,6 +119,30 @@ def test_what_is_missing_or_wrong_is_named(
     assert (status, output.exists()) == (2, False)
     assert said in error
     assert len(error.strip().splitlines()) == 1
+
+
+def test_structures_with_other_rivals_do_not_share_a_table(
+    records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their models would stand under each other's names."""
+    two = (
+        BENT + TENDON + BENT.replace('"bent"', '"other"') + "[structure.isolated]\nperiod_s = 3.0\n"
+    )
+    both = structures(tmp_path, two + "strength_ratio = 0.05\n")
+    assert run("compare", records, "--structures", both, "--output", tmp_path / "c.nc") == 2
+    assert "has the models free, isolated, and 'bent' free, restrained" in capsys.readouterr().err
+
+
+def test_pivots_crush_under_the_tendon_of_each_variant(records: Path, tmp_path: Path) -> None:
+    """Where a tendon is stated does not matter, and the free bridge has none."""
+    pivot = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
+    drifts = []
+    for text in (TENDON, TENDON.replace("structure.tendon", "compare.restrained")):
+        output = tmp_path / "compare.nc"
+        bridge = structures(tmp_path, BENT + pivot + text)
+        assert run("compare", records, "--structures", bridge, "--output", output) == 0
+        drifts.append([row["u_max_m"] for row in comparison_rows(output)])
+    assert drifts[0] == drifts[1]
 
 
 def test_restrained_structures_are_screened(records: Path, tmp_path: Path) -> None:

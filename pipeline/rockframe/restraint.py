@@ -27,8 +27,8 @@ class Tendon:
     Raises
     ------
     ParameterError
-        If a dimension or the modulus is not positive, the prestress negative, or above the yield
-        stress.
+        If a dimension or the modulus is not positive, the prestress negative or above the yield
+        stress, or the yield stress of a tendon missing that loses prestress.
 
     Examples
     --------
@@ -46,6 +46,10 @@ class Tendon:
 
     def __post_init__(self) -> None:
         _require_positive(self, "area", "modulus", "length", "yield_stress")
+        if self.loses_prestress and math.isinf(self.yield_stress):
+            raise ParameterError(
+                "Missing yield_stress of a tendon that loses prestress. Must be stated."
+            )
         if not 0.0 <= self.prestress < math.inf:
             raise ParameterError(
                 f"Invalid prestress {self.prestress!r} N of a tendon. Must be zero or above."

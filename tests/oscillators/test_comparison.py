@@ -77,6 +77,18 @@ def test_the_first_event_ends_a_model() -> None:
     assert compare(wide, PULSE)[0].validity is Validity.LIFT_EXCEEDED
 
 
+def test_a_gap_that_closes_after_the_motion_ends_the_model_too() -> None:
+    """The largest drift may come when the ground is still: when is then not known."""
+    time = np.arange(0.0, 0.7, 0.01)
+    kick = GroundAcceleration.from_samples(0.35 * GRAVITY * np.sin(np.pi * time / 0.7), 0.01)
+    peak = compare(RIVALS, kick)[0].peak_u
+    reached = np.nanmax(np.abs(compare(RIVALS, kick)[0].u))
+    assert peak > 1.01 * reached
+    wide = replace(BRIDGE, abutment=Abutment(gap=0.5 * (peak + reached)))
+    late = compare(replace(RIVALS, frame=wide), kick)[0]
+    assert (late.validity, np.isnan(late.valid_until)) == (Validity.GAP_CLOSES, True)
+
+
 def test_overturning_ends_the_free_frame_and_not_the_restrained() -> None:
     huge = Pulse(wavelet="symmetric_ricker", a_p=3.0 * GRAVITY, T_p=2.0)
     free, restrained, *_ = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None)), huge)

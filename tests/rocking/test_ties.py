@@ -14,7 +14,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from tests.rocking.direct import Outcome, integrate, straight_lines
-from tests.rocking.motions import BENT, noise
+from tests.rocking.motions import BENT, noise, still
 
 from rockframe.restraint import Dissipater, Tendon
 from rockframe.rocking.batch import respond_many
@@ -124,6 +124,18 @@ def test_scenarios_of_restrained_frames_are_their_responses() -> None:
     found = respond_many([pulse], frames)
     single = [respond(frame, pulse).peak_rotation for frame in frames]
     assert found.peak_rotation.ravel() == pytest.approx(single, rel=1e-9)
+
+
+@pytest.mark.parametrize("outwards", [-0.05, -0.02, 0.0, 0.02])
+@pytest.mark.parametrize("start", [0.3, 0.35, 0.45])
+def test_the_verdict_is_that_of_a_longer_record(start: float, outwards: float) -> None:
+    """Beyond the barrier a frame that moves inwards may turn and fall: the tail knows it too."""
+    soft = replace(RESTRAINED, tendon=replace(TENDONS, area=1e-4, prestress=0.0))
+    verdicts = {
+        respond(soft, still(span), initial_rotation=start, initial_velocity=outwards).verdict
+        for span in (0.02, 60.0)
+    }
+    assert len(verdicts) == 1
 
 
 def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:

@@ -61,7 +61,8 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
             if np.isfinite(when) and when <= time[-1]:
                 at = min(int(np.searchsorted(time, when)), max(end - 1, 0))
                 panels[0].plot(time[at], 100.0 * one["u"].values[at], "x", color=f"C{k}")
-            words = f"{model}: {_WORDS[ended]} at {when:.1f} s" if ended else str(model)
+            at_time = f" at {when:.1f} s" if np.isfinite(when) else ""
+            words = f"{model}: {_WORDS[ended]}{at_time}" if ended else str(model)
             handles.append(Line2D([], [], color=f"C{k}", label=words, linestyle=dashes))
         for panel, (_, _, label) in zip(panels, _PANELS, strict=True):
             panel.set_ylabel(label)
@@ -95,5 +96,7 @@ def _window(histories: xr.Dataset) -> tuple[float, float]:
     visible = np.flatnonzero((rocking > _VISIBLE * rocking.max()).any(axis=0))
     if not rocking.max() > 0.0:
         visible = np.flatnonzero((drift > _VISIBLE * drift.max()).any(axis=0))
+    if not visible.size:
+        return float(time[0]), float(time[-1])
     first, last = time[visible[0]], time[visible[-1]]
     return max(float(time[0]), first - _MARGIN), min(float(time[-1]), last + _MARGIN)

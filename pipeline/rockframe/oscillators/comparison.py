@@ -7,7 +7,7 @@ over the weight of deck and columns, and how long the assumptions of each model 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -47,7 +47,7 @@ class Rivals:
     Parameters
     ----------
     frame : RockingFrame
-        The free frame, with a beam.
+        The free frame, with a beam and without restraints.
     restrained, hybrid : RockingFrame, optional
         The same columns with tendons, and with tendons and dissipaters.
     isolated : IsolatedDeck, optional
@@ -58,7 +58,7 @@ class Rivals:
     Raises
     ------
     ParameterError
-        If the frame has no beam.
+        If the frame has no beam, or is restrained.
     """
 
     frame: RockingFrame
@@ -73,13 +73,16 @@ class Rivals:
                 f"Frame {self.frame.name!r} is a column without a beam. Must have a mass_ratio "
                 "above 0, to be compared with other bridges."
             )
+        if self.frame.restrained:
+            raise ParameterError(
+                f"Frame {self.frame.name!r} is restrained. Must be free: the first of the models."
+            )
 
     @property
     def models(self) -> dict[str, RockingFrame | IsolatedDeck | FixedFrame]:
         """The variants that are there, by name."""
-        free = replace(self.frame, tendon=None, dissipater=None)
         others = {name: getattr(self, name) for name in RIVALS if getattr(self, name) is not None}
-        return {"free": free, **others}
+        return {"free": self.frame, **others}
 
 
 #: The variants that a free frame is compared with.
@@ -112,7 +115,7 @@ class Compared:
     validity : Validity
         What ends the validity of the model first.
     valid_until : float
-        When [s]; NaN if nothing does.
+        When [s]; NaN if nothing does, or only after the end of the motion or between two nodes.
     gap_closed_time, closing_velocity : float
         When the deck first closes the gap of an abutment [s], and how fast [m s-1]; NaN if never.
     """
@@ -213,17 +216,22 @@ def _rocking(
     shear = forces.support_shear / (1.0 + frame.mass_ratio)
     speed = frame.horizontal_velocity(response.theta, response.omega)
     closed, closing = _closing(response.time, response.u, speed, frame.abutment)
-    ends = {
-        Validity.OVERTURNS: response.overturning_time if overturned else math.nan,
-        Validity.GAP_CLOSES: closed,
-    }
+    ends = {Validity.OVERTURNS: response.overturning_time}
+    if overturned:
+        ends[Validity.OVERTURNS] = _known(response.overturning_time)
     if frame.abutment is not None:
         lift, rate = response.v, frame.vertical_velocity(response.theta, response.omega)
         allowance = frame.abutment.uplift_allowance
-        ends[Validity.LIFT_EXCEEDED] = first_crossing(response.time, lift, rate, allowance)[0]
+        lifted, _ = first_crossing(response.time, lift, rate, allowance)
+        ends[Validity.GAP_CLOSES] = closed
+        ends[Validity.LIFT_EXCEEDED] = lifted
+        if response.peak_u >= frame.abutment.gap:
+            ends[Validity.GAP_CLOSES] = _known(closed)
+        if response.peak_v >= allowance:
+            ends[Validity.LIFT_EXCEEDED] = _known(lifted)
     if tied is not None and frame.tendon is not None and not frame.tendon.loses_prestress:
         ends[Validity.TENDON_YIELDS] = tied.tendon_yields
-    validity, until = _first(ends, overturned=overturned)
+    validity, until = _first(ends)
     contact = response.contact
     demands = (
         []
@@ -267,7 +275,10 @@ def _oscillating(
     moved = gamma + (COLUMN_SHARE if isinstance(response.model, FixedFrame) else 0.0)
     shear = (ground * (1.0 + gamma - moved) - moved * response.force_ratio) / (1.0 + gamma)
     closed, closing = _closing(response.time, response.u, response.velocity, frame.abutment)
-    validity, until = _first({Validity.GAP_CLOSES: closed}, overturned=False)
+    if frame.abutment is not None and response.peak_displacement >= frame.abutment.gap:
+        validity, until = _first({Validity.GAP_CLOSES: _known(closed)})
+    else:
+        validity, until = Validity.HOLDS, math.nan
     return Compared(
         model=name,
         time=response.time,
@@ -297,10 +308,15 @@ def _closing(
     return first_crossing(time, u, velocity, abutment.gap)
 
 
-def _first(ends: dict[Validity, float], *, overturned: bool) -> tuple[Validity, float]:
-    """What ends the validity first, and when; that it overturns, even at no known time."""
-    known = {end: time for end, time in ends.items() if math.isfinite(time)}
-    if not known:
-        return (Validity.OVERTURNS if overturned else Validity.HOLDS), math.nan
-    first = min(known, key=lambda end: known[end])
-    return first, known[first]
+def _known(time: float) -> float:
+    """The time of what happens, infinite if that is between or after the nodes."""
+    return math.inf if math.isnan(time) else time
+
+
+def _first(ends: dict[Validity, float]) -> tuple[Validity, float]:
+    """What ends the validity first, and when: NaN if that is not known."""
+    happens = {end: time for end, time in ends.items() if not math.isnan(time)}
+    if not happens:
+        return Validity.HOLDS, math.nan
+    first = min(happens, key=lambda end: happens[end])
+    return first, happens[first] if math.isfinite(happens[first]) else math.nan

@@ -13,6 +13,7 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.impulses import impact_friction_demand, least_spacing
 from rockframe.rocking.reactions import Reactions, reactions
 from rockframe.rocking.response import Response, Verdict
+from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 
@@ -69,7 +70,10 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     if response.verdict is Verdict.OVERTURNED or np.isnan(response.theta).any():
         return replace(response, contact=ContactDemand(*[math.nan] * len(fields(ContactDemand))))
     forces = reactions(response, motion)
-    gamma = response.frame.mass_ratio
+    frame = response.frame
+    gamma, pressed = frame.mass_ratio, 0.0
+    if frame.tendon is not None and frame.column_mass is not None:
+        pressed = frame.tendon.prestress / (frame.column_mass * GRAVITY)
 
     def least(force: NDArray[np.float64], weight: float) -> float:
         return float(force.min()) / weight if weight > 0.0 else math.nan
@@ -77,11 +81,9 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     demand = ContactDemand(
         base_friction_demand=float(forces.base_friction_demand.max()),
         top_friction_demand=float(forces.top_friction_demand.max()) if gamma > 0.0 else math.nan,
-        impact_friction_demand=impact_friction_demand(response.frame)
-        if response.impacts
-        else math.nan,
-        least_base_vertical=least(forces.base_vertical, 1.0 + gamma),
-        least_top_vertical=least(forces.top_vertical, gamma),
+        impact_friction_demand=impact_friction_demand(frame) if response.impacts else math.nan,
+        least_base_vertical=least(forces.base_vertical, 1.0 + gamma + pressed),
+        least_top_vertical=least(forces.top_vertical, gamma and gamma + pressed),
         least_spacing=_spacing(response, forces),
     )
     return replace(response, contact=demand)

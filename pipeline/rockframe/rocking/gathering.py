@@ -80,7 +80,7 @@ class Prepared:
     def pieces(self, scale: Float, constants: Float) -> NDArray[np.int64]:
         """Into how many pieces each interval is divided, for each scenario: 1, 2, 4, ...
 
-        Frames whose ties yield are not for lanes: theirs are divided beyond what lanes take.
+        Frames whose ties yield get more pieces than lanes take, and so the scalar kernel.
         """
         stiffness, force = constants[:, _TIES], constants[:, _TIES + 1]
         own = np.maximum(1.0, np.sqrt(stiffness)) + force

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking.response import Response
 
@@ -32,6 +33,7 @@ def restoring_moment(frame: RockingFrame, theta: ArrayLike) -> Float:
     >>> restoring_moment(bent, [1e-12, bent.slenderness, -bent.slenderness]).round(9) + 0.0
     array([1., 0., 0.])
     """
+    _refuse_restrained(frame)
     theta = np.asarray(theta, dtype=np.float64)
     alpha = frame.slenderness
     moment: Float = np.sin(alpha * np.sign(theta) - theta) / math.sin(alpha)
@@ -58,9 +60,18 @@ def barrier_rate(frame: RockingFrame, theta: ArrayLike) -> Float:
     >>> barrier_rate(bent, [0.0, bent.slenderness]).round(4)
     array([0.1688, 0.    ])
     """
+    _refuse_restrained(frame)
     left = frame.slenderness - np.abs(np.asarray(theta, dtype=np.float64))
     rate: Float = 2.0 * frame.effective_frequency_parameter * np.abs(np.sin(0.5 * left))
     return rate
+
+
+def _refuse_restrained(frame: RockingFrame) -> None:
+    if frame.restrained:
+        raise ParameterError(
+            f"Frame {frame.name!r} has tendons or dissipaters. Must be free: with them the moment "
+            "and the barrier are other ones."
+        )
 
 
 def trajectory(response: Response) -> tuple[Float, Float]:

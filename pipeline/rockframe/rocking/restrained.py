@@ -9,11 +9,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking.kernels import ties
 
 Float = NDArray[np.float64]
 
+#: Largest moment of ties over that of gravity: steps become as fine as they are strong.
+_STRONGEST: Final = 1e4
 _NONE: Final = (0.0, 0.0, math.inf, -math.inf, ties.ELASTIC)
 
 
@@ -32,7 +35,8 @@ class RestraintResponse:
     tendon_yields, dissipater_yields : float
         When it first reaches its yield force [s]; NaN if never.
     tendon_force_left : float
-        Force of a tendon when the frame stands again: less than the prestress if it has flowed [N].
+        Force of a tendon when the frame stands again: less than the prestress if it has flowed [N];
+        NaN if it overturns.
     dissipated_energy : float
         What yielding has dissipated in one column, over the weight of the column [m].
     residual_rotation : float
@@ -50,7 +54,13 @@ class RestraintResponse:
 
 
 def ties_of(frame: RockingFrame) -> ties.Ties:
-    """Return the ties across a frame's joints as the kernel takes them, moments over gravity's."""
+    """Return the ties across a frame's joints as the kernel takes them, moments over gravity's.
+
+    Raises
+    ------
+    ParameterError
+        If one is so strong that steps would never end.
+    """
     if not frame.restrained:
         return ()
     tendon, dissipater = _NONE, _NONE
@@ -69,6 +79,13 @@ def ties_of(frame: RockingFrame) -> ties.Ties:
             frame.joints * frame.tie_moment(frame.dissipater.stiffness * lever, lever),
             *(0.0, highest, -highest, ties.PLASTIC),
         )
+    for name, tie in (("tendon", tendon), ("dissipater", dissipater)):
+        moment = max(one for one in tie[:3] if math.isfinite(one))
+        if moment > _STRONGEST:
+            raise ParameterError(
+                f"Invalid {name} of frame {frame.name!r}: its stiffness or force has {moment:.3g} "
+                f"times the moment of gravity. Must be {_STRONGEST:g} times at most."
+            )
     return tendon, dissipater
 
 
@@ -94,7 +111,11 @@ def restraint_response(
     if tendon is not None:
         tendon_force = forces[:, 0] / frame.tie_moment(1.0, frame.tie_lever)
         per_stretch = tendon.stiffness * frame.tie_lever
-        left = max(0.0, tendon.prestress - per_stretch * float(log[0, ties.PLASTIC_STRETCH]))
+        left = (
+            math.nan
+            if math.isnan(log[0, ties.REST])
+            else max(0.0, tendon.prestress - per_stretch * float(log[0, ties.PLASTIC_STRETCH]))
+        )
     if dissipater is not None:
         dissipater_force = forces[:, 1] / frame.tie_moment(frame.joints, dissipater.lever_arm)
     return RestraintResponse(

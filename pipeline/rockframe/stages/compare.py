@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -73,7 +73,8 @@ def compare_stage(
     against = against or stated.against or ()
     bridges = _bridges(structures_path, list(zip(frames, entries, strict=True)), structure)
     try:
-        compared = [_rivals_of(frame, entry, stated, against) for frame, entry in bridges]
+        compared = [_rivals_of(entry, stated, against) for _, entry in bridges]
+        _require_alike(compared)
     except ParameterError as error:
         raise InputError(structures_path, str(error)) from None
     left_out: dict[str, str] = {}
@@ -115,38 +116,56 @@ def _bridges(
     return found
 
 
-def _rivals_of(
-    frame: RockingFrame, entry: StructureEntry, stated: CompareEntry, against: Collection[str]
-) -> Rivals:
+def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
     """The rivals of a structure: those asked for, or else all that are stated."""
-    tendon, dissipater = frame.tendon, frame.dissipater
+    whole = entry.frame(crushed=False)
+    tendon, dissipater = whole.tendon, whole.dissipater
     if tendon is None and stated.restrained is not None:
-        tendon = stated.restrained.tendon(frame.height)
+        tendon = stated.restrained.tendon(whole.height)
     if dissipater is None and stated.hybrid is not None:
         dissipater = stated.hybrid.dissipater()
-    tied = None if tendon is None else replace(frame, tendon=tendon, dissipater=None)
-    rivals: dict[str, RockingFrame | IsolatedDeck | FixedFrame | None] = {
-        "restrained": tied,
-        "hybrid": None
-        if tied is None or dissipater is None
-        else replace(tied, dissipater=dissipater),
-        "isolated": _isolated(entry.isolated or stated.isolated),
-        "fixed": _fixed(frame, entry, entry.fixed or stated.fixed),
+    free = replace(whole, tendon=None, dissipater=None)
+    made: dict[str, Callable[[], RockingFrame | IsolatedDeck | FixedFrame | None]] = {
+        "restrained": lambda: entry.on_pivots(replace(free, tendon=tendon)) if tendon else None,
+        "hybrid": lambda: (
+            entry.on_pivots(replace(free, tendon=tendon, dissipater=dissipater))
+            if tendon and dissipater
+            else None
+        ),
+        "isolated": lambda: _isolated(entry.isolated or stated.isolated),
+        "fixed": lambda: _fixed(free, entry, entry.fixed or stated.fixed),
     }
-    tables = {"restrained": "tendon", "hybrid": "dissipater, and a tendon"}
+    if dissipater is not None and tendon is None and (not against or "hybrid" in against):
+        raise ParameterError(
+            f"Dissipaters of {whole.name!r} without a tendon. Must be beside one, in "
+            "[structure.tendon] or [compare.restrained]."
+        )
+    rivals = {name: make() for name, make in made.items() if not against or name in against}
+    tables = {"restrained": "tendon", "hybrid": "dissipater"}
     for name in against:
         if rivals[name] is None:
             raise ParameterError(
-                f"{name} bridge of {frame.name!r} not stated. Must be, in "
+                f"{name} bridge of {whole.name!r} not stated. Must be, in "
                 f"[structure.{tables.get(name, name)}] or [compare.{name}]."
             )
-    wanted = {name: rival for name, rival in rivals.items() if not against or name in against}
-    if not any(wanted.values()):
+    if not any(rivals.values()):
         raise ParameterError(
-            f"No rival of {frame.name!r} stated. Must be, in [compare.isolated], [compare.fixed], "
+            f"No rival of {whole.name!r} stated. Must be, in [compare.isolated], [compare.fixed], "
             "[compare.restrained] or [compare.hybrid]."
         )
-    return Rivals(frame, **wanted)  # type: ignore[arg-type]
+    return Rivals(entry.on_pivots(free), **rivals)  # type: ignore[arg-type]
+
+
+def _require_alike(compared: Sequence[Rivals]) -> None:
+    """Refuse structures with other rivals: the file has one list of models."""
+    first = compared[0]
+    for rivals in compared[1:]:
+        if list(rivals.models) != list(first.models):
+            here, there = (", ".join(one.models) for one in (rivals, first))
+            raise ParameterError(
+                f"{rivals.frame.name!r} has the models {here}, and {first.frame.name!r} {there}. "
+                "Must be the same: state `against`, or one structure."
+            )
 
 
 def _isolated(stated: IsolatedEntry | None) -> IsolatedDeck | None:
@@ -188,10 +207,13 @@ def _fixed(
             f"Missing {'mass' if frame.column_mass is None else 'depth_m'} of the columns of "
             f"{frame.name!r}. Must be stated, for the stiffness and mass of the fixed bridge."
         )
-    if not frame.prismatic and entry.pivot is None:
-        raise ParameterError(
-            f"Columns of {frame.name!r} are not prismatic. Must be, for the fixed bridge."
-        )
+    shaped = ("top_width_m", "inner_width_m", "inertia_ratio", "centre_of_gravity_m")
+    for key in shaped:
+        if getattr(entry, key) is not None:
+            raise ParameterError(
+                f"Columns of {frame.name!r} with {key}. Must be solid and prismatic, for the fixed "
+                "bridge."
+            )
     return FixedFrame.from_columns(
         columns=1,
         height=entry.height_m,

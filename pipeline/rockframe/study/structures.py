@@ -118,7 +118,8 @@ class FixedEntry(Options):
     damping_ratio: float = 0.05
     """Viscous damping over the critical one."""
     strength_ratio: Annotated[float | None, _for_example(0.2)] = None
-    """Force at first yield over the weight; by default they do not yield."""
+    """Force at first yield over the weight of the deck and of 13/35 of the columns; by default they
+    do not yield."""
     post_yield_ratio: float = 0.0
     """Stiffness after yielding over the elastic one."""
 
@@ -197,8 +198,8 @@ class StructureEntry(Options):
     isolated: IsolatedEntry | None = None
     fixed: FixedEntry | None = None
 
-    def frame(self) -> RockingFrame:
-        """Return the frame that the entry describes.
+    def frame(self, *, crushed: bool = True) -> RockingFrame:
+        """Return the frame that the entry describes, if asked on the pivots that are left to it.
 
         Raises
         ------
@@ -232,6 +233,10 @@ class StructureEntry(Options):
                 else joint.uplift_allowance_m,
             ),
         )
+        return self.on_pivots(frame) if crushed else frame
+
+    def on_pivots(self, frame: RockingFrame) -> RockingFrame:
+        """Return a frame on pivots that crush, if the entry states them."""
         if self.pivot is None:
             return frame
         strength, depth = self.pivot.compressive_strength_pa, self.pivot.depth_m

@@ -32,7 +32,7 @@ COMPARE_NC: Final = FileKind(
         Variable("peak_tendon_force", _EACH, float, "N", "largest force of a tendon", "compared", comment="NaN without tendons"),
         Variable("friction_demand", _EACH, float, "1", "coefficient of friction that the joints need", "compared", comment=_ROCKING),
         Variable("validity", _EACH, Validity, "1", "what ends the validity of the model first", "compared"),
-        Variable("valid_until", _EACH, float, "s", "when it ends", "compared", comment="NaN if it holds"),
+        Variable("valid_until", _EACH, float, "s", "when it ends", "compared", comment="NaN if it holds, or ends only after the record or between two samples"),
         Variable("gap_closed_time", _EACH, float, "s", "when the deck first closes the gap of an abutment", "compared", comment="NaN if never, or no gap is stated"),
         Variable("closing_velocity", _EACH, float, "m s-1", "speed of the deck then", "compared"),
         Variable("structure", "structure", str, "1", "name of the structure", key=True),

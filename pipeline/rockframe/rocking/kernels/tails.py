@@ -121,8 +121,9 @@ def tied_tail(  # noqa: C901  one loop
 ) -> tuple[bool, float, float, float, float, float]:
     """What comes when the ground is still, as `tail`, and into the log of the ties.
 
-    Ties that do not yield keep energy: the first peak is the largest. With dissipaters the frame is
-    followed until it rests, or swings about a residual rotation without yielding.
+    Ties that do not yield keep energy: the first peak, where it turns inwards, is the largest. With
+    dissipaters the frame is followed until it rests, or swings about a residual rotation without
+    yielding; one that bounces for longer than that is followed stands.
     """
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     yields = ties[0][4] == PLASTIC or ties[1][4] == PLASTIC
@@ -131,11 +132,12 @@ def tied_tail(  # noqa: C901  one loop
     landing = 0.0
     landing_time = math.nan
     turns = 0
+    stood = False
     one = 0.0
     other = 0.0
     done = 0.0
     for i in range(_MAX_TAIL):
-        if s == 0.0 or turns > 3 or (turns > 0 and not yields):
+        if s == 0.0 or turns > 3 or (stood and not yields):
             rest = 0.0 if s == 0.0 or not yields else _balance(alpha, ties, states, one, other)
             for k in range(2):
                 tie_log[k, PLASTIC_STRETCH] = states[k][1]
@@ -148,6 +150,7 @@ def tied_tail(  # noqa: C901  one loop
             ended, t, theta, omega, high, _, fast = flight(c, s, stride - elapsed, MOVING, peak)
             if s * c[1] > 0.0 >= s * omega and ended != LANDED:
                 turns += 1
+                stood = True
                 one = abs(theta)
             elif s * c[1] < 0.0 <= s * omega:
                 turns += 1
@@ -159,7 +162,7 @@ def tied_tail(  # noqa: C901  one loop
                 theta, omega, states = changed(
                     theta, omega, s, level, which, ties, states, tie_log, time + done + elapsed + t
                 )
-                turns = 0 if yields else turns
+                turns = 0
             peak = max(peak, high)
             fastest = max(fastest, fast)
             elapsed += t
@@ -182,6 +185,11 @@ def tied_tail(  # noqa: C901  one loop
                 ) >= -math.tan(alpha):
                     s = 0.0
         done = (i + 1) * stride
+    if stood:
+        for k in range(2):
+            tie_log[k, PLASTIC_STRETCH] = states[k][1]
+            tie_log[k, REST] = abs(theta)
+        return False, math.nan, peak, fastest, math.nan, 0.0
     return True, math.nan, HALF_PI, fastest, landing_time, landing
 
 
@@ -255,8 +263,9 @@ def _held_energy(theta: float, alpha: float, k: float, f: float) -> float:
 
 @compiled
 def _held_root(alpha: float, k: float, f: float, energy: float, top: float, turns: bool) -> float:
-    """The rotation below `top` at which that energy is reached, or no longer grows; by bisection
-    that Newton's method cuts short.
+    """The rotation below `top` at which that energy is reached, or where it `turns`.
+
+    Newton's method, kept inside a bracket.
     """
     low = 0.0
     high = top
