@@ -37,6 +37,9 @@ column_mass_kg = 2.0e4
 [structure.tendon]
 area_m2 = 1.0e-4
 modulus_pa = 2.0e11
+[structure.abutment]
+gap_m = 0.05
+uplift_allowance_m = 0.01
 """
 _ISOLATED: Final = """
 [compare.isolated]

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from tests.rocking.motions import BENT, noise
 
 from rockframe.errors import ParameterError
-from rockframe.oscillators.comparison import Rivals, Validity, compare, first_crossing
+from rockframe.oscillators.comparison import Rivals, Validity, compare
 from rockframe.oscillators.models import FixedFrame, IsolatedDeck
 from rockframe.restraint import Abutment, Dissipater, Tendon
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import respond
+from rockframe.rocking.restrained import first_crossing
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

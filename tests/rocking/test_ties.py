@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from tests.rocking.direct import Outcome, integrate, straight_lines
 from tests.rocking.motions import BENT, noise, still
 
-from rockframe.restraint import Dissipater, Tendon
+from rockframe.restraint import Abutment, Dissipater, Tendon
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
@@ -182,6 +182,16 @@ def test_prestress_raises_the_uplift_acceleration() -> None:
     assert run(ramp, 1.0, (TENDON, NONE)).uplift_time == pytest.approx(
         math.tan(ALPHA) + hold, rel=1e-14
     )
+
+
+def test_the_deck_closes_its_gap_where_the_drift_reaches_it() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+    response = respond(replace(BENT, abutment=Abutment(gap=0.25)), pulse)
+    when = int(np.searchsorted(response.time, response.gap_closed_time))
+    below, beyond = np.abs(response.u[when - 1 : when + 1])
+    assert below < 0.25 <= beyond
+    assert np.abs(response.u[:when]).max() < 0.25
+    assert math.isnan(response.lift_exceeded_time)
 
 
 def test_yield_is_noted_where_the_force_reaches_it() -> None:

@@ -12,7 +12,6 @@ from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
@@ -24,6 +23,7 @@ from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import ground_at_nodes, reactions
 from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.rocking.restrained import first_crossing
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -178,35 +178,6 @@ def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list
     return found
 
 
-def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tuple[float, float]:
-    """Return when |u| first reaches a level, and how fast, from its values and rates at nodes.
-
-    Between nodes u is a cubic.
-
-    Returns
-    -------
-    (float, float)
-        The time [s] and the speed [m s-1]; NaN if it never does.
-
-    Examples
-    --------
-    >>> time = np.array([0.0, 1.0])
-    >>> first_crossing(time, time**2, 2.0 * time, 0.25)
-    (0.5, 1.0)
-    """
-    beyond = np.flatnonzero(np.abs(u) >= level)
-    if not beyond.size or level <= 0.0:
-        return math.nan, math.nan
-    k = int(beyond[0])
-    if k == 0:
-        return float(time[0]), abs(float(velocity[0]))
-    piece = slice(k - 1, k + 1)
-    path = CubicHermiteSpline(time[piece], u[piece], velocity[piece])
-    roots = path.solve(math.copysign(level, u[k]), extrapolate=False)
-    when = float(roots[0]) if roots.size else float(time[k])
-    return when, abs(float(path(when, 1)))
-
-
 def _rocking(
     name: str, response: Response, motion: Record | Pulse | GroundAcceleration
 ) -> Compared:
@@ -214,21 +185,14 @@ def _rocking(
     overturned = response.verdict is Verdict.OVERTURNED
     forces = reactions(response, motion)
     shear = forces.support_shear / (1.0 + frame.mass_ratio)
-    speed = frame.horizontal_velocity(response.theta, response.omega)
-    closed, closing = _closing(response.time, response.u, speed, frame.abutment)
     ends = {Validity.OVERTURNS: response.overturning_time}
     if overturned:
         ends[Validity.OVERTURNS] = _known(response.overturning_time)
     if frame.abutment is not None:
-        lift, rate = response.v, frame.vertical_velocity(response.theta, response.omega)
-        allowance = frame.abutment.uplift_allowance
-        lifted, _ = first_crossing(response.time, lift, rate, allowance)
-        ends[Validity.GAP_CLOSES] = closed
-        ends[Validity.LIFT_EXCEEDED] = lifted
         if response.peak_u >= frame.abutment.gap:
-            ends[Validity.GAP_CLOSES] = _known(closed)
-        if response.peak_v >= allowance:
-            ends[Validity.LIFT_EXCEEDED] = _known(lifted)
+            ends[Validity.GAP_CLOSES] = _known(response.gap_closed_time)
+        if response.peak_v >= frame.abutment.uplift_allowance:
+            ends[Validity.LIFT_EXCEEDED] = _known(response.lift_exceeded_time)
     if tied is not None and frame.tendon is not None and not frame.tendon.loses_prestress:
         ends[Validity.TENDON_YIELDS] = tied.tendon_yields
     validity, until = _first(ends)
@@ -259,8 +223,8 @@ def _rocking(
         friction_demand=max((one for one in demands if one == one), default=math.nan),
         validity=validity,
         valid_until=until,
-        gap_closed_time=closed,
-        closing_velocity=closing,
+        gap_closed_time=response.gap_closed_time,
+        closing_velocity=response.closing_velocity,
     )
 
 

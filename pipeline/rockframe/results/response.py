@@ -17,7 +17,7 @@ from rockframe.results.margins import margin_values, strips_of
 from rockframe.results.ragged import position, slices, write_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RESPONSE, RESPONSE_NC
-from rockframe.results.schema.response import FateUnderPulse
+from rockframe.results.schema.response import ABUTMENT, FateUnderPulse
 from rockframe.results.writing import Origin
 from rockframe.rocking import ToPulse
 from rockframe.rocking.margins.strip import Strip
@@ -94,6 +94,8 @@ def _complete(
 ) -> dict[str, Any]:
     """Return the values of all variables but the histories."""
     values = {name: column for name, column in columns.items() if name not in _PARTS}
+    if all(frame.abutment is None for frame in frames):
+        values = {name: column for name, column in values.items() if name not in ABUTMENT}
     values |= RESPONSE_NC.filled("frame", list(frames))
     values["structure"] = [frame.name for frame in frames]
     if pulses:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -14,10 +14,16 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
 from rockframe.record import Record
+from rockframe.restraint import Abutment
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
-from rockframe.rocking.restrained import RestraintResponse, restraint_response, ties_of
+from rockframe.rocking.restrained import (
+    RestraintResponse,
+    first_crossing,
+    restraint_response,
+    ties_of,
+)
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -86,6 +92,11 @@ class Response(Shown):
         What the joints must bear, if `with_contact` has added it.
     restraint : RestraintResponse, optional
         What tendons and dissipaters went through, if there are any.
+    gap_closed_time, closing_velocity : float
+        When the deck first closes the gap of the frame's abutment [s], and how fast [m s-1]; NaN if
+        never during the motion, or without an abutment. From then on the frame is another one.
+    lift_exceeded_time : float
+        When its lift first exceeds the allowance of the abutment [s]; likewise.
     """
 
     frame: RockingFrame
@@ -104,6 +115,9 @@ class Response(Shown):
     margin: Margin | None = None
     contact: ContactDemand | None = None
     restraint: RestraintResponse | None = None
+    gap_closed_time: float = math.nan
+    closing_velocity: float = math.nan
+    lift_exceeded_time: float = math.nan
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""
@@ -114,6 +128,8 @@ class Response(Shown):
             said["largest v"] = f"{self.peak_v:.4f} m"
         else:
             said["overturns at"] = f"{self.overturning_time:.2f} s"
+        if math.isfinite(self.gap_closed_time):
+            said["gap closes at"] = f"{self.gap_closed_time:.2f} s"
         if self.margin is not None:
             said["critical scale"] = f"{self.margin.critical_scale:.3f}"
         return {
@@ -262,7 +278,7 @@ def respond(
         tie_log,
     )
     impacts = int(summary[kernel.IMPACTS])
-    return Response(
+    response = Response(
         frame=frame,
         time=time,
         theta=theta,
@@ -278,6 +294,21 @@ def respond(
         restraint=restraint_response(frame, forces, tie_log, float(summary[kernel.PEAK]))
         if crossing
         else None,
+    )
+    return response if frame.abutment is None else _at_abutment(response, frame.abutment)
+
+
+def _at_abutment(response: Response, abutment: Abutment) -> Response:
+    """Add when the deck closes the gap or lifts too far."""
+    frame, time = response.frame, response.time
+    speed = frame.horizontal_velocity(response.theta, response.omega)
+    rise = frame.vertical_velocity(response.theta, response.omega)
+    closed, velocity = first_crossing(time, response.u, speed, abutment.gap)
+    return replace(
+        response,
+        gap_closed_time=closed,
+        closing_velocity=velocity,
+        lift_exceeded_time=first_crossing(time, response.v, rise, abutment.uplift_allowance)[0],
     )
 
 

@@ -1,4 +1,4 @@
-"""Tendons and dissipaters of a rocking frame: what the kernel takes, and what becomes of them."""
+"""Tendons, dissipaters and abutments: what the kernel takes, and what becomes of them."""
 
 from __future__ import annotations
 
@@ -128,3 +128,34 @@ def restraint_response(
         dissipated_energy=float(log[:, ties.WORK].sum()) * frame.moment_arm,
         residual_rotation=float(log[0, ties.REST]),
     )
+
+
+def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tuple[float, float]:
+    """Return when |u| first reaches a level, and how fast, from its values and rates at nodes.
+
+    Between nodes u is a cubic.
+
+    Returns
+    -------
+    (float, float)
+        The time [s] and the speed [m s-1]; NaN if it never does.
+
+    Examples
+    --------
+    >>> time = np.array([0.0, 1.0])
+    >>> first_crossing(time, time**2, 2.0 * time, 0.25)
+    (0.5, 1.0)
+    """
+    beyond = np.flatnonzero(np.abs(u) >= level)
+    if not beyond.size or level <= 0.0:
+        return math.nan, math.nan
+    k = int(beyond[0])
+    if k == 0:
+        return float(time[0]), abs(float(velocity[0]))
+    from scipy.interpolate import CubicHermiteSpline  # takes long to import
+
+    piece = slice(k - 1, k + 1)
+    path = CubicHermiteSpline(time[piece], u[piece], velocity[piece])
+    roots = path.solve(math.copysign(level, u[k]), extrapolate=False)
+    when = float(roots[0]) if roots.size else float(time[k])
+    return when, abs(float(path(when, 1)))

@@ -108,6 +108,15 @@ OF_RESTRAINT: Final = optional("restraint",
 )
 
 
+#: When the deck reaches its abutments.
+OF_ABUTMENT: Final = optional("abutment",
+    Variable("gap_closed_time", "record structure", float, "s", "when the deck first closes the gap of its abutment", "response", comment="NaN if never during the record, or no gap is stated; from then on the structure is another one"),
+    Variable("closing_velocity", "record structure", float, "m s-1", "speed of the deck then", "response"),
+    Variable("lift_exceeded_time", "record structure", float, "s", "when the lift of the deck first exceeds its allowance", "response", comment="NaN if never during the record, or no allowance is stated"),
+)
+
+ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
+
 RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
@@ -127,6 +136,7 @@ RESPONSE_NC: Final = FileKind(
         Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter, are not counted"),
         *OF_CONTACT,
         *OF_RESTRAINT,
+        *OF_ABUTMENT,
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
