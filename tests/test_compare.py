@@ -121,6 +121,24 @@ def test_what_is_missing_or_wrong_is_named(
     assert len(error.strip().splitlines()) == 1
 
 
+def test_a_column_yields_where_both_its_ends_reach_their_moment(
+    records: Path, tmp_path: Path
+) -> None:
+    """2 M / H is the shear of a column then; it stays there, for nothing hardens."""
+    fixed = (
+        "[compare.fixed]\nmodulus_pa = 30.0e9\ndamping_ratio = 0.0\nmoment_capacity_nm = 1.5e6\n"
+    )
+    output = tmp_path / "compare.nc"
+    bridge = structures(tmp_path, BENT + fixed)
+    assert run("compare", records, "--structures", bridge, "--output", output) == 0
+    row = comparison_rows(output)[1]
+    (bent,) = read_structures(bridge)
+    assert bent.column_mass is not None
+    of_deck = 2.0 * 1.5e6 / 9.6 / (5.0 * bent.column_mass * GRAVITY)
+    assert row["ductility"] > 1.0
+    assert row["base_shear"] == pytest.approx(of_deck, abs=0.4 * 22.0 / 35.0 / 5.0)
+
+
 def test_structures_with_other_rivals_do_not_share_a_table(
     records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

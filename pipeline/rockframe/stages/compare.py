@@ -11,7 +11,7 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.oscillators.comparison import Compared, Rivals, compare
-from rockframe.oscillators.models import FixedFrame, IsolatedDeck
+from rockframe.oscillators.models import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.compare import write_comparison
 from rockframe.results.records import open_records
@@ -24,6 +24,7 @@ from rockframe.study.structures import (
     StructureEntry,
     read_bridges,
 )
+from rockframe.units import GRAVITY
 
 
 def compare_stage(
@@ -214,6 +215,14 @@ def _fixed(
                 f"Columns of {frame.name!r} with {key}. Must be solid and prismatic, for the fixed "
                 "bridge."
             )
+    strength = math.inf if stated.strength_ratio is None else stated.strength_ratio
+    if stated.moment_capacity_nm is not None:
+        if stated.strength_ratio is not None:
+            raise ParameterError(
+                "fixed bridge with moment_capacity_nm beside strength_ratio. Must be one of them."
+            )
+        moving = (frame.mass_ratio + COLUMN_SHARE) * frame.column_mass * GRAVITY
+        strength = 2.0 * stated.moment_capacity_nm / (entry.height_m * moving)
     return FixedFrame.from_columns(
         columns=1,
         height=entry.height_m,
@@ -224,6 +233,6 @@ def _fixed(
         deck_mass=frame.mass_ratio * frame.column_mass,
         cracked_stiffness_ratio=stated.cracked_stiffness_ratio,
         damping_ratio=stated.damping_ratio,
-        strength_ratio=math.inf if stated.strength_ratio is None else stated.strength_ratio,
+        strength_ratio=strength,
         post_yield_ratio=stated.post_yield_ratio,
     )

@@ -120,6 +120,8 @@ class FixedEntry(Options):
     strength_ratio: Annotated[float | None, _for_example(0.2)] = None
     """Force at first yield over the weight of the deck and of 13/35 of the columns; by default they
     do not yield."""
+    moment_capacity_nm: Annotated[float | None, _for_example(4.0e6)] = None
+    """Instead of it, the moment at which both ends of a column yield [N m]."""
     post_yield_ratio: float = 0.0
     """Stiffness after yielding over the elastic one."""
 
