@@ -23,12 +23,6 @@ _PANELS: Final = (
     ("v", 100.0, "lift  v [cm]"),
     ("base_shear", 1.0, "base shear / W"),
 )
-_WORDS: Final = {
-    Validity.OVERTURNS: "overturns",
-    Validity.TENDON_YIELDS: "tendon yields",
-    Validity.GAP_CLOSES: "gap closes",
-    Validity.LIFT_EXCEEDED: "lift exceeded",
-}
 
 
 def draw_comparison(histories: xr.Dataset) -> Captioned:
@@ -49,20 +43,21 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
         for k, model in enumerate(histories["model"].values):
             one = histories.isel(model=k)
             drawn = np.nan_to_num(np.abs(one["u"].values), nan=np.inf) <= _FALLING * reach
-            end = time.size if drawn.all() else int(np.argmin(drawn))
+            last = time.size if drawn.all() else int(np.argmin(drawn))
             dashes: Literal["--", "-"] = "--" if model in _OSCILLATORS else "-"
             for panel, (name, factor, _) in zip(panels, _PANELS, strict=True):
                 panel.plot(
-                    time[:end], factor * one[name].values[:end], color=f"C{k}", linewidth=0.8,
+                    time[:last], factor * one[name].values[:last], color=f"C{k}", linewidth=0.8,
                     linestyle=dashes,
                 )  # fmt: skip
             ended = Validity(int(one["validity"]))
             when = float(one["valid_until"])
             if np.isfinite(when) and when <= time[-1]:
-                at = min(int(np.searchsorted(time, when)), max(end - 1, 0))
+                at = min(int(np.searchsorted(time, when)), max(last - 1, 0))
                 panels[0].plot(time[at], 100.0 * one["u"].values[at], "x", color=f"C{k}")
             at_time = f" at {when:.1f} s" if np.isfinite(when) else ""
-            words = f"{model}: {_WORDS[ended]}{at_time}" if ended else str(model)
+            end = ended.name.lower().replace("_", " ")
+            words = f"{model}: {end}{at_time}" if ended else str(model)
             handles.append(Line2D([], [], color=f"C{k}", label=words, linestyle=dashes))
         for panel, (_, _, label) in zip(panels, _PANELS, strict=True):
             panel.set_ylabel(label)

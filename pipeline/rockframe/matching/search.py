@@ -173,7 +173,7 @@ class Octave:
 
 
 def octave_of(signal: Signal, periods: Float, count: int) -> Octave:
-    """Return the part of the spectrum that wavelets of these periods need at so many times."""
+    """Return the octave of these periods: the low lines of the spectrum, and `count` times."""
     highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
     bins = min(count // 2, highest)
     lines = np.outer(periods * (_FINENESS / signal.period), np.arange(bins))

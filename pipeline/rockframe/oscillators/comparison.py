@@ -185,9 +185,7 @@ def _rocking(
     overturned = response.verdict is Verdict.OVERTURNED
     forces = reactions(response, motion)
     shear = forces.support_shear / (1.0 + frame.mass_ratio)
-    ends = {Validity.OVERTURNS: response.overturning_time}
-    if overturned:
-        ends[Validity.OVERTURNS] = _known(response.overturning_time)
+    ends = {Validity.OVERTURNS: _known(response.overturning_time)} if overturned else {}
     if frame.abutment is not None:
         if response.peak_u >= frame.abutment.gap:
             ends[Validity.GAP_CLOSES] = _known(response.gap_closed_time)
@@ -220,7 +218,7 @@ def _rocking(
         peak_rotation_ratio=response.peak_rotation_ratio,
         ductility=math.nan,
         peak_tendon_force=math.nan if tied is None else tied.peak_tendon_force,
-        friction_demand=max((one for one in demands if one == one), default=math.nan),
+        friction_demand=max((one for one in demands if not math.isnan(one)), default=math.nan),
         validity=validity,
         valid_until=until,
         gap_closed_time=response.gap_closed_time,

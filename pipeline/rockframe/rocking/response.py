@@ -244,12 +244,7 @@ def respond(
     """
     ground = as_ground(motion).followed_by_rest(free_rocking)
     refuse_flight(ground)
-    if not (math.isfinite(initial_rotation) and abs(initial_rotation) < 0.5 * math.pi):
-        raise ParameterError(
-            f"Invalid initial_rotation {initial_rotation!r} rad. Must be within +-pi/2."
-        )
-    if not math.isfinite(initial_velocity):
-        raise ParameterError(f"Invalid initial_velocity {initial_velocity!r}. Must be finite.")
+    _require_state(initial_rotation, initial_velocity)
     time = ground.time
     theta = np.empty(time.size)
     omega = np.empty(time.size)
@@ -296,6 +291,13 @@ def respond(
         else None,
     )
     return response if frame.abutment is None else _at_abutment(response, frame.abutment)
+
+
+def _require_state(rotation: float, velocity: float) -> None:
+    if not (math.isfinite(rotation) and abs(rotation) < 0.5 * math.pi):
+        raise ParameterError(f"Invalid initial_rotation {rotation!r} rad. Must be within +-pi/2.")
+    if not math.isfinite(velocity):
+        raise ParameterError(f"Invalid initial_velocity {velocity!r}. Must be finite.")
 
 
 def _at_abutment(response: Response, abutment: Abutment) -> Response:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.oscillators.comparison import Compared, Rivals, compare
@@ -69,12 +69,17 @@ def compare_stage(
         record is left.
     """
     refuse_overwriting([output], [records_path, structures_path])
-    frames, entries, of_file = read_bridges(structures_path)
+    entries, of_file = read_bridges(structures_path)
     stated = stated or of_file
     against = against or stated.against or ()
-    bridges = _bridges(structures_path, list(zip(frames, entries, strict=True)), structure)
+    if structure is not None:
+        require_known("structure", structure, [one.name for one in entries])
     try:
-        compared = [_rivals_of(entry, stated, against) for _, entry in bridges]
+        compared = [
+            _rivals_of(entry, stated, against)
+            for entry in entries
+            if structure in (None, entry.name)
+        ]
         _require_alike(compared)
     except ParameterError as error:
         raise InputError(structures_path, str(error)) from None
@@ -104,17 +109,6 @@ def compare_stage(
             left_out=left_out,
         )
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
-
-
-def _bridges(
-    path: Path, pairs: Sequence[tuple[RockingFrame, StructureEntry]], chosen: str | None
-) -> Sequence[tuple[RockingFrame, StructureEntry]]:
-    """The structures that are asked for."""
-    found = [pair for pair in pairs if chosen in (None, pair[0].name)]
-    if not found:
-        names = ", ".join(frame.name for frame, _ in pairs)
-        raise ParameterError(f"{path}: no structure {chosen!r}. Must be one of: {names}.")
-    return found
 
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:

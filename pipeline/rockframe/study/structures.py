@@ -357,10 +357,8 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     return frames_of(path, text, parse(path, text, _StructuresFile).structure)
 
 
-def read_bridges(
-    path: Path,
-) -> tuple[list[RockingFrame], tuple[StructureEntry, ...], CompareEntry]:
-    """Read the structures of a TOML file as frames and as they are stated, and their rivals.
+def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
+    """Read the structures of a TOML file as they are stated, and their rivals.
 
     Raises
     ------
@@ -369,7 +367,8 @@ def read_bridges(
     """
     text = read_text(path)
     content = parse(path, text, _StructuresFile)
-    return frames_of(path, text, content.structure), content.structure, content.compare
+    frames_of(path, text, content.structure)  # refuses what does not rock
+    return content.structure, content.compare
 
 
 def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.oscillators.comparison import Validity
+from rockframe.oscillators.comparison import RIVALS, Validity
 from rockframe.results.schema.declare import FileKind, Variable
 
 _EACH: Final = "record structure model"
@@ -36,7 +36,7 @@ COMPARE_NC: Final = FileKind(
         Variable("gap_closed_time", _EACH, float, "s", "when the deck first closes the gap of an abutment", "compared", comment="NaN if never, or no gap is stated"),
         Variable("closing_velocity", _EACH, float, "m s-1", "speed of the deck then", "compared"),
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
-        Variable("model", "model", str, "1", "variant of the bridge", key=True, choices=("free", "restrained", "hybrid", "isolated", "fixed")),
+        Variable("model", "model", str, "1", "variant of the bridge", key=True, choices=("free", *RIVALS)),
     ),
 )
 # fmt: on
