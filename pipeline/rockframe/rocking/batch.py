@@ -31,7 +31,7 @@ _WORTH_A_THREAD: Final = 256
 
 @dataclass(frozen=True, eq=False)
 class Scenarios:
-    """What became of each scenario, in the order in which they were asked.
+    """Outcome of each scenario, in the order of the request.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Scenarios:
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """What became of each frame under each motion at each scale.
+    """Outcome of each frame under each motion at each scale.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a response asks of the joints: does the assumption of no sliding and no lift-off hold?"""
+"""Checks that joints neither slide nor lift off during a response, as the model assumes."""
 
 from __future__ import annotations
 

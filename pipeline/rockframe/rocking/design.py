@@ -15,7 +15,7 @@ from rockframe.frame import RockingFrame
 
 Float = NDArray[np.float64]
 
-#: What can be looked for, and what is kept meanwhile.
+#: Quantities that can be searched for, each with the one that is kept meanwhile.
 DIMENSIONS: Final = {
     "height": "height of the columns [m], their slenderness kept",
     "width": "width of the columns [m], their height kept",
@@ -27,7 +27,7 @@ _MOST_STEPS: Final = 10_000
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """What is looked for: the smallest value that keeps a quantity below a limit for a share.
+    """A search for the smallest value that keeps a quantity below a limit for a share.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What shakes the frame: ground accelerations that are polynomials in each of their intervals.
+"""Ground accelerations that are polynomials in each of their intervals.
 
 One form for both kinds of input: a sampled record is piecewise linear (degree 1), a continuous
 pulse is interpolated to round-off by polynomials of higher degree.

@@ -72,7 +72,7 @@ class Prepared:
         self._strongest = (np.abs(self.across) @ powers).max()
         if self.upwards.size:
             self._strongest = (np.abs(self.across) @ powers + np.abs(self.upwards) @ powers).max()
-        #: Whether it is of a degree above 1, and whether it moves vertically.
+        #: True where it is of a degree above 1, and where it moves vertically.
         self.form = (self.across.shape[1] > 2, self.upwards.shape[0] > 0)
         self._rows: dict[int, tuple[Float, Float]] = {}
         self._ahead: dict[tuple[int, float], Float] = {}
@@ -99,7 +99,7 @@ class Prepared:
         return self._rows[pieces]
 
     def ahead(self, pieces: int, frequency_parameter: float) -> Float:
-        """What the ground still does to a frame at each node."""
+        """Return sums of the ground that follows each node, computed once for each frame."""
         key = (pieces, frequency_parameter)
         if key not in self._ahead:
             rows, _ = self.rows(pieces)

@@ -1,4 +1,4 @@
-"""Which histories are worth keeping."""
+"""Choice of the histories that are kept."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _DECIDED: Final = (Verdict.NO_UPLIFT, Verdict.SAFE)
 
 
 class Histories(StrEnum):
-    """Whose histories are kept: of none, of those that overturn or come near it, or of all.
+    """Scenarios whose histories are kept: none, those that overturn or come near it, or all.
 
     Examples
     --------

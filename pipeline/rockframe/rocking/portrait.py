@@ -1,4 +1,4 @@
-"""What the frame does in the planes of moment over rotation and of rate over rotation."""
+"""Paths of a frame in the planes of moment over rotation and of rate over rotation."""
 
 from __future__ import annotations
 

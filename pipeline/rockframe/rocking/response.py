@@ -37,12 +37,12 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 
-#: So many impacts are kept with their times; all are counted.
+#: Number of impacts that are kept with their times; all are counted.
 _LOGGED_IMPACTS = 4096
 
 
 class Verdict(IntEnum):
-    """What became of the frame; the values of the flag variable `verdict`.
+    """Outcome of a response; the values of the flag variable `verdict`.
 
     ``UNDECIDED`` is a verdict that stated small perturbations change: `with_margins` gives it,
     `respond` does not.

@@ -22,7 +22,7 @@ _NONE: Final = (0.0, 0.0, math.inf, -math.inf, ties.ELASTIC)
 
 @dataclass(frozen=True, eq=False)
 class RestraintResponse:
-    """What the tendons and dissipaters of a frame went through.
+    """Forces, yielding and energy of the tendons and dissipaters of a frame.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ VERDICT_RULE: Final = (
     "ensemble overturn only under more (dimensions). Any other verdict is that of the response to "
     "the motion itself: no uplift, safe or overturned."
 )
-#: What the tables show beside the verdict.
+#: Values that the tables show beside the verdict.
 MARGIN_LEGEND: Final = (
     "Critical scale: least multiple of the motion found to overturn the structure. 10, 25, 50 % "
     "overturn: the robust margin, the least multiples at which these shares of an ensemble of "

@@ -1,4 +1,4 @@
-"""How the numerical functions of this room are compiled, and where the outcome is kept."""
+"""Compilation of numerical functions, and the cache of compiled code."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 
 @cache
 def _fingerprint(source: Path) -> str:
-    """Of all that is compiled with a file: numba sees no change of a function in another one.
+    """Hash all files compiled with one: numba misses a change of a function in another file.
 
     The files of this room know each other; one elsewhere calls nothing of another's.
     """

@@ -93,7 +93,7 @@ ASKED_SIZE: Final = 11
 #: Rest is skipped so many intervals at a time.
 COARSE: Final = 16
 
-#: So many lanes that packs are filled while most fly, and all stay in the nearest cache.
+#: Number of lanes: enough to fill packs while most fly, few enough for the nearest cache.
 _BLOCKS: Final = 6
 _LANES: Final = _BLOCKS * WIDTH
 
@@ -119,7 +119,7 @@ def _index(number: float | np.uint32) -> int:
 
 @inlined
 def _row(at: float, curved: Marker, lifts: Marker) -> np.uint64:
-    """Where a row of the ground begins."""
+    """Return the place at which a row of the ground begins."""
     return np.uint64(at) * np.uint64((6 if len(curved) > 0 else 2) * (2 if len(lifts) > 0 else 1))
 
 
@@ -219,7 +219,7 @@ def _empty(pool: Float, q: int) -> None:
 
 @inlined
 def _still(bounds: Float, i: int, factor: float, limit: float, hold: float, lifts: Marker) -> bool:
-    """Whether no ground within these bounds uplifts."""
+    """Say if no ground within these bounds uplifts."""
     if len(lifts) > 0:
         return bool(factor * (bounds[i, 0] + limit * bounds[i, 1]) <= limit + hold)
     return bool(factor * bounds[i, 0] <= limit + hold)

@@ -96,7 +96,7 @@ def root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess
 
 @compiled
 def inflexion(c: Polynomial, h: float, bend_0: float, bend_h: float) -> float:
-    """Where in [0, h] the second derivative changes its sign; h if nowhere.
+    """Return where in [0, h] the second derivative changes its sign; h if nowhere.
 
     It is taken to do so at most once in so short an interval. `bend_0` gives its sign just after 0.
     """

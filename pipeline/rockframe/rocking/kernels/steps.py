@@ -279,7 +279,7 @@ def flight(
 
 @compiled
 def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynomial:
-    """What must exceed limit for uplift against a ground of this sign: sign a - limit v."""
+    """Return sign a - limit v, above the limit when ground of this sign uplifts the frame."""
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
     v0, v1, v2, v3, v4, v5, _, _, _, _ = v
     return (
@@ -311,7 +311,7 @@ def first_exceedance(a: Polynomial, v: Polynomial, limit: float, hold: float, h:
 def lift_off(
     a: Polynomial, v: Polynomial, limit: float, hold: float, span: float
 ) -> tuple[float, int]:
-    """When within the span a frame at rest uplifts, and how it starts; NEVER if it does not.
+    """Return when in the span a frame at rest uplifts, and how it starts; NEVER if not.
 
     `hold` is what ties add to the acceleration [g] that uplifts, zero without.
     """

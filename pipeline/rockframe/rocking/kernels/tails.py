@@ -1,4 +1,4 @@
-"""What becomes of a frame once the ground is still."""
+"""Motion of a frame once the ground is still."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _MAX_TAIL: Final = 100_000
 def _free_rocking(
     theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
 ) -> tuple[bool, float, float]:
-    """Whether the frame overturns freely from this state; if not, the largest |theta|, |omega|.
+    """Say if the frame overturns freely from this state; if not, give the largest |theta|, |omega|.
 
     The exact energy verdict: E = omega^2/2 + p_hat^2 cos(alpha - |theta|) is kept between impacts,
     p_hat^2 is the barrier at |theta| = alpha, and an impact takes (1 - restitution^2) of the
@@ -74,7 +74,7 @@ def _free_rocking(
 def tail(
     theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
 ) -> tuple[bool, float, float, float, float, float]:
-    """What comes when the ground is still, from this state.
+    """Follow the frame from this state over still ground.
 
     Returns whether the frame overturns, how long after [s], NaN if not, and the largest |theta|,
     |omega|; then when it landed before it overturned on the other side, NaN if it did not, and the
@@ -119,7 +119,7 @@ def tied_tail(  # noqa: C901  one loop
     tie_log: Float,
     time: float,
 ) -> tuple[bool, float, float, float, float, float]:
-    """What comes when the ground is still, as `tail`, and into the log of the ties.
+    """Follow the frame over still ground as `tail` does, and fill in the log of the ties.
 
     Ties that do not yield keep energy: the first peak, where it turns inwards, is the largest. With
     dissipaters the frame is followed until it rests, or swings about a residual rotation without
@@ -224,7 +224,7 @@ def elastic_tail(
     f: float,
     tie_log: Float,
 ) -> tuple[bool, float, float, float, float]:
-    """What comes when the ground is still, of a frame whose ties do not yield.
+    """Follow a frame whose ties do not yield over still ground.
 
     Returns whether it overturns, how long after, the largest |theta|, |omega|, and when it landed
     before it overturned. The energy over p_hat^2, zero at theta = 0, decides exactly as in `tail`;

@@ -74,7 +74,7 @@ def _linear(tie: Tie, plastic: float) -> TieState:
 
 @compiled
 def begun(tie: Tie, theta: float) -> TieState:
-    """How a tie begins at theta: without plastic stretch, or with as much as takes it there."""
+    """Start a tie at theta: without plastic stretch, or with as much as takes it there."""
     stiffness, force, highest, _, kind = tie
     if stiffness == 0.0:
         return _LINEAR, 0.0, math.inf, NEVER
@@ -87,7 +87,7 @@ def begun(tie: Tie, theta: float) -> TieState:
 
 @compiled
 def _held(tie: Tie, state: TieState) -> tuple[float, float]:
-    """What a tie adds to k and f_0 on its branch."""
+    """Return the part of a tie in k and f_0 on its branch."""
     if state[0] == _HIGHEST:
         return 0.0, tie[2]
     if state[0] == _LOWEST:
@@ -123,7 +123,7 @@ def _rate(c: Polynomial, factor: float) -> Polynomial:
 
 @compiled
 def _leaves(tie: Tie, state: TieState, c: Polynomial, s: float, h: float) -> tuple[float, float]:
-    """When within h a tie leaves its branch, and |theta| then; NEVER for what is not known."""
+    """Return when within h a tie leaves its branch, and |theta| then; NEVER if not known."""
     branch, _, upper, lower = state
     if branch == _HIGHEST:
         return first_rise(_rate(c, -s), 0.0, h), NEVER
@@ -159,7 +159,7 @@ def _left(tie: Tie, state: TieState, theta: float) -> tuple[TieState, float]:
 
 @compiled
 def _closed(tie: Tie, state: TieState) -> tuple[TieState, float]:
-    """How a tie goes on when the joint has closed and opens on the other side."""
+    """Continue a tie when the joint has closed and opens on the other side."""
     if state[0] == _LOWEST and tie[4] == PLASTIC:
         return _left(tie, state, 0.0)
     return state, 0.0
@@ -167,7 +167,7 @@ def _closed(tie: Tie, state: TieState) -> tuple[TieState, float]:
 
 @compiled
 def both_held(ties: Pair, states: States) -> tuple[float, float]:
-    """What both ties add: k and f_0."""
+    """Return the part of both ties in k and f_0."""
     k_0, f_0 = _held(ties[0], states[0])
     k_1, f_1 = _held(ties[1], states[1])
     return k_0 + k_1, f_0 + f_1
@@ -175,7 +175,7 @@ def both_held(ties: Pair, states: States) -> tuple[float, float]:
 
 @compiled
 def uplift_hold(alpha: float, ties: Pair, states: States) -> float:
-    """What both ties add to the ground acceleration [g] that uplifts."""
+    """Return the part of both ties in the ground acceleration [g] that uplifts."""
     return both_held(ties, states)[1] / math.cos(alpha)
 
 
@@ -183,7 +183,7 @@ def uplift_hold(alpha: float, ties: Pair, states: States) -> float:
 def next_change(
     ties: Pair, states: States, c: Polynomial, s: float, h: float
 ) -> tuple[int, float, float]:
-    """Which tie leaves its branch first within h, when, and |theta| then; -1 if none does."""
+    """Return the tie that leaves its branch first within h, when, and |theta| then; -1 if none."""
     when, level = _leaves(ties[0], states[0], c, s, h)
     when_1, level_1 = _leaves(ties[1], states[1], c, s, h)
     if when_1 != NEVER and (when == NEVER or when_1 < when):

@@ -1,4 +1,4 @@
-"""What is done to all lanes of a block at once: loops that the compiler makes vectors of.
+"""Operations on all lanes of a block at once: loops that the compiler vectorises.
 
 A lane holds a scenario while it rocks. Its coordinates are those of the side it has lifted to:
 theta and omega are positive outwards, `A` is the horizontal acceleration [g] with the sign of that
@@ -96,7 +96,7 @@ def _sine_cosine(x: float) -> tuple[float, float]:
 
 @inlined
 def _pushed(pool: Float, j: int, curved: Marker, lifts: Marker) -> tuple[Polynomial, Polynomial]:
-    """What the ground does in the interval of lane j: the rows A and V."""
+    """Fill in the ground in the interval of lane j: the rows A and V."""
     a0 = pool[j + A]
     a1 = pool[j + A + WIDTH]
     if len(curved) > 0:
@@ -334,7 +334,7 @@ def _value(pack: Float, j: int, t: float) -> tuple[float, float]:
 
 @inlined
 def _locate_peaks(pack: Float) -> None:
-    """Where lanes of a pack turn higher than ever before: Newton's method on the rate."""
+    """Locate the peaks of lanes that turn higher than ever before: Newton's method on the rate."""
     turning = 0.0
     for j in range(WIDTH):
         turning += pack[j + TURNING]

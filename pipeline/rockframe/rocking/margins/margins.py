@@ -1,4 +1,4 @@
-"""How far a verdict is from another one: critical scales, and verdicts left undecided."""
+"""Critical scales, at which a verdict changes, and verdicts that are undecided."""
 
 from __future__ import annotations
 

@@ -23,11 +23,11 @@ Bool = NDArray[np.bool_]
 
 #: A verdict is undecided if it changes with the amplitude within this share of it [1].
 AMPLITUDE_PERTURBATION: Final = 0.01
-#: So it is if it changes with the velocity ratio of impacts within this share of it [1].
+#: A verdict is undecided if it changes with the velocity ratio of impacts within this share [1].
 RESTITUTION_PERTURBATION: Final = 0.01
-#: So many values on either side are tried of both, beside the edges that are known.
+#: Number of values of both that are tried on either side, beside the edges that are known.
 _VALUES: Final = 10
-#: So many amplitudes where less than 1 + AMPLITUDE_PERTURBATION is known to overturn: there some
+#: Number of them where less than 1 + AMPLITUDE_PERTURBATION is known to overturn: there some
 #: twentieth of the scales may stand, one here and one there.
 _AMPLITUDES: Final = 50
 
@@ -38,7 +38,7 @@ _KAISER: Final = 8.0
 
 
 class Sensitivity(IntFlag):
-    """What changes whether a frame overturns; the bits of the flag variable `undecided_by`."""
+    """Perturbations that change whether a frame overturns; bits of the flags `undecided_by`."""
 
     AMPLITUDE = 1
     RESTITUTION = 2
@@ -120,7 +120,7 @@ def _steps(values: int) -> Float:
 
 
 def _differ(overturns: Bool, as_it_is: Bool, line: Int) -> Bool:
-    """Which lines have scenarios that do not end as the motion and frame themselves do."""
+    """Mark lines with scenarios that do not end as the motion and frame themselves do."""
     counts = np.bincount(line[overturns != as_it_is[line]], minlength=as_it_is.size)
     return np.asarray(counts > 0)
 
@@ -137,7 +137,7 @@ def _overturns(
 
 
 def _splits(intervals: Float) -> bool:
-    """Whether some of the scales near 1 are within an interval, and some are not."""
+    """Say if some of the scales near 1 are within an interval, and some are not."""
     low, high = 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION
     near = intervals[(intervals[:, 0] <= high) & ~(intervals[:, 1] < low)]
     return len(near) > 0 and not (len(near) == 1 and near[0, 0] <= low and not near[0, 1] < high)

@@ -210,7 +210,7 @@ class _Family:
 
     @staticmethod
     def _cut(falls: Bool) -> bool:
-        """Whether the least share is reached before, or just after, all neighbours are known."""
+        """Say if the least share is reached before, or just after, all neighbours are known."""
         shares = _averaged(falls.mean(axis=1))[: AVERAGED + 1]
         return bool((shares >= SHARES[0] - _NEAR).any())
 
@@ -218,14 +218,14 @@ class _Family:
         return math.exp(math.log1p(SCALE_STEP) * power)
 
     def _tried(self, powers: Int, member: Int) -> _Tried:
-        """Which members overturn, and their peaks over alpha [1]; shape (powers, members)."""
+        """Return verdicts of members and their peaks over alpha [1]; shape (powers, members)."""
         scale = np.exp(math.log1p(SCALE_STEP) * powers)[:, None] * self.amplitude[member]
         self.responses += scale.size
         fallen, peaks = yield np.broadcast_to(member, scale.shape).ravel(), scale.ravel()
         return fallen.reshape(scale.shape), peaks.reshape(scale.shape)
 
     def _all(self, start: int, end: int) -> Generator[tuple[Int, Float], Answer, Bool]:
-        """Which of all members overturn at powers from start to end."""
+        """Return which of all members overturn at powers from start to end."""
         falls, _ = yield from self._tried(np.arange(start, end), np.arange(self.amplitude.size))
         return falls
 
@@ -281,7 +281,7 @@ def _averaged(shares: Float) -> Float:
 
 
 def _crossing(shares: Float, share: float) -> Float:
-    """Where each column reaches a share, as the mean over shares near it; NaN if nowhere."""
+    """Locate where each column reaches a share, as the mean over shares near it; NaN if nowhere."""
     levels = share + np.linspace(-_NEAR, _NEAR, _LEVELS)
     places = np.array([_first_place(shares, level) for level in levels])
     last: Float = np.nan_to_num(places, nan=len(shares) - 1.0).mean(axis=0)
@@ -289,7 +289,7 @@ def _crossing(shares: Float, share: float) -> Float:
 
 
 def _first_place(shares: Float, share: float) -> Float:
-    """Where each column reaches a share for the first time, between its rows; NaN if nowhere."""
+    """Locate where each column first reaches a share, between its rows; NaN if nowhere."""
     reached = shares >= share
     first = reached.argmax(axis=0)
     column = np.arange(shares.shape[1])

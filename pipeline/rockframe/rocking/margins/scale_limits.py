@@ -12,7 +12,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.units import GRAVITY
 
-#: Up to this multiple of the motion overturning is looked for [1].
+#: Largest multiple of the motion at which overturning is searched [1].
 LARGEST_SCALE: Final = 10.0
 #: The ground may fall with nearly the acceleration of gravity [1].
 _NEARLY: Final = 1.0 - 1e-9

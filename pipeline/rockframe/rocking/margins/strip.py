@@ -1,4 +1,4 @@
-"""Where a frame overturns over the scale of a motion: the strips of figures and pages."""
+"""Scales of a motion at which a frame overturns: the strips of figures and pages."""
 
 from __future__ import annotations
 

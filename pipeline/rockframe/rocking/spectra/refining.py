@@ -18,7 +18,7 @@ from rockframe.rocking.response import Verdict
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-#: So many intervals on both sides of a flip are divided into so many.
+#: Intervals on both sides of a flip that are divided, and into how many.
 _AROUND: Final = 3
 _FINER: Final = 5
 #: Around a furthest lean or a longest fall each half is divided into so many, so often. Scenarios
@@ -166,7 +166,7 @@ def slivers(lines: Lines, points: Points) -> list[Flips]:
 
 
 def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
-    """Of each of the rest the point that is asked for."""
+    """Return the requested point of each of the rest."""
     return Points(
         *(
             np.stack([getattr(point, name)[rest] for point in points])[which, np.arange(rest.size)]

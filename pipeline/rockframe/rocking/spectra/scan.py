@@ -33,7 +33,7 @@ Int = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """What becomes of frames at each amplitude, and the intervals in which they overturn.
+    """Outcome of frames at each amplitude, and the intervals in which they overturn.
 
     A line is one frame on one ground.
 
