@@ -16,7 +16,7 @@ from tests.screening import sine, site, stored, three
 
 from rockframe.components.pairing import pair_horizontals
 from rockframe.components.rotation import rotate
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.record import SiteType
@@ -204,3 +204,8 @@ def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> 
         found = read_screening(tmp_path / "screen.nc")
         assert found["record_id"].values.tolist() == [name]
         assert len(done.left_out) == 1
+
+
+def test_azimuths_beyond_a_circle_warn() -> None:
+    with pytest.warns(RockframeWarning, match="azimuth 370 degrees is beyond 360: taken as 10"):
+        ScreenOptions(azimuths_degree=(0.0, 370.0))

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rockframe.errors import InputError
+from rockframe.cli.main import main
+from rockframe.errors import InputError, RockframeWarning
 from rockframe.study.structures import bundled_records, read_structures
 
 GOOD = """
@@ -149,3 +150,34 @@ def test_a_section_beside_an_inertia_ratio_is_refused(tmp_path: Path) -> None:
     both = 'section = "circular"\ninertia_ratio = 1.3\n'
     with pytest.raises(InputError, match="Must not be stated beside section 'circular'"):
         read_structures(written(tmp_path, GOOD + both))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("4.0", "400.0", r":2: structure 'bent': mass_ratio 400 is above 50. Check units"),
+        ("1.6", "0.16", r":2: structure 'bent': slenderness 0.95 degrees is below 2. Check"),
+        ("1.6", "7.0", r":2: structure 'bent': slenderness 36.10 degrees is above 35. Check"),
+    ],
+)
+def test_what_is_unusual_warns_and_is_computed(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    """Such a value is more often a slip, but the theory holds for it."""
+    path = written(tmp_path, GOOD.replace(old, new))
+    with pytest.warns(RockframeWarning, match=words):
+        (frame,) = read_structures(path)
+    assert frame.name == "bent"
+
+
+def test_a_command_warns_in_one_line_and_goes_on(
+    tmp_path: Path, motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, GOOD.replace("4.0", "400.0"))
+    words = ["--units", "g", "--time-step", "0.01", "--output", str(tmp_path / "run")]
+    assert main(["table1", "--records", str(motion), "--structures", str(path), *words]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+    assert lines == [
+        f"rockframe: warning: {path}:2: structure 'bent': mass_ratio 400 is above 50. "
+        "Check units and values."
+    ]

@@ -65,6 +65,10 @@ class InputError(RockframeError):
         return type(self), (self._stated, self.reason, self.line)
 
 
+class RockframeWarning(UserWarning):
+    """A value is allowed, but seldom meant; the commands print it in one line."""
+
+
 class OtherQuantityError(InputError):
     """A sound file holds a velocity, displacement or spectrum instead of an acceleration."""
 

@@ -28,6 +28,33 @@ _LARGEST_INERTIA: Final = 100.0
 #: Largest mass ratio: the frame is at the limit of eq (28) to round-off.
 _HEAVIEST: Final = 1e15
 
+#: Beyond these, a value is more often a slip of units or of the keyboard than a structure.
+_HEAVY: Final = 50.0
+_SLENDER: Final = 2.0
+_STOCKY: Final = 35.0
+
+
+def unusual(mass_ratio: float, slenderness: float) -> str:
+    """Return what is unusual about a frame, in words; "" of most.
+
+    Parameters
+    ----------
+    mass_ratio, slenderness : float
+        Of the frame [1, rad].
+
+    Examples
+    --------
+    >>> unusual(60.0, 0.02)
+    'mass_ratio 60 is above 50; slenderness 1.15 degrees is below 2'
+    """
+    angle = math.degrees(slenderness)
+    limits = {
+        f"mass_ratio {mass_ratio:g} is above {_HEAVY:g}": mass_ratio > _HEAVY,
+        f"slenderness {angle:.2f} degrees is below {_SLENDER:g}": angle < _SLENDER,
+        f"slenderness {angle:.2f} degrees is above {_STOCKY:g}": angle > _STOCKY,
+    }
+    return "; ".join(words for words, beyond in limits.items() if beyond)
+
 
 @dataclass(frozen=True, kw_only=True)
 class RockingFrame:

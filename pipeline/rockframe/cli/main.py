@@ -14,15 +14,17 @@ import sys
 import tempfile
 import threading
 import traceback
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NoReturn, TextIO
 
-from rockframe.errors import RockframeError
+from rockframe.errors import RockframeError, RockframeWarning
 
 #: The commands in the order of the help; the module and the summary of each.
 _VERBS: Final = {
@@ -190,7 +192,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _terminated)
     try:
-        status = call(arguments)
+        with warnings.catch_warnings():
+            warnings.simplefilter("default", RockframeWarning)
+            warnings.showwarning = partial(_warn, warnings.showwarning, set())
+            status = call(arguments)
         sys.stdout.flush()
     except RockframeError as error:
         _say(f"rockframe: error: {error}")
@@ -206,6 +211,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say(f"rockframe: error: {told}" if told else traceback.format_exc().rstrip())
         return 2 if told else _FAULT
     return status
+
+
+def _warn(
+    show: Callable[..., None], told: set[str], message: Any, category: type[Warning], *where: Any
+) -> None:
+    """Print a warning about the user's values in one line, once; leave any other to `show`."""
+    if not issubclass(category, RockframeWarning):
+        show(message, category, *where)
+    elif str(message) not in told:
+        told.add(str(message))
+        _say(f"rockframe: warning: {message}")
 
 
 def _open_closed_streams() -> None:

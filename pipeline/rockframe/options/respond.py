@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from rockframe.errors import RockframeWarning
 from rockframe.options.fields import (
     Bounds,
     File,
@@ -152,6 +154,10 @@ class ScreenOptions(Options):
     def _azimuths(self) -> Self:
         """Require different azimuths, and no filters by the pulse, which rotated motions lack."""
         azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
+        for stated in self.azimuths_degree or ():
+            if abs(stated) > 360.0:
+                words = f"azimuth {stated:g} degrees is beyond 360: taken as {stated % 360.0:g}."
+                warnings.warn(words, RockframeWarning, stacklevel=2)
         for azimuth in azimuths:
             if azimuths.count(azimuth) > 1:
                 message = f"azimuths_degree with {azimuth} twice, or 360 apart. Must differ"

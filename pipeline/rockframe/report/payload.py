@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockframe.cells import write_table
+from rockframe.frame import unusual
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run, rank
 from rockframe.results.tables.columns import stated_pulse, stated_verdict
@@ -185,9 +186,11 @@ def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any
 def _structure(facts: Sequence[Fact]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
     wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
+    known: dict[str, Any] = {fact.name: fact.value for fact in facts if fact.name in wanted}
+    words = unusual(known["mass_ratio"], known["slenderness"])
     return {
-        **{fact.name: fact.value for fact in facts if fact.name in wanted},
-        "facts": _texts(facts),
+        **known,
+        "facts": [*([["unusual", words]] if words else []), *_texts(facts)],
     }
 
 

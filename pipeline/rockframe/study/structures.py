@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -10,8 +11,8 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field
 
 from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered, volume
-from rockframe.errors import InputError, ParameterError
-from rockframe.frame import RockingFrame
+from rockframe.errors import InputError, ParameterError, RockframeWarning
+from rockframe.frame import RockingFrame, unusual
 from rockframe.options.fields import Name
 from rockframe.options.model import Options
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
@@ -374,6 +375,8 @@ def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
 def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
     """Return the frames that the ``[[structure]]`` tables of a file describe.
 
+    An unusual slenderness or mass ratio warns.
+
     Raises
     ------
     InputError
@@ -385,7 +388,11 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
             line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         try:
-            frames[entry.name] = entry.frame()
+            frame = frames[entry.name] = entry.frame()
         except ParameterError as error:
             raise InputError(path, str(error), line_of(text, ("structure", i))) from None
+        if words := unusual(frame.mass_ratio, frame.slenderness):
+            at = line_of(text, ("structure", i))
+            warning = f"{path}:{at}: structure {entry.name!r}: {words}. Check units and values."
+            warnings.warn(warning, RockframeWarning, stacklevel=3)
     return list(frames.values())
