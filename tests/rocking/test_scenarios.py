@@ -20,10 +20,17 @@ from rockframe import (
     respond_many,
     respond_scenarios,
 )
+from rockframe.restraint import Dissipater, Tendon
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 COLUMN = RockingFrame(height=9.6, width=1.6, restitution_factor=0.9)
+TIED = dataclasses.replace(
+    BENT, column_mass=48e3, tendon=Tendon(area=1e-4, modulus=195e9, length=9.6, prestress=1e5)
+)
+YIELDING = dataclasses.replace(
+    TIED, dissipater=Dissipater(stiffness=5e6, yield_force=2e4, lever_arm=0.8)
+)
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=GRAVITY, T_p=1.5)
 
 
@@ -80,6 +87,7 @@ def test_peak_velocity_of_free_rocking_is_that_of_the_landing() -> None:
     landing = math.sqrt(omega**2 + 2.0 * p**2 * (math.cos(alpha - abs(theta)) - math.cos(alpha)))
     found = respond_scenarios([pull], [COLUMN], [0], [0], [1.0])
     assert found.peak_velocity[0] == pytest.approx(landing, rel=1e-12)
+    assert found.impact_velocity[0] == pytest.approx(COLUMN.width * landing, rel=1e-12)
     assert found.impacts[0] == 0
 
 
@@ -91,6 +99,17 @@ def test_peak_velocity_where_the_ground_jumps() -> None:
     found = respond_scenarios([ground], [BENT], [0], [0], [1.0])
     met = max(np.abs(response.omega).max(), np.abs(response.impact_velocities).max())
     assert found.peak_velocity[0] == pytest.approx(met, rel=1e-12)
+
+
+@pytest.mark.parametrize("scale", [0.1, 0.5, 0.8, 3.0])
+@pytest.mark.parametrize("frame", [BENT, COLUMN, TIED, YIELDING])
+def test_impact_velocity_is_that_of_the_hardest_impact(frame: RockingFrame, scale: float) -> None:
+    """The lifted corner is 2 b from the pivot; one that does not uplift has no impact."""
+    ground = GroundAcceleration.from_pulse(PULSE).scaled(scale)
+    impacts = np.abs(respond(frame, ground, free_rocking=20.0).impact_velocities)
+    found = respond_scenarios([PULSE], [frame], [0], [0], [scale])
+    expected = frame.width * impacts.max(initial=0.0)
+    assert found.impact_velocity[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_nothing_asked_nothing_answered() -> None:

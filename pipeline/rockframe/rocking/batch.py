@@ -45,6 +45,9 @@ class Scenarios:
     peak_velocity : array, shape (scenarios,)
         Largest absolute angular velocity [rad s-1], free rocking included; of a frame that
         overturns, until it does.
+    impact_velocity : array, shape (scenarios,)
+        Largest velocity [m s-1] at which the lifted corner of a column's base meets the ground,
+        2 b |theta'| just before an impact, free rocking included; 0 if there is none.
     uplift_time, overturning_time : array, shape (scenarios,)
         First uplift and overturning [s]; NaN if there is none.
     impacts : array of int32, shape (scenarios,)
@@ -60,6 +63,7 @@ class Scenarios:
     peak_rotation: Float
     peak_rotation_ratio: Float
     peak_velocity: Float
+    impact_velocity: Float
     uplift_time: Float
     overturning_time: Float
     impacts: NDArray[np.int32]
@@ -81,6 +85,9 @@ class Peaks:
         The same over the slenderness of the frame [1].
     peak_velocity : array, shape (motions, frames, scales)
         Largest absolute angular velocity [rad s-1], until overturning.
+    impact_velocity : array, shape (motions, frames, scales)
+        Largest velocity [m s-1] at which the lifted corner of a column's base meets the ground,
+        2 b |theta'| just before an impact, free rocking included; 0 if there is none.
     uplift_time, overturning_time : array, shape (motions, frames, scales)
         First uplift and overturning [s]; NaN if there is none.
     impacts : array of int32, shape (motions, frames, scales)
@@ -91,6 +98,7 @@ class Peaks:
     peak_rotation: Float
     peak_rotation_ratio: Float
     peak_velocity: Float
+    impact_velocity: Float
     uplift_time: Float
     overturning_time: Float
     impacts: NDArray[np.int32]
@@ -142,6 +150,7 @@ def respond_scenarios(
     """
     which, whose, factors = _asked(len(grounds), len(frames), ground, frame, scale)
     constants = np.array([constants_of(frame) for frame in frames]).reshape(len(frames), -1)
+    widths = np.array([frame.width for frame in frames])
     _refuse_flights(grounds, which, factors)
     order = np.argsort(which, kind="stable")
     answers = Answers(factors.size, excursions)
@@ -160,6 +169,7 @@ def respond_scenarios(
         peak_rotation=answers.summaries[:, kernel.PEAK].copy(),
         peak_rotation_ratio=answers.summaries[:, kernel.PEAK] / constants[whose, 0],
         peak_velocity=answers.summaries[:, kernel.PEAK_VELOCITY].copy(),
+        impact_velocity=answers.summaries[:, kernel.IMPACT_VELOCITY] * widths[whose],
         uplift_time=answers.summaries[:, kernel.UPLIFT_TIME].copy(),
         overturning_time=answers.summaries[:, kernel.OVERTURNING_TIME].copy(),
         impacts=answers.summaries[:, kernel.IMPACTS].astype(np.int32),
@@ -219,6 +229,7 @@ def respond_many(
         peak_rotation=found.peak_rotation.reshape(shape),
         peak_rotation_ratio=found.peak_rotation_ratio.reshape(shape),
         peak_velocity=found.peak_velocity.reshape(shape),
+        impact_velocity=found.impact_velocity.reshape(shape),
         uplift_time=found.uplift_time.reshape(shape),
         overturning_time=found.overturning_time.reshape(shape),
         impacts=found.impacts.reshape(shape),

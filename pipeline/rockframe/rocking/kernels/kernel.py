@@ -65,7 +65,8 @@ UPLIFT_TIME: Final = 2  # first uplift [s], NaN if none
 OVERTURNING_TIME: Final = 3  # |theta| = pi/2 [s], NaN if never
 IMPACTS: Final = 4  # their number
 PEAK_VELOCITY: Final = 5  # largest |omega| [rad s-1]
-SUMMARY_SIZE: Final = 6
+IMPACT_VELOCITY: Final = 6  # largest |omega| just before an impact [rad s-1], 0 if none
+SUMMARY_SIZE: Final = 7
 
 
 @compiled
@@ -161,6 +162,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     uplift_time = start_time if s != 0.0 else math.nan
     overturning_time = math.nan
     fastest = abs(omega)
+    hardest = 0.0
     count = 0
     if keeps:
         thetas[0] = theta
@@ -276,6 +278,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                     impacts[count, 0] = time + elapsed
                     impacts[count, 1] = omega
                 count += 1
+                hardest = max(hardest, abs(omega))
                 omega *= restitution
                 s = -s
                 if abs(omega) < REST_VELOCITY_RATIO * p_hat:
@@ -326,6 +329,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                 theta, omega, s, alpha, p_hat, restitution
             )
         fastest = max(fastest, fast)
+        hardest = max(hardest, abs(landing))
         if not math.isnan(landing_time):
             if count < impacts.shape[0]:
                 impacts[count, 0] = end_time + landing_time
@@ -344,6 +348,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     summary[OVERTURNING_TIME] = overturning_time
     summary[IMPACTS] = count
     summary[PEAK_VELOCITY] = fastest
+    summary[IMPACT_VELOCITY] = hardest
     return verdict
 
 

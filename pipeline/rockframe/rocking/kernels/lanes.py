@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from rockframe.rocking.kernels.compiled import compiled, inlined
 from rockframe.rocking.kernels.excursions import keep
 from rockframe.rocking.kernels.kernel import (
+    IMPACT_VELOCITY,
     IMPACTS,
     NO_UPLIFT,
     OVERTURNED,
@@ -108,6 +109,7 @@ _COUNT: Final = (HOT_ROWS + 6) * WIDTH
 _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
 _TURNED: Final = (HOT_ROWS + 8) * WIDTH  # what the ties add to the push of the ground
 _HOLD: Final = (HOT_ROWS + 9) * WIDTH  # and to the acceleration that uplifts
+_HARDEST: Final = (HOT_ROWS + 10) * WIDTH  # largest |omega| just before an impact
 _BLOCK: Final = (HOT_ROWS + 11) * WIDTH  # not a power of two, which caches dislike
 
 
@@ -193,6 +195,7 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     pool[q + _HOLD] = asked[who, TIE_FORCE] / math.cos(asked[who, SLENDERNESS])
     pool[q + PEAK] = 0.0
     pool[q + FASTEST] = 0.0
+    pool[q + _HARDEST] = 0.0
     pool[q + ELAPSED] = 0.0
     pool[q + AT] = asked[who, FIRST]
     pool[q + END] = asked[who, FIRST] + asked[who, INTERVALS]
@@ -288,6 +291,7 @@ def _file(
     summaries[who, OVERTURNING_TIME] = asked[who, START_TIME] + interval * h
     summaries[who, IMPACTS] = pool[q + _COUNT]
     summaries[who, PEAK_VELOCITY] = fast / h
+    summaries[who, IMPACT_VELOCITY] = pool[q + _HARDEST] / h
 
 
 @inlined
@@ -304,7 +308,7 @@ def _end(
     who = _index(pool[q + _WHO])
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
     if len(tied) > 0:
-        overturns, after, peak, fast, landed = elastic_tail(
+        overturns, after, peak, fast, landed, landing = elastic_tail(
             pool[q + THETA],
             pool[q + OMEGA],
             side,
@@ -316,7 +320,7 @@ def _end(
             tie_log,
         )
     else:
-        overturns, after, peak, fast, landed, _ = tail(
+        overturns, after, peak, fast, landed, landing = tail(
             pool[q + THETA],
             pool[q + OMEGA],
             side,
@@ -330,6 +334,7 @@ def _end(
         verdicts[who] = NO_UPLIFT if math.isnan(pool[q + _UPLIFT]) else SAFE
     if not math.isnan(landed):
         pool[q + _COUNT] += 1.0
+    pool[q + _HARDEST] = max(pool[q + _HARDEST], abs(landing))
     peak = max(peak, pool[q + PEAK], pool[q + THETA])
     fast = max(fast, pool[q + FASTEST], abs(pool[q + OMEGA]))
     _file(pool, q, asked, summaries, peak, fast, asked[who, INTERVALS] + after)
@@ -354,6 +359,7 @@ def _rebound(
     """
     who = _index(pool[q + _WHO])
     pool[q + _COUNT] += 1.0
+    pool[q + _HARDEST] = max(pool[q + _HARDEST], abs(omega))
     pool[q + START] = MOVING
     pool[q + THETA] = 0.0
     pool[q + OMEGA] = -asked[who, RESTITUTION] * omega

@@ -78,11 +78,11 @@ def tail(
 
     Returns whether the frame overturns, how long after [s], NaN if not, and the largest |theta|,
     |omega|; then when it landed before it overturned on the other side, NaN if it did not, and the
-    rate just before. A frame balanced on the barrier to round-off overturns at no time, NaN.
+    rate just before that landing, or, of a frame that stands, its hardest one. A frame balanced on the barrier to round-off overturns at no time, NaN.
     """
     overturns, peak, fastest = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
     if not overturns:
-        return False, math.nan, peak, fastest, math.nan, 0.0
+        return False, math.nan, peak, fastest, math.nan, fastest
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     h = MAX_STRIDE / p_hat
     landed = math.nan
@@ -121,7 +121,8 @@ def tied_tail(  # noqa: C901  one loop
 ) -> tuple[bool, float, float, float, float, float]:
     """Follow the frame over still ground as `tail` does, and fill in the log of the ties.
 
-    Ties that do not yield keep energy: the first peak, where it turns inwards, is the largest. With
+    Ties that do not yield keep energy: the first peak, where it turns inwards, is the largest, and
+    the first landing the hardest. With
     dissipaters the frame is followed until it rests, or swings about a residual rotation without
     yielding; one that bounces for longer than that is followed stands.
     """
@@ -130,6 +131,7 @@ def tied_tail(  # noqa: C901  one loop
     peak = 0.0
     fastest = 0.0
     landing = 0.0
+    hardest = 0.0
     landing_time = math.nan
     turns = 0
     stood = False
@@ -137,12 +139,12 @@ def tied_tail(  # noqa: C901  one loop
     other = 0.0
     done = 0.0
     for i in range(_MAX_TAIL):
-        if s == 0.0 or turns > 3 or (stood and not yields):
+        if s == 0.0 or turns > 3 or (stood and hardest > 0.0 and not yields):
             rest = 0.0 if s == 0.0 or not yields else _balance(alpha, ties, states, one, other)
             for k in range(2):
                 tie_log[k, PLASTIC_STRETCH] = states[k][1]
                 tie_log[k, REST] = rest
-            return False, math.nan, peak, fastest, math.nan, 0.0
+            return False, math.nan, peak, fastest, math.nan, hardest
         elapsed = 0.0
         while elapsed < stride and s != 0.0:
             pull = both_held(ties, states)
@@ -177,6 +179,7 @@ def tied_tail(  # noqa: C901  one loop
                 if math.isnan(landing_time):
                     landing_time = done + elapsed
                     landing = omega
+                hardest = max(hardest, abs(omega))
                 omega *= restitution
                 s = -s
                 states = landed(ties, states, tie_log)
@@ -189,7 +192,7 @@ def tied_tail(  # noqa: C901  one loop
         for k in range(2):
             tie_log[k, PLASTIC_STRETCH] = states[k][1]
             tie_log[k, REST] = abs(theta)
-        return False, math.nan, peak, fastest, math.nan, 0.0
+        return False, math.nan, peak, fastest, math.nan, hardest
     return True, math.nan, HALF_PI, fastest, landing_time, landing
 
 
@@ -223,15 +226,14 @@ def elastic_tail(
     k: float,
     f: float,
     tie_log: Float,
-) -> tuple[bool, float, float, float, float]:
+) -> tuple[bool, float, float, float, float, float]:
     """Follow a frame whose ties do not yield over still ground.
 
-    Returns whether it overturns, how long after, the largest |theta|, |omega|, and when it landed
-    before it overturned. The energy over p_hat^2, zero at theta = 0, decides exactly as in `tail`;
+    Returns what `tail` returns. The energy over p_hat^2, zero at theta = 0, decides exactly as in `tail`;
     the barrier is where it stops growing with |theta|, or pi/2.
     """
     if s == 0.0:
-        return False, math.nan, 0.0, 0.0, math.nan
+        return False, math.nan, 0.0, 0.0, math.nan, 0.0
     top = HALF_PI
     if math.sin(alpha - top) + k + f * math.cos(0.5 * top) < 0.0:
         top = _held_root(alpha, k, f, 0.0, top, True)
@@ -243,15 +245,16 @@ def elastic_tail(
     if not falls and not outward:
         energy *= restitution * restitution
     if not falls and energy < barrier:
-        return False, math.nan, _held_root(alpha, k, f, energy, top, False), landing, math.nan
+        peak = _held_root(alpha, k, f, energy, top, False)
+        return False, math.nan, peak, landing, math.nan, landing
     tie = (k, f, math.inf, -math.inf, ELASTIC)
     none = (0.0, 0.0, math.inf, -math.inf, ELASTIC)
     stride = MAX_STRIDE / (p_hat * (1.0 + math.sqrt(k) + f))
     states = (begun(tie, 0.0), begun(none, 0.0))
-    _, after, _, fastest, landed_at, _ = tied_tail(
+    _, after, _, fastest, landed_at, landing = tied_tail(
         theta, omega, s, alpha, p_hat, restitution, (tie, none), states, stride, tie_log, 0.0
     )
-    return True, after, HALF_PI, fastest, landed_at
+    return True, after, HALF_PI, fastest, landed_at, landing
 
 
 @compiled
