@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +14,8 @@ from rockframe.errors import InputError
 from rockframe.ingest import collect, read_catalogue, sorted_out
 from rockframe.ingest.metadata.catalogue import facts_of
 from rockframe.record import Record
+
+from .test_containers import tarred, zipped
 
 HERE = "RSN864_LANDERS_JOS000.AT2"
 At2 = Callable[..., bytes]
@@ -61,25 +61,44 @@ def test_peer_search_results(catalogues: Path, tmp_path: Path, spelling: str) ->
     assert entry.source == "PEER search results"
 
 
-@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("packed", ["", "zip", "zip in zip", "tar", "tar.gz", "tgz", "tar.bz2"])
 def test_a_download_of_peer_keeps_its_metadata(
-    catalogues: Path, tmp_path: Path, at2: At2, packed: bool
+    catalogues: Path, tmp_path: Path, at2: At2, packed: str
 ) -> None:
     table = (catalogues / "peer_SearchResults.csv").read_bytes()
-    if packed:
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w") as archive:
-            archive.writestr("_SearchResults.csv", table)
-            archive.writestr(HERE, at2())
-        (tmp_path / "PEERNGARecords_Unscaled.zip").write_bytes(stream.getvalue())
-        path = tmp_path / "PEERNGARecords_Unscaled.zip"
+    members = ((HERE, at2()), ("_SearchResults.csv", table))
+    if packed.startswith("zip"):
+        data = zipped(*members)
+        (tmp_path / "a.zip").write_bytes(zipped(("b/a.zip", data)) if "in" in packed else data)
+    elif packed:
+        how = {"tar": "w:", "tar.bz2": "w:bz2"}.get(packed, "w:gz")
+        (tmp_path / f"a.{packed}").write_bytes(tarred(*members, how=how))
     else:
-        (tmp_path / "_SearchResults.csv").write_bytes(table)
-        (tmp_path / HERE).write_bytes(at2())
-        path = tmp_path
-    [record], rejections = sorted_out(collect([path]))
+        for name, data in members:
+            (tmp_path / name).write_bytes(data)
+    [record], rejections = sorted_out(collect([tmp_path]))
     assert not rejections
     assert (record.magnitude, record.distance_rrup, record.vs30) == (7.28, 11.03, 379.32)
+
+
+def test_catalogues_in_an_archive_apply_to_their_folder(tmp_path: Path, at2: At2) -> None:
+    """`catalogue.csv` names files without their folder; one outside the archive overrides it."""
+    header, path = "file,magnitude,station\n", tmp_path / "a.zip"
+    members = {"p/catalogue.csv": f"{header}x.AT2,5,P\n", "q/catalogue.csv": "file\nx.AT2,7\n"}
+    samples = {
+        "p/x.AT2": at2(),
+        "p/in/x.AT2": at2(["1", "2", "3"]),
+        "q/x.AT2": at2(["3", "2", "1"]),
+    }
+    packed = {name: text.encode() for name, text in members.items()} | samples
+    path.write_bytes(zipped(*packed.items()))
+    (tmp_path / "catalogue.csv").write_text(f"{header}a.zip,6,\n")
+    records, [rejection] = sorted_out(collect([path]))
+    assert [(r.station, r.magnitude) for r in records][:2] == [("P", 5.0), ("P", 5.0)]
+    assert np.isnan(records[2].magnitude)
+    assert "2 columns. Must be 1." in rejection.reason
+    records, _ = sorted_out(collect([tmp_path]))
+    assert [r.magnitude for r in records] == [6.0, 6.0, 6.0]
 
 
 def test_nga_west2_flatfile(catalogues: Path) -> None:

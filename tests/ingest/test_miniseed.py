@@ -165,6 +165,44 @@ def test_no_station_xml(write: Write) -> None:
         read_file(write(xml=None))
 
 
+@pytest.mark.parametrize("deeper", [False, True])
+def test_station_xml_in_the_archive(tmp_path: Path, *, deeper: bool) -> None:
+    """As a data centre packs it; miniSEED and SAC find it in the same way."""
+    from .test_containers import tarred, zipped
+    from .test_sac import SCALE, sac
+
+    known = station_xml(channel_xml(rate="50.0")).replace("CLC", "T001230").replace("CI", "CJ")
+    counts = {"data/a.mseed": mseed(), "data/T001230.sac": sac(fields={SCALE: 1000.0})}
+    described = {"CI.xml": station_xml().encode(), "meta/CJ.xml": known.encode()}
+    data = tarred(*counts.items(), *described.items())
+    name = "b.tgz" if deeper else "a.tgz"
+    path = tmp_path / "a.zip" if deeper else tmp_path / name
+    path.write_bytes(zipped((name, data)) if deeper else data)
+    outcomes = list(collect([tmp_path]))
+    records, rejections = sorted_out(outcomes)
+    assert not rejections
+    assert len(outcomes) == 4  # each StationXML has a row, as unread
+    place = "a.zip:b.tgz:" if deeper else "a.tgz:"
+    assert [r.instrument_file for r in records] == [f"{place}CI.xml", f"{place}meta/CJ.xml"]
+    assert [r.instrument_file for r in read_file(path)] == [r.instrument_file for r in records]
+    assert records[0].acceleration == pytest.approx([0.0, 1.0, -3.0, 2.0])
+
+
+def test_station_xml_beside_the_archive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its own folder, wherever the program was started."""
+    from .test_containers import zipped
+
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.zip").write_bytes(zipped(("a.mseed", mseed())))
+    (tmp_path / "CI.xml").write_text(station_xml())
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="no StationXML of CI"):
+        read_file("in/a.zip")
+    (tmp_path / "CI.xml").rename(tmp_path / "in" / "CI.xml")
+    [record] = read_file("in/a.zip")
+    assert record.instrument_file == "CI.xml"
+
+
 def test_station_xml_elsewhere(write: Write, tmp_path: Path) -> None:
     xml = tmp_path / "metadata.d" / "all.xml"
     xml.parent.mkdir()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, ParameterError
+from rockframe.ingest.reading.members import Content
 from rockframe.units import acceleration_factor, plain_units
 
 #: Relative tolerance of two stated time steps.
@@ -25,12 +26,16 @@ class ReadOptions:
     time_step : float, optional
         Interval between samples [s].
     station_xml : Path, optional
-        StationXML file for miniSEED files (default: the StationXML files in the same folder).
+        StationXML file for miniSEED and SAC files (default: `archived`, and those in `folder`).
     water_level : float, optional
         Remove the full response from miniSEED records with this water level [dB] (default: divide
         by the sensitivity).
     column : str, optional
         Name or number of the column of acceleration in text files.
+    archived : tuple of Content
+        StationXML files in the same archive.
+    folder : Path, optional
+        Folder of StationXML files (default: that of the file).
 
     Raises
     ------
@@ -48,6 +53,8 @@ class ReadOptions:
     station_xml: Path | None = None
     water_level: float | None = None
     column: str | None = None
+    archived: tuple[Content, ...] = ()
+    folder: Path | None = None
 
     def __post_init__(self) -> None:
         if self.units is not None:

@@ -24,7 +24,8 @@ class IngestOptions(Options):
     """Name or number of the column of acceleration in text files; by default the columns whose
     names say so."""
     station_xml: Annotated[File | None, Field(examples=["station.xml"])] = None
-    """StationXML of miniSEED files; by default every .xml file beside each file."""
+    """StationXML of miniSEED and SAC files; by default every .xml file beside each file or in its
+    archive."""
     water_level_db: Annotated[Positive | None, Field(examples=[60.0])] = None
     """Remove the full instrument response from miniSEED files, with this water level [dB]; by
     default they are divided by the sensitivity."""

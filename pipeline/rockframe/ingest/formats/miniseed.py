@@ -58,8 +58,9 @@ def sniff(head: bytes) -> bool:
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """Return the channels of a miniSEED file in m s-2, using the StationXML of their instruments.
 
-    Without `options.station_xml`, the ``*.xml`` files of the folder are searched. The samples are
-    divided by the sensitivity or, if `options.water_level` is given, the full response is removed.
+    Without `options.station_xml`, the ``*.xml`` files of folder and archive are searched. The
+    samples are divided by the sensitivity or, if `options.water_level` is given, the full response
+    is removed.
 
     Raises
     ------
@@ -161,7 +162,7 @@ def _record(
             f"channel {stats.channel!r} is a velocity, of a seismometer. "
             "Must be an accelerometer's, as 'HNE'.",
         )
-    instrument = find_response(path, trace, options.station_xml)
+    instrument = find_response(path, trace, options)
     settle_units(path, "m/s2", options)
     rate = float(stats.sampling_rate)
     if abs(rate - instrument.sample_rate) > _SAME_RATE * rate:

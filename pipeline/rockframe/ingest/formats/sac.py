@@ -142,7 +142,7 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
     header = {code: file.name(place) for code, place in codes}
     trace = Trace(header={**header, "starttime": _start_time(file) or 0})
     try:
-        found = find_response(path, trace, options.station_xml)
+        found = find_response(path, trace, options)
     except InputError as error:
         message = f"SCALE {scale:.7g}. Must be 1 or undefined, or have a StationXML: {error.reason}"
         raise InputError(path, message) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,7 +16,7 @@ from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.entry import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.metadata.flatfiles import kind_of, read_entries
-from rockframe.ingest.parsing.lines import unreadable
+from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
 from rockframe.provenance import whole_file
 from rockframe.record import Record, SiteType
 
@@ -31,8 +32,6 @@ COLUMNS: Final = (
     "epicentral_distance_km",
     "source",
 )
-#: Size of the head from which the kind of a catalogue is recognised [bytes].
-_HEAD: Final = 8192
 VS30: Final = "vs30_m_s"
 #: Fields of an entry, by column; `file` is required, in any order.
 _FIELDS: Final = {
@@ -51,7 +50,7 @@ _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
 _BEFORE, _AFTER = 120.0, 600.0
 
 
-def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
+def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, CatalogueEntry]:
     r"""Return the entries of a catalogue, its own or that of an archive.
 
     An own catalogue is CSV with a row for each file; only the column `file` is required. The others
@@ -61,6 +60,8 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     ----------
     path : str or Path
         Catalogue in UTF-8.
+    data : bytes, optional
+        Contents of the file (default: they are read from `path`).
 
     Returns
     -------
@@ -85,9 +86,10 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     path = Path(path)
     entries: dict[str, CatalogueEntry] = {}
     try:
-        if kind := catalogue_kind(path):
-            return read_entries(path, kind, path.read_bytes())
-        with path.open(encoding="utf-8-sig", newline="") as stream:
+        data = path.read_bytes() if data is None else data
+        if kind := catalogue_kind(path, data):
+            return read_entries(path, kind, data)
+        with io.StringIO(data.decode("utf-8-sig"), newline="") as stream:
             for line, row in _rows(path, stream):
                 entry = _entry(path, row, line)
                 if entry.file in entries:
@@ -100,15 +102,11 @@ def read_catalogue(path: str | Path) -> dict[str, CatalogueEntry]:
     return entries
 
 
-def catalogue_kind(path: Path) -> str:
-    """Return which catalogue of an archive a file is; empty if none."""
+def catalogue_kind(path: Path, head: bytes | None = None) -> str:
+    """Return which catalogue of an archive a file is, by name and beginning; empty if none."""
     if path.suffix.lower() not in {".csv", ".json", ".geojson", ".xml", ".quakeml"}:
         return ""
-    try:
-        with path.open("rb") as stream:
-            return kind_of(path.name, stream.read(_HEAD))
-    except OSError:
-        return ""
+    return kind_of(path.name, head_of(path) if head is None else head[:HEAD])
 
 
 def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:

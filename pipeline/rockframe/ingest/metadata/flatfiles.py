@@ -7,8 +7,6 @@ import io
 import math
 import re
 import warnings
-import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -23,8 +21,6 @@ from rockframe.provenance import read_json
 
 _Rows = Iterator[tuple[int, dict[str, str]]]
 
-#: Largest catalogue in an archive [bytes].
-_LARGEST: Final = 10_000_000
 #: Fields of an entry, by the column of each table in lower case.
 _PEER: Final = {
     "magnitude": "magnitude",
@@ -115,23 +111,6 @@ def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry
     if not found:
         raise InputError(path, f"{kind} without records or events.")
     return {key: replace(entry, source=entry.source or kind) for key, entry in found.items()}
-
-
-def entries_within(path: Path) -> dict[str, CatalogueEntry]:
-    """Return the entries of PEER's search results in a ZIP archive."""
-    if path.suffix.lower() != ".zip":
-        return {}
-    entries: dict[str, CatalogueEntry] = {}
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for member in archive.infolist():
-                if kind_of(member.filename, b"") and member.file_size <= _LARGEST:
-                    entries |= read_entries(
-                        path, kind_of(member.filename, b""), archive.read(member)
-                    )
-    except (OSError, ValueError, RuntimeError, zipfile.BadZipFile, zlib.error):
-        return entries  # reading the archive says what is wrong with it
-    return entries
 
 
 def _peer(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:

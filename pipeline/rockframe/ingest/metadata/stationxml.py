@@ -14,12 +14,13 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.site import site_of_depth
-from rockframe.ingest.parsing.lines import unreadable
+from rockframe.ingest.options import ReadOptions
+from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
+from rockframe.ingest.reading.members import Content
 from rockframe.record import Orientation, SiteType
 
 #: Text that identifies a StationXML file.
 _MARK: Final = b"<FDSNStationXML"
-_HEAD: Final = 4096
 #: Largest StationXML file that is read [bytes].
 _LARGEST: Final = 64_000_000
 #: Size of a unit [m s-2], by the prefix of the metre.
@@ -79,34 +80,30 @@ class ChannelResponse:
     response: Any = None
 
 
-def is_station_xml(path: Path) -> bool:
-    """Return whether the contents of a file are StationXML; False if it cannot be read.
+def is_station_xml(path: Path, head: bytes | None = None) -> bool:
+    """Return whether a file is StationXML, by name and beginning; False if it cannot be read.
 
     Examples
     --------
     >>> is_station_xml(Path("CI.CLC..HNE.mseed"))
     False
     """
-    if path.suffix.lower() != ".xml":
-        return False
-    try:
-        with path.open("rb") as stream:
-            return _MARK in stream.read(_HEAD)
-    except OSError:
-        return False
+    return path.suffix.lower() == ".xml" and _MARK in (
+        head_of(path) if head is None else head[:HEAD]
+    )
 
 
-def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
+def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelResponse:
     """Return the response of the channel of an obspy trace at the time of the trace.
 
     Parameters
     ----------
     path : Path
-        File of the waveform. If `given` is None, all StationXML files in its folder are searched.
+        File of the waveform.
     trace : obspy.Trace
         The waveform.
-    given : Path or None
-        StationXML file to use.
+    options : ReadOptions
+        The StationXML file to use, or the archive and the folder to search.
 
     Raises
     ------
@@ -117,12 +114,12 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
     Examples
     --------
     >>> from obspy import Trace
-    >>> find_response(Path("lost/CLC.mseed"), Trace(header={"station": "CLC"}), None)
+    >>> find_response(Path("lost/CLC.mseed"), Trace(header={"station": "CLC"}), ReadOptions())
     Traceback (most recent call last):
     rockframe.errors.InputError: lost/CLC.mseed: no StationXML of .CLC.. at 1970-01-01T00:00:00...
     """
     try:
-        return _find(path, trace, given)
+        return _find(path, trace, _files(path, trace.stats.station, options))
     except InputError as error:
         if error.path == path:
             raise
@@ -130,8 +127,7 @@ def find_response(path: Path, trace: Any, given: Path | None) -> ChannelResponse
         raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
 
 
-def _find(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
-    files = _candidates(path, trace.stats.station) if given is None else [given]
+def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
     found = [(file, channel) for file in files for channel in _channels(file, trace)]
     if not found:
         looked = ", ".join(file.name for file in files) or "none that names the station"
@@ -151,23 +147,25 @@ def _find(path: Path, trace: Any, given: Path | None) -> ChannelResponse:
     return _response_of(file, channel, trace)
 
 
-def _candidates(path: Path, station: str) -> list[Path]:
-    """Return the StationXML files in the folder that name the station."""
+def _files(path: Path, station: str, options: ReadOptions) -> list[Content]:
+    """Return the given StationXML file, or those beside a waveform that name its station."""
+    if options.station_xml is not None:
+        return [_loaded(options.station_xml)]
     try:
-        beside = sorted(path.parent.iterdir())
+        beside = sorted((options.folder or path.parent).iterdir())
     except OSError:  # no such folder, or no permission
-        return []
+        beside = []
+    files = [_loaded(file) for file in beside if file.is_file() and is_station_xml(file)]
     named = re.compile(rb"code\s*=\s*[\"']" + re.escape(station.encode()) + rb"[\"']")
-    files = [file for file in beside if file.is_file() and is_station_xml(file)]
-    return [file for file in files if named.search(_content(file))]
+    return [file for file in (*options.archived, *files) if named.search(file.data)]
 
 
-def _content(file: Path) -> bytes:
+def _loaded(file: Path) -> Content:
     try:
         size = file.stat().st_size
         if size > _LARGEST:
             raise InputError(file, f"{size} bytes. Must be at most {_LARGEST}.")
-        return file.read_bytes()
+        return Content(file, file.name, file, file.read_bytes())
     except OSError as error:
         raise unreadable(file, error) from error
 
@@ -194,12 +192,12 @@ def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _channels(file: Path, trace: Any) -> list[Any]:
+def _channels(file: Content, trace: Any) -> list[Any]:
     """Return the channels with the four codes of the trace whose epoch covers it."""
     stats = trace.stats
     return [
         channel
-        for network in _inventory(file, _content(file))
+        for network in _inventory(file.where, file.data)
         if network.code == stats.network
         for station in network
         if station.code == stats.station
@@ -214,7 +212,8 @@ def _summary(channel: Any) -> tuple[object, ...]:
     return channel.azimuth, channel.dip, channel.sample_rate
 
 
-def _response_of(file: Path, channel: Any, trace: Any) -> ChannelResponse:
+def _response_of(content: Content, channel: Any, trace: Any) -> ChannelResponse:
+    file = content.where
     response = channel.response
     sensitivity = response.instrument_sensitivity if response else None
     if sensitivity is None or sensitivity.value is None:
@@ -230,8 +229,8 @@ def _response_of(file: Path, channel: Any, trace: Any) -> ChannelResponse:
     _require_gain(file, trace.id, response, counts)
     orientation, azimuth = _direction(channel)
     return ChannelResponse(
-        source=file.name,
-        sha256=_sha256(_content(file)),
+        source=content.name,
+        sha256=_sha256(content.data),
         counts=counts,
         units=units,
         sample_rate=float(channel.sample_rate or math.nan),

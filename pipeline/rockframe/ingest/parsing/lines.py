@@ -22,12 +22,29 @@ _LARGEST: Final = 1e30
 _ENOUGH: Final = 10
 #: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
+#: Bytes of a file from which catalogues and StationXML are recognised.
+HEAD: Final = 8192
 
 
 def unreadable(path: Path, error: OSError) -> InputError:
     """Return the error for a file or folder that cannot be opened."""
     reason = error.strerror or type(error).__name__
     return InputError(path, f"cannot be opened: {reason}.")
+
+
+def head_of(path: Path) -> bytes:
+    """Return the first `HEAD` bytes of a file; none if it cannot be read.
+
+    Examples
+    --------
+    >>> head_of(Path("lost.xml"))
+    b''
+    """
+    try:
+        with path.open("rb") as stream:
+            return stream.read(HEAD)
+    except OSError:
+        return b""
 
 
 def is_utf16(head: bytes) -> bool:

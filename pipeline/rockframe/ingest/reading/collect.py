@@ -40,12 +40,12 @@ def collect(
     Parameters
     ----------
     paths : iterable of str or Path
-        Files, ZIP and gzip archives, and folders, which are searched recursively.
+        Files, archives, and folders, which are searched recursively.
     options : ReadOptions
         Values that the files do not state, such as units and time step.
     catalogue : mapping of str to CatalogueEntry, optional
         Metadata by file name; the entry of an archive applies to its members (default: the
-        `catalogue.csv` of each folder, for the files in it).
+        catalogues of each folder and archive, for the files in it).
     progress : callable, optional
         Called with the name of each file, in the order of the paths.
     workers : int, optional
@@ -211,7 +211,8 @@ def _finished(record: Record, record_id: str, source: Source) -> Record:
     """Return the record with its identifier, display names and metadata from a catalogue."""
     folder, _, _ = source.name.rpartition("/")
     instrument = record.instrument_file
-    if folder and instrument and (source.path.parent / instrument).is_file():
+    within = instrument.startswith(f"{printable(source.path.name)}:")
+    if folder and instrument and (within or (source.path.parent / instrument).is_file()):
         instrument = f"{folder}/{instrument}"
     names = [source.path.name, *record.source_file.rpartition(":")[2].split("/")[-1:]]
     return replace(

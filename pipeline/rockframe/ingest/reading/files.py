@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from rockframe.errors import InputError
+from rockframe.ingest.metadata.stationxml import is_station_xml
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import unreadable
-from rockframe.ingest.reading.containers import contents
+from rockframe.ingest.reading.containers import ARCHIVE_HEAD, contents, is_archive
 from rockframe.ingest.reading.members import LARGEST, Content
 from rockframe.ingest.reading.registry import Format, read_bytes
+from rockframe.ingest.reading.sources import describes_records, note_on
 from rockframe.record import Record
 
 
@@ -60,10 +63,12 @@ def read_file(
 ) -> list[Record]:
     r"""Return the records of a file, one per channel; of an archive, those of all members.
 
+    Catalogues and documents in an archive are skipped, StationXML is used.
+
     Parameters
     ----------
     path : str or Path
-        A regular file of at most 256 MB, or a ZIP or gzip archive of record files.
+        A regular file of at most 256 MB, or an archive of record files.
     options : ReadOptions
         Values that the file does not state, such as units and time step.
     file_format : Format, optional
@@ -92,11 +97,42 @@ def read_file(
     options = replace(
         options, units=units or options.units, time_step=time_step or options.time_step
     )
+    data = load(path)
+    options = with_archived(options, path, companions(path, data))
     return [
         record
-        for content in contents(path, load(path))
+        for content in contents(path, data)
+        if not note_of_member(content)
         for record in read_content(content, options, file_format)
     ]
+
+
+def note_of_member(content: Content) -> str:
+    """Return why a member of an archive is skipped; empty if it is not."""
+    is_member = content.where != content.path and not content.refusal
+    return note_on(content.path, content.data) if is_member else ""
+
+
+def companions(path: Path, data: bytes) -> list[Content]:
+    r"""Return the catalogues and StationXML files in an archive; none in other files.
+
+    Examples
+    --------
+    >>> import gzip
+    >>> [c.name for c in companions(Path("a.gz"), gzip.compress(b"<FDSNStationXML"))]
+    []
+    """
+    found: list[Content] = []
+    if is_archive(data[:ARCHIVE_HEAD]):
+        with suppress(InputError):  # reading its records says what is wrong with the archive
+            found += (c for c in contents(path, data) if describes_records(c.path, c.data))
+    return found
+
+
+def with_archived(options: ReadOptions, path: Path, within: list[Content]) -> ReadOptions:
+    """Return options that find the StationXML in an archive, and that beside it."""
+    stations = tuple(c for c in within if is_station_xml(c.path, c.data))
+    return replace(options, archived=stations, folder=options.folder or path.parent)
 
 
 def load(path: Path) -> bytes:

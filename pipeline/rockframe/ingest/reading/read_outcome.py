@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rockframe.errors import InputError, OtherQuantityError, RockframeError
+from rockframe.ingest.metadata.catalogue import CATALOGUE, facts_of, read_catalogue
+from rockframe.ingest.metadata.entry import CatalogueEntry
+from rockframe.ingest.metadata.stationxml import is_station_xml
 from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.reading.containers import contents
-from rockframe.ingest.reading.files import load, read_content
+from rockframe.ingest.reading.files import (
+    companions,
+    load,
+    note_of_member,
+    read_content,
+    with_archived,
+)
 from rockframe.ingest.reading.members import Content, printable
-from rockframe.ingest.reading.sources import note_on
 from rockframe.record import Record
 
 
@@ -64,6 +73,8 @@ class Unread:
 
 
 Outcome = list[Record] | Rejection | Unread
+#: Catalogues in an archive by the folder or inner archive to whose files they apply.
+_Catalogues = dict[str, dict[str, CatalogueEntry]]
 
 
 def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
@@ -81,10 +92,31 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
     [Rejection(file='lost.AT2', reason='no such file.', line=None)]
     """
     try:
-        for content in contents(path, load(path)):
-            yield _outcome(content, options)
+        data = load(path)
+        within = companions(path, data)
+        options = with_archived(options, path, within)
+        catalogues, faults = _catalogues(within)
+        for content in contents(path, data):
+            yield faults.get(content.name) or _outcome(content, options, catalogues)
     except RockframeError as error:
         yield rejection(printable(path.name), error)
+
+
+def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, Rejection]]:
+    """Return the catalogues in an archive, in the order of precedence, and the corrupted ones."""
+    found: _Catalogues = {}
+    faults: dict[str, Rejection] = {}
+    for content in within:
+        if not is_station_xml(content.path, content.data):
+            is_own = content.path.name == CATALOGUE
+            folder = content.name.removesuffix(CATALOGUE) if is_own else ""
+            try:
+                entries = read_catalogue(content.where, content.data)
+            except InputError as error:
+                faults[content.name] = rejection(content.name, error)
+            else:
+                found[folder] = {**found.get(folder, {}), **entries}
+    return dict(sorted(found.items())), faults
 
 
 def rejection(name: str, error: RockframeError) -> Rejection:
@@ -100,12 +132,19 @@ def rejection(name: str, error: RockframeError) -> Rejection:
     return Rejection(name, str(error))
 
 
-def _outcome(content: Content, options: ReadOptions) -> Outcome:
-    is_member = content.where != content.path and not content.refusal
-    note = note_on(content.path) if is_member else ""
+def _outcome(content: Content, options: ReadOptions, catalogues: _Catalogues) -> Outcome:
     try:
-        return Unread(content.name, note) if note else read_content(content, options)
+        if note := note_of_member(content):
+            return Unread(content.name, note)
+        records = read_content(content, options)
     except OtherQuantityError as error:
         return Unread(content.name, error.reason, error.line)
     except RockframeError as error:
         return rejection(content.name, error)
+    known: dict[str, CatalogueEntry] = {}
+    for folder, entries in catalogues.items():
+        known |= entries if content.name.startswith(folder) else {}
+    if not known:
+        return records
+    names = dict.fromkeys(re.split("[:/]", content.name))
+    return [replace(record, **facts_of(known, record, names)) for record in records]

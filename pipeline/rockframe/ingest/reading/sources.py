@@ -16,7 +16,6 @@ from rockframe.ingest.metadata.catalogue import (
     catalogue_kind,
     read_catalogue,
 )
-from rockframe.ingest.metadata.flatfiles import entries_within, kind_of
 from rockframe.ingest.metadata.stationxml import is_station_xml
 from rockframe.ingest.parsing.lines import unreadable
 from rockframe.ingest.reading.members import printable
@@ -124,8 +123,7 @@ def sources_of(
         if not _exists(path):
             raise InputError(path, "no such file or folder.")
         if not path.is_dir():
-            known = {**entries_within(path), **(catalogue or {})}
-            found.append(Source(path, printable(path.name), known, asked=True))
+            found.append(Source(path, printable(path.name), catalogue or {}, asked=True))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
@@ -179,8 +177,7 @@ def _files_in(
         if not (note or refusal) and path.is_dir():
             folders.append(path)
         else:
-            within = {} if note or refusal else entries_within(path)
-            yield Source(path, name, within | known, note, refusal, received.get(path.name, ""))
+            yield Source(path, name, known, note, refusal, received.get(path.name, ""))
     # Metadata under a misspelt file name must not be lost silently.
     for missing in {**own, **received}:
         if missing not in present:
@@ -256,8 +253,13 @@ def _fetched_sha256(request: Path) -> dict[str, str]:
         return {}  # missing, or written by another program
 
 
-def note_on(path: Path) -> str:
-    """Return why a file with this name is skipped; empty if it is not.
+def describes_records(path: Path, head: bytes) -> bool:
+    """Return whether a file with this name and beginning is a catalogue or StationXML."""
+    return note_on(path, head) in (_CATALOGUE, _STATION_XML)
+
+
+def note_on(path: Path, head: bytes = b"") -> str:
+    """Return why a file with this name and beginning is skipped; empty if it is not.
 
     Examples
     --------
@@ -266,8 +268,10 @@ def note_on(path: Path) -> str:
     """
     if any(part.startswith(".") or part == "__MACOSX" for part in path.parts):
         return _HIDDEN
-    if path.name == CATALOGUE or kind_of(path.name, b""):
+    if path.name == CATALOGUE or catalogue_kind(path, head):
         return _CATALOGUE
+    if is_station_xml(path, head):
+        return _STATION_XML
     return _BESIDE.get(path.name) or (_DOCUMENT if _DOCUMENTS.search(path.name) else "")
 
 
