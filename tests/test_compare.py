@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.commands import ingested, run
 
-from rockframe.errors import InputError
+from rockframe.crushing import crushed
+from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.restraint import Pivot
 from rockframe.results.compare import comparison_rows, read_histories
 from rockframe.results.screening.screen import read_screening
+from rockframe.results.tables.table import response_rows
+from rockframe.rocking.design import Design
 from rockframe.study.structures import read_structures
 from rockframe.units import GRAVITY
 
@@ -89,19 +93,10 @@ def test_only_the_rivals_that_are_asked_for(records: Path, tmp_path: Path) -> No
     ("text", "against", "said"),
     [
         (BENT, "isolated", "isolated bridge of 'bent' not stated"),
-        (BENT, "hybrid", "Must be, in [structure.dissipater] or [compare.hybrid]"),
-        (BENT + RIVALS, "hybrid", "Dissipaters of 'bent' without a tendon"),
-        (BENT + TENDON + "loses_prestress = true\n", "restrained", "Missing yield_stress"),
-        (
-            BENT.replace("density", "inner_width_m = 1.2\ndensity") + RIVALS,
-            "fixed",
-            "inner_width_m",
-        ),
-        (BENT + RIVALS.replace("3.0\n", "-3.0\n"), "isolated", "Invalid period -3.0"),
-        (BENT + TENDON.replace("1.0e-3", "0.0"), "restrained", "Invalid area 0.0 of a tendon"),
-        (BENT + TENDON + "yield_stress_pa = 5.0e7\n", "restrained", "below its yield force"),
-        (BENT + "[structure.abutment]\ngap_m = 0.0\n", "fixed", "Invalid gap 0.0 of an abutment"),
-        (BENT.replace("density_kg_m3 = 2500.0", "") + TENDON, "restrained", "Missing column_mass"),
+        (BENT, "hybrid", ":2: hybrid bridge of 'bent' not stated. Must be, in [structure.dissipat"),
+        (BENT + RIVALS, "hybrid", ":2: Dissipaters of 'bent' without a tendon"),
+        (BENT.replace("den", "inner_width_m = 1.2\nden") + RIVALS, "fixed", "inner_width_m 1.2"),
+        (BENT.replace('"circular"', '"rectangular"\ndepth_m = 1.2') + RIVALS, "isolated", ""),
     ],
 )
 def test_what_is_missing_or_wrong_is_named(
@@ -116,9 +111,48 @@ def test_what_is_missing_or_wrong_is_named(
     status = run("compare", records, "--structures", structures(tmp_path, text), "--against",
                  against, "--output", output)  # fmt: skip
     error = capsys.readouterr().err
-    assert (status, output.exists()) == (2, False)
+    assert (status, output.exists()) == (2, False) if said else (0, True)
     assert said in error
-    assert len(error.strip().splitlines()) == 1
+    assert len(error.strip().splitlines()) == (1 if said else 0)
+
+
+DISSIPATER = RIVALS.partition("[compare.isolated]")[0].replace(
+    "compare.hybrid", "structure.dissipater"
+)
+PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (TENDON + "loses_prestress = true\n", "10: key 'structure.tendon.yield_stress_pa' missing"),
+        (TENDON.replace("195.0", "-1"), "12: structure.tendon.modulus_pa -1000000000.0. Must"),
+        (TENDON.replace("modulus_pa", "#"), "10: key 'modulus_pa' missing. Must be stated in [s"),
+        (TENDON.replace("1.0e-3", "0.0"), "11: structure.tendon.area_m2 0.0. Must be positive"),
+        (TENDON + "yield_stress_pa = 5.0e7\n",
+         "13: structure.tendon.prestress_n 100000.0. Must be zero or above and below its yield"),
+        (DISSIPATER.replace("5.0e7", "-1.0"), "11: structure.dissipater.stiffness_n_m -1.0. Must"),
+        (RIVALS.replace("5.0e7", "-1.0"), "11: compare.hybrid.stiffness_n_m -1.0. Must be pos"),
+        (RIVALS.replace("3.0\n", "-3.0\n"), "15: compare.isolated.period_s -3.0. Must be positive"),
+        (RIVALS + "strength_ratio = 0.0\n", "19: compare.fixed.strength_ratio 0.0. Must be"),
+        ("[structure.abutment]\ngap_m = 0.0\n", "10: structure.abutment.gap_m 0.0. Must be pos"),
+        (PIVOT.replace("30.0e6", "1.0e6"),
+         "10: structure.pivot.compressive_strength_pa 1000000.0. Must be at least 2.47e+06 Pa at "
+         "this depth: its block of 1.97 m is longer than half the width"),
+    ],
+)  # fmt: skip
+def test_each_wrong_value_of_a_table_is_named_with_its_place(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    """Line, key, value, constraint; found when the file is read, before anything is computed."""
+    with pytest.raises(InputError) as wrong:
+        read_structures(structures(tmp_path, BENT + text))
+    assert f"bridge.toml:{said}" in str(wrong.value)
+
+
+def test_ties_without_a_mass_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r":2: key 'column_mass_kg' missing"):
+        read_structures(structures(tmp_path, BENT.replace("density_kg_m3 = 2500.0", "") + TENDON))
 
 
 def test_a_column_yields_where_both_its_ends_reach_their_moment(
@@ -153,11 +187,10 @@ def test_structures_with_other_rivals_do_not_share_a_table(
 
 def test_pivots_crush_under_the_tendon_of_each_variant(records: Path, tmp_path: Path) -> None:
     """Where a tendon is stated does not matter, and the free bridge has none."""
-    pivot = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
     drifts = []
     for text in (TENDON, TENDON.replace("structure.tendon", "compare.restrained")):
         output = tmp_path / "compare.nc"
-        bridge = structures(tmp_path, BENT + pivot + text)
+        bridge = structures(tmp_path, BENT + PIVOT + text)
         assert run("compare", records, "--structures", bridge, "--output", output) == 0
         drifts.append([row["u_max_m"] for row in comparison_rows(output)])
     assert drifts[0] == drifts[1]
@@ -178,24 +211,54 @@ def test_restrained_structures_are_screened(records: Path, tmp_path: Path) -> No
 
 def test_pivots_move_inwards_by_half_the_block(tmp_path: Path) -> None:
     """N / (strength depth) is the length of the block; its middle bears the column."""
-    pivot = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
-    (crushed,) = read_structures(structures(tmp_path, BENT + pivot))
+    (bent,) = read_structures(structures(tmp_path, BENT + PIVOT))
     (whole,) = read_structures(structures(tmp_path, BENT))
     assert whole.column_mass is not None
     weight = whole.column_mass * GRAVITY
-    assert crushed.width == pytest.approx(1.6 - 5.0 * weight / (30.0e6 * 1.2), rel=1e-14)
-    assert crushed.slenderness < whole.slenderness
-    assert crushed.restitution > whole.restitution
+    assert bent.width == pytest.approx(1.6 - 5.0 * weight / (30.0e6 * 1.2), rel=1e-14)
+    assert bent.slenderness < whole.slenderness
+    assert bent.restitution > whole.restitution
 
 
 def test_edges_that_do_not_crush_change_nothing() -> None:
     bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, column_mass=48e3)
-    hard = bent.crushed(Pivot(compressive_strength=1e18, depth=1.0))
+    hard = crushed(bent, Pivot(compressive_strength=1e18, depth=1.0))
     for name in ("slenderness", "effective_frequency_parameter", "restitution"):
         assert getattr(hard, name) == pytest.approx(getattr(bent, name), rel=1e-9)
 
 
-def test_a_block_longer_than_half_the_column_is_refused(tmp_path: Path) -> None:
-    pivot = "[structure.pivot]\ncompressive_strength_pa = 1.0e6\ndepth_m = 1.2\n"
-    with pytest.raises(InputError, match="longer than half the width"):
-        read_structures(structures(tmp_path, BENT + pivot))
+def test_a_file_states_what_crushing_costs(records: Path, tmp_path: Path) -> None:
+    """Before and after, beside a structure that does not crush; the page has what the file has."""
+    both = structures(tmp_path, BENT.replace('"bent"', '"whole"') + BENT + PIVOT)
+    output = tmp_path / "response.nc"
+    assert run("respond", records, "--structures", both, "--margins", "none",
+               "--output", output) == 0  # fmt: skip
+    whole, bent = read_structures(both)
+    hard, crushed_row = response_rows(output)
+    assert math.isnan(hard["slenderness_before_crushing_deg"])
+    assert crushed_row["slenderness_before_crushing_deg"] == hard["slenderness_deg"]
+    assert crushed_row["slenderness_deg"] == pytest.approx(
+        math.degrees(bent.slenderness), rel=1e-15
+    )
+    kept = (crushed_row["restitution_before_crushing"], crushed_row["restitution"])
+    assert kept == (whole.restitution, bent.restitution)
+
+
+def test_crushed_columns_are_not_varied(tmp_path: Path) -> None:
+    """Under each height the pivots would be others."""
+    (bent,) = read_structures(structures(tmp_path, BENT + PIVOT))
+    with pytest.raises(ParameterError, match="rocks on pivots that crush"):
+        Design(dimension="height", lowest=5.0, highest=9.0).candidates(bent)
+
+
+def test_ties_of_other_sizes_keep_their_sections_and_forces(tmp_path: Path) -> None:
+    """A tendon is as long as the column is high; bars are at the same share of the width."""
+    (bent,) = read_structures(structures(tmp_path, BENT + TENDON + DISSIPATER))
+    larger = Design(dimension="height", lowest=9.6, highest=19.2, steps=2).candidates(bent)[1]
+    wider = Design(dimension="width", lowest=1.6, highest=2.4, steps=2).candidates(bent)[1]
+    assert bent.tendon is not None
+    assert bent.dissipater is not None
+    assert larger.tendon == replace(bent.tendon, length=19.2)
+    assert wider.dissipater == replace(bent.dissipater, lever_arm=0.8 * (2.4 / 1.6))
+    masses = [one.column_mass or 0.0 for one in (bent, wider)]
+    assert masses[1] == pytest.approx(1.5 * masses[0], rel=1e-15)

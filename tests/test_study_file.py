@@ -102,7 +102,12 @@ def test_shipped_studies_are_read(path: Path) -> None:
         ),
         ("[respond]", "[batches]\nrecords=0\n[respond]", r":6: batches.records 0. Must be at leas"),
         ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, height_m"),
-        ("9.6", "-9.6", r":7: Invalid height -9.6 of frame 'bent'"),
+        (
+            "[respond]",
+            "[compare.isolated]\nperiod_s = -3.0\nstrength_ratio = 0.05\n[respond]",
+            r":6: compare.isolated.period_s -3.0. Must be positive",
+        ),
+        ("9.6", "-9.6", r":9: height_m -9.6. Must be between"),
         ("[[structure]]", "structures = 'x.toml'\n[[structure]]", r"unknown key 'respond.structur"),
         ('name = "mine"', 'name = "mine"\nstructures = "x.toml"', r":2: structures stated beside"),
         ('name = "mine"', 'name = "mine"\nname = "other"', r"is not TOML: Cannot overwrite"),

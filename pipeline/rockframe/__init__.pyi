@@ -7,6 +7,7 @@ from .components.pairing import pair_horizontals as pair_horizontals
 from .components.rotation import fault_components as fault_components
 from .components.rotation import rotate as rotate
 from .components.rotation import rotd as rotd
+from .crushing import crushed as crushed
 from .engines.engine import Engine as Engine
 from .engines.engine import OneProcess as OneProcess
 from .engines.engine import ProcessPool as ProcessPool

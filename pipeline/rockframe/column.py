@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from rockframe.errors import ParameterError, require_known
+from rockframe.errors import invalid, require_known
 
 #: I_o / (m_c R^2) of a rectangular column about its base corner.
 RECTANGULAR: Final = 4.0 / 3.0
@@ -134,20 +134,17 @@ def hollow(
     """
     _require_positive(height=height, width=width, inner_width=inner_width)
     _require_below(inner_width, width, "inner_width")
+    require_known("section", section, SECTIONS)
     if section == "circular":
         gyration = (width**2 + inner_width**2) / 16.0
-    elif section == "rectangular":
+    else:
         if depth is None or inner_depth is None:
-            raise ParameterError(
-                "A hollow rectangular column needs its depth and inner_depth: the weight of its "
-                "walls depends on them."
-            )
+            missing = "depth" if depth is None else "inner_depth"
+            raise invalid(missing, None, "a hollow rectangular column", "stated: walls have weight")
         _require_positive(depth=depth, inner_depth=inner_depth)
         _require_below(inner_depth, depth, "inner_depth")
         area = depth * width - inner_depth * inner_width
         gyration = (depth * width**3 - inner_depth * inner_width**3) / (12.0 * area)
-    else:
-        raise ParameterError(f"Invalid section {section!r}. Must be one of: {', '.join(SECTIONS)}.")
     return _shape(height**2 / 3.0 + gyration, 0.5 * height, width)
 
 
@@ -185,9 +182,7 @@ def volume(
         outer = math.pi / 12.0 * (width**2 + width * top + top**2)
         return height * (outer - 0.25 * math.pi * (inner_width or 0.0) ** 2)
     if depth is None:
-        raise ParameterError(
-            "Missing depth of a rectangular column. Must be stated beside its density."
-        )
+        raise invalid("depth", None, "a rectangular column", "stated beside its density")
     return height * (0.5 * (width + top) * depth - (inner_width or 0.0) * (inner_depth or 0.0))
 
 
@@ -215,12 +210,9 @@ def _shape(about_base: float, centre: float, width: float) -> ColumnShape:
 def _require_positive(**dimensions: float) -> None:
     for name, value in dimensions.items():
         if not value > 0.0:
-            raise ParameterError(f"Invalid {name} {value!r} of a column. Must be positive.")
+            raise invalid(name, value, "a column", "positive")
 
 
 def _require_below(inner: float, outer: float, name: str) -> None:
     if not inner < outer:
-        raise ParameterError(
-            f"Invalid {name} {inner:g} m of a hollow column. Must be below the outer one, "
-            f"{outer:g} m."
-        )
+        raise invalid(name, inner, "a hollow column", f"below the outer one, {outer:g} m")

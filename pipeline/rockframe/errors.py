@@ -11,7 +11,30 @@ class RockframeError(Exception):
 
 
 class ParameterError(RockframeError, ValueError):
-    """An argument or option has a value outside what the theory or the data allow."""
+    """An argument or option has a value outside what the theory or the data allow.
+
+    An error of one quantity has its name, its value (None if it is missing), and what is allowed:
+    readers of files report it by its key and line.
+    """
+
+    quantity: str = ""
+    value: object = None
+    allowed: str = ""
+
+
+def invalid(quantity: str, value: object, owner: str, allowed: str) -> ParameterError:
+    """Return the error of a quantity that is missing (None) or has an invalid value.
+
+    Examples
+    --------
+    >>> raise invalid("gap", -0.1, "an abutment", "positive")
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid gap -0.1 of an abutment. Must be positive.
+    """
+    stated = f"Missing {quantity}" if value is None else f"Invalid {quantity} {value!r}"
+    error = ParameterError(f"{stated} of {owner}. Must be {allowed}.")
+    error.quantity, error.value, error.allowed = quantity, value, allowed
+    return error
 
 
 def require_known(what: str, asked: object, known: Iterable[object]) -> None:

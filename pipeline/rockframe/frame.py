@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.column import RECTANGULAR
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, invalid
 from rockframe.kinematics import Lever
-from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.restraint import Abutment, Dissipater, Tendon
 from rockframe.units import GRAVITY
 
 #: Smallest and largest dimension of a free-standing structure [m].
@@ -88,6 +88,8 @@ class RockingFrame:
         What restrains each column.
     abutment : Abutment, optional
         The joints at the ends of the deck.
+    before_crushing : RockingFrame, optional
+        The frame as it was before its edges crushed, as `crushed` states it.
 
     Raises
     ------
@@ -125,37 +127,29 @@ class RockingFrame:
     tendon: Tendon | None = None
     dissipater: Dissipater | None = None
     abutment: Abutment | None = None
+    before_crushing: RockingFrame | None = None
 
     def __post_init__(self) -> None:
         for label in ("height", "width", "top_width", "centre_of_gravity", "beam_depth"):
             value = getattr(self, label)
             if value is not None and not _SMALLEST <= value <= _LARGEST:
-                raise ParameterError(
-                    f"Invalid {label} {value!r} of frame {self.name!r}. "
-                    f"Must be between {_SMALLEST:g} and {_LARGEST:g} m."
-                )
+                raise self._invalid(label, f"between {_SMALLEST:g} and {_LARGEST:g} m")
         if not _LEAST_INERTIA < self.inertia_ratio <= _LARGEST_INERTIA:
-            raise ParameterError(
-                f"Invalid inertia_ratio {self.inertia_ratio!r} of frame {self.name!r}. Must be "
+            raise self._invalid(
+                "inertia_ratio",
                 f"above {_LEAST_INERTIA:g} and at most {_LARGEST_INERTIA:g}: about the corner it "
-                "is 1 for a mass in one point, and 4/3 for a rectangle."
+                "is 1 for a mass in one point, and 4/3 for a rectangle",
             )
         if not 0.0 <= self.mass_ratio <= _HEAVIEST:
-            raise ParameterError(
-                f"Invalid mass_ratio {self.mass_ratio!r} of frame {self.name!r}. "
-                f"Must be between 0 and {_HEAVIEST:g}."
-            )
+            raise self._invalid("mass_ratio", f"between 0 and {_HEAVIEST:g}")
         if not 0.0 < self.restitution_factor <= 1.0:
-            raise ParameterError(
-                f"Invalid restitution_factor {self.restitution_factor!r} of frame {self.name!r}. "
-                "Must be above 0 and at most 1."
-            )
+            raise self._invalid("restitution_factor", "above 0 and at most 1")
         if self.centre_height >= self.height:
-            raise ParameterError(
-                f"Invalid centre_of_gravity {self.centre_of_gravity!r} m of frame {self.name!r}. "
-                f"Must be below the height, {self.height:g} m."
-            )
-        self._refuse_missing_mass()
+            raise self._invalid("centre_of_gravity", f"below the height, {self.height:g} m")
+        if self.column_mass is None and self.restrained:
+            raise self._invalid("column_mass", "stated beside a tendon or a dissipater")
+        if self.column_mass is not None and not 0.0 < self.column_mass < math.inf:
+            raise self._invalid("column_mass", "positive")
         if self.restitution <= 0.0:
             limit = f"below {math.degrees(self.slenderness_limit):.2f} degrees"
             raise ParameterError(
@@ -166,18 +160,8 @@ class RockingFrame:
                 "speed at an impact does not rock."
             )
 
-    def _refuse_missing_mass(self) -> None:
-        if self.column_mass is None:
-            if self.restrained:
-                raise ParameterError(
-                    f"Missing column_mass of frame {self.name!r}. Must be stated beside a tendon "
-                    "or a dissipater."
-                )
-        elif not 0.0 < self.column_mass < math.inf:
-            raise ParameterError(
-                f"Invalid column_mass {self.column_mass!r} kg of frame {self.name!r}. Must be "
-                "positive."
-            )
+    def _invalid(self, quantity: str, allowed: str) -> ParameterError:
+        return invalid(quantity, getattr(self, quantity), f"frame {self.name!r}", allowed)
 
     @property
     def restrained(self) -> bool:
@@ -286,14 +270,11 @@ class RockingFrame:
 
         That is g tan(alpha) of eq (36), and what the prestress of tendons adds.
         """
+        across, upwards = (self.width, self.height) if self.prismatic else self._arms
         hold = 0.0
         if self.tendon is not None:
-            hold = self.tie_moment(self.tendon.prestress, self.tie_lever) / math.cos(
-                self.slenderness
-            )
-        if self.prismatic:
-            return GRAVITY * (self.width / self.height + hold)
-        across, upwards = self._arms
+            moment = self.tie_moment(self.tendon.prestress, self.tie_lever)
+            hold = moment / math.cos(self.slenderness)
         return GRAVITY * (across / upwards + hold)
 
     @property
@@ -318,10 +299,16 @@ class RockingFrame:
         """Moment of gravity of a horizontal column and its beam, over the column's weight [m]."""
         return math.hypot(*self._arms)
 
+    def tension(self, theta: float) -> float:
+        """Return the force of a tendon that has not flowed [N] at a rotation [rad]; 0 without."""
+        stretch = 2.0 * self.tie_lever * math.sin(0.5 * abs(theta))
+        return 0.0 if self.tendon is None else self.tendon.force(stretch)
+
     def resized(self, height: float, width: float) -> Self:
         """Return the frame with another height and width [m], the rest of its shape in proportion.
 
-        The mass of a column grows with both; tendons and dissipaters stay as they are.
+        The mass of a column grows with both. Tendons become longer with the height, and the lever
+        arm of dissipaters with the width; their sections and forces stay as they are stated.
 
         Examples
         --------
@@ -330,84 +317,21 @@ class RockingFrame:
         0.6
         """
         top, centre, mass = self.top_width, self.centre_of_gravity, self.column_mass
+        tendon, bars = self.tendon, self.dissipater
+        taller, wider = height / self.height, width / self.width
         return replace(
             self,
             height=height,
             width=width,
-            top_width=None if top is None else top * width / self.width,
-            centre_of_gravity=None if centre is None else centre * height / self.height,
-            column_mass=None
-            if mass is None
-            else mass * (height * width) / (self.height * self.width),
-        )
-
-    def crushed(self, pivot: Pivot) -> Self:
-        """Return the frame on the pivots that are left when its edges have crushed.
-
-        Each pivot moves inwards by half the length of the block that bears the column with its
-        share of the beam and the tendon, whose force is taken where |theta| is the slenderness (it
-        depends on the pivots: iterated).
-
-        Raises
-        ------
-        ParameterError
-            If there is no column_mass, or the block is longer than half the column.
-
-        Examples
-        --------
-        >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, column_mass=48e3)
-        >>> round(bent.crushed(Pivot(compressive_strength=30e6, depth=1.4)).width, 3)
-        1.544
-        """
-        if self.column_mass is None:
-            raise ParameterError(
-                f"Missing column_mass of frame {self.name!r}. Must be stated beside a pivot."
-            )
-        weight = self.column_mass * GRAVITY
-        crushed, tension = self, 0.0
-        for _ in range(50):
-            base = pivot.inset((1.0 + self.mass_ratio) * weight + tension)
-            top = pivot.inset(self.mass_ratio * weight + tension)
-            if 4.0 * base > self.width or 4.0 * top > self.top_contact_width:
-                raise ParameterError(
-                    f"Invalid pivot of frame {self.name!r}: its block of {2.0 * base:.3g} m is "
-                    f"longer than half the width, {0.5 * self.width:g} m. Must be of more strength "
-                    "or depth."
-                )
-            crushed = self._on_pivots(self.width - 2.0 * base, self.top_contact_width - 2.0 * top)
-            before, tension = tension, crushed.tension(crushed.slenderness)
-            if abs(tension - before) <= 1e-12 * weight:
-                break
-        return crushed
-
-    def tension(self, theta: float) -> float:
-        """Return the force of a tendon that has not flowed [N] at a rotation [rad]; 0 without."""
-        if self.tendon is None:
-            return 0.0
-        force = self.tendon.prestress + self.tendon.stiffness * self.tie_lever * 2.0 * math.sin(
-            0.5 * abs(theta)
-        )
-        return min(force, self.tendon.yield_force) if self.tendon.loses_prestress else force
-
-    def _on_pivots(self, width: float, top_width: float) -> Self:
-        """The same columns on pivots so far apart: their inertia about the new ones."""
-        central = (self.inertia_ratio - 1.0) * self.size**2
-        squared = self.centre_height**2 + 0.25 * width**2
-        return replace(
-            self,
-            width=width,
-            top_width=top_width,
-            centre_of_gravity=self.centre_height,
-            inertia_ratio=1.0 + central / squared,
+            top_width=top and top * width / self.width,
+            centre_of_gravity=centre and centre * height / self.height,
+            column_mass=mass and mass * taller * wider,
+            tendon=tendon and replace(tendon, length=tendon.length * taller),
+            dissipater=bars and replace(bars, lever_arm=bars.lever_arm * wider),
         )
 
     def horizontal_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
-        """Return the horizontal displacement u of the beam relative to the ground [m], eq (7).
-
-        Parameters
-        ----------
-        theta : array_like
-            Rotation of the columns [rad], any shape.
+        """Return the displacement u of the beam over the ground [m], eq (7), at `theta` [rad].
 
         Examples
         --------
@@ -418,12 +342,7 @@ class RockingFrame:
         return self.beam.shift(theta)
 
     def vertical_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
-        """Return the vertical lift v of the beam [m], eq (10).
-
-        Parameters
-        ----------
-        theta : array_like
-            Rotation of the columns [rad], any shape.
+        """Return the vertical lift v of the beam [m], eq (10), at `theta` [rad].
 
         Examples
         --------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from rockframe.errors import ParameterError
+from rockframe.errors import invalid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,18 +47,11 @@ class Tendon:
     def __post_init__(self) -> None:
         _require_positive(self, "area", "modulus", "length", "yield_stress")
         if self.loses_prestress and math.isinf(self.yield_stress):
-            raise ParameterError(
-                "Missing yield_stress of a tendon that loses prestress. Must be stated."
-            )
-        if not 0.0 <= self.prestress < math.inf:
-            raise ParameterError(
-                f"Invalid prestress {self.prestress!r} N of a tendon. Must be zero or above."
-            )
-        if self.prestress >= self.yield_force:
-            raise ParameterError(
-                f"Invalid prestress {self.prestress:g} N of a tendon. Must be below its yield "
-                f"force, {self.yield_force:g} N."
-            )
+            raise invalid("yield_stress", None, "a tendon", "stated, as it loses prestress")
+        if not 0.0 <= self.prestress < self.yield_force:
+            limit = f" and below its yield force, {self.yield_force:g} N"
+            allowed = f"zero or above{limit if self.prestress > 0.0 else ''}"
+            raise invalid("prestress", self.prestress, "a tendon", allowed)
 
     @property
     def stiffness(self) -> float:
@@ -69,6 +62,11 @@ class Tendon:
     def yield_force(self) -> float:
         """Force at which it yields [N]."""
         return self.yield_stress * self.area
+
+    def force(self, stretch: float) -> float:
+        """Return the force [N] at a stretch [m], if it has not flowed before."""
+        force = self.prestress + self.stiffness * stretch
+        return min(force, self.yield_force) if self.loses_prestress else force
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +99,7 @@ class Dissipater:
     def __post_init__(self) -> None:
         _require_positive(self, *(field.name for field in fields(self)))
         if not math.isfinite(self.yield_force):
-            raise ParameterError("Invalid yield_force inf N of a dissipater. Must be finite.")
+            raise invalid("yield_force", self.yield_force, "a dissipater", "finite")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,12 +128,7 @@ class Abutment:
     uplift_allowance: float = math.inf
 
     def __post_init__(self) -> None:
-        _require_positive(self, "gap")
-        if not self.uplift_allowance > 0.0:
-            raise ParameterError(
-                f"Invalid uplift_allowance {self.uplift_allowance!r} m of an abutment. Must be "
-                "positive."
-            )
+        _require_positive(self, "gap", "uplift_allowance")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,9 +167,8 @@ class Pivot:
 def _require_positive(restraint: Tendon | Dissipater | Abutment | Pivot, *names: str) -> None:
     for name in names:
         value = getattr(restraint, name)
-        if not value > 0.0 or (math.isinf(value) and not name.startswith("yield")):
+        unbounded = name.startswith(("yield", "uplift"))
+        if not value > 0.0 or (math.isinf(value) and not unbounded):
             kind = type(restraint).__name__.lower()
-            raise ParameterError(
-                f"Invalid {name} {value!r} of {'an' if kind[0] == 'a' else 'a'} {kind}. Must be "
-                "positive."
-            )
+            owner = f"{'an' if kind[0] == 'a' else 'a'} {kind}"
+            raise invalid(name, value, owner, "positive")

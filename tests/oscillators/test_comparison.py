@@ -12,8 +12,8 @@ from tests.rocking.motions import BENT, noise
 
 from rockframe.errors import ParameterError
 from rockframe.oscillators.comparison import Rivals, Validity, compare
-from rockframe.oscillators.models import FixedFrame, IsolatedDeck
 from rockframe.restraint import Abutment, Dissipater, Tendon
+from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import respond
 from rockframe.rocking.restrained import first_crossing

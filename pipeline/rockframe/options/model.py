@@ -20,6 +20,8 @@ else:
 RULE: Final = "rule"
 #: Type of an error of one field: a sentence that starts with the value.
 VALUE: Final = "value"
+#: Type of a `ParameterError` that a model raises.
+REFUSED: Final = "value_error"
 _MUST_BE: Final = {
     "bool_type": "true or false",
     "float_type": "a number",
@@ -86,6 +88,8 @@ def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
     kind = error["type"]
     if kind == RULE:
         return f"{error['msg']}."
+    if kind == REFUSED:
+        return str(error["ctx"]["error"])
     names = [part for part in error["loc"] if isinstance(part, str)]
     name = named(".".join(names))
     if kind == VALUE:

@@ -1,8 +1,8 @@
 """Oscillators to compare the rocking frame with: isolated decks and monolithic frames."""
 
-from rockframe.oscillators.models import FixedFrame as FixedFrame
-from rockframe.oscillators.models import IsolatedDeck as IsolatedDeck
 from rockframe.oscillators.response import OscillatorPeaks as OscillatorPeaks
 from rockframe.oscillators.response import OscillatorResponse as OscillatorResponse
 from rockframe.oscillators.response import respond_oscillator as respond_oscillator
 from rockframe.oscillators.response import respond_oscillators as respond_oscillators
+from rockframe.rivals import FixedFrame as FixedFrame
+from rockframe.rivals import IsolatedDeck as IsolatedDeck

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.oscillators.models import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
 from rockframe.record import Record
 from rockframe.restraint import Abutment
+from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import ground_at_nodes, reactions

@@ -22,11 +22,10 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.rivals import Constants
 from rockframe.rocking.kernels.compiled import compiled
 
 Float = NDArray[np.float64]
-#: k [s-2], k_z [s-2], q [m s-2] and c [s-1] of an oscillator.
-Constants: TypeAlias = tuple[float, float, float, float]
 #: Branch, displacement, velocity and z.
 State: TypeAlias = tuple[float, float, float, float]
 

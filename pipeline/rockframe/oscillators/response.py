@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.engines.threads import on_threads
 from rockframe.errors import ParameterError
 from rockframe.oscillators import kernel
-from rockframe.oscillators.models import FixedFrame, IsolatedDeck
 from rockframe.record import Record
+from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import as_ground
 from rockframe.units import GRAVITY

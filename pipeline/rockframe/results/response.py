@@ -97,6 +97,9 @@ def _complete(
     if all(frame.abutment is None for frame in frames):
         values = {name: column for name, column in values.items() if name not in ABUTMENT}
     values |= RESPONSE_NC.filled("frame", list(frames))
+    before = [frame.before_crushing for frame in frames]
+    if any(before):
+        values |= RESPONSE_NC.filled("before_crushing", before)
     values["structure"] = [frame.name for frame in frames]
     if pulses:
         values |= to_pulse_values(columns["to_pulse"])

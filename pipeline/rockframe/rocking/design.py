@@ -98,8 +98,14 @@ class Design:
         Raises
         ------
         ParameterError
-            If one of them does not rock, or the width of columns of stated inertia is varied.
+            If one of them does not rock, the width of columns of stated inertia is varied, or the
+            frame rocks on crushed pivots, which depend on the value.
         """
+        if frame.before_crushing is not None:
+            raise ParameterError(
+                f"frame {frame.name!r} rocks on pivots that crush, which depend on its "
+                f"{self.dimension}. Must be without pivots to look for one."
+            )
         return tuple(self._varied(frame, float(value)) for value in self.values)
 
     def _varied(self, frame: RockingFrame, value: float) -> RockingFrame:
@@ -107,7 +113,8 @@ class Design:
             return replace(frame, mass_ratio=value)
         if self.dimension == "height":
             return frame.resized(value, frame.width * value / frame.height)
-        return replace(frame, width=value, inertia_ratio=_inertia_of_width(frame, value))
+        wider = frame.resized(frame.height, value)
+        return replace(wider, inertia_ratio=_inertia_of_width(frame, value))
 
 
 def _inertia_of_width(frame: RockingFrame, width: float) -> float:

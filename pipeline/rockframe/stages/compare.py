@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,20 +10,19 @@ from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.ingest import Rejection
 from rockframe.oscillators.comparison import Compared, Rivals, compare
-from rockframe.oscillators.models import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.compare import write_comparison
 from rockframe.results.records import open_records
 from rockframe.results.writing import input_hash
+from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import Progress, horizontal, silent
 from rockframe.study.structures import (
     CompareEntry,
     FixedEntry,
-    IsolatedEntry,
     StructureEntry,
     read_bridges,
 )
-from rockframe.units import GRAVITY
+from rockframe.study.toml import line_of, read_text
 
 
 def compare_stage(
@@ -74,15 +72,16 @@ def compare_stage(
     against = against or stated.against or ()
     if structure is not None:
         require_known("structure", structure, [one.name for one in entries])
-    try:
-        compared = [
-            _rivals_of(entry, stated, against)
-            for entry in entries
-            if structure in (None, entry.name)
-        ]
-        _require_alike(compared)
-    except ParameterError as error:
-        raise InputError(structures_path, str(error)) from None
+    compared = []
+    for i, entry in enumerate(entries):
+        if structure not in (None, entry.name):
+            continue
+        try:
+            compared.append(_rivals_of(entry, stated, against))
+            _require_alike(compared)
+        except ParameterError as error:
+            line = line_of(read_text(structures_path), ("structure", i))
+            raise InputError(structures_path, str(error), line) from None
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = horizontal(file)
@@ -113,13 +112,13 @@ def compare_stage(
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
     """The rivals of a structure: those asked for, or else all that are stated."""
-    whole = entry.frame(crushed=False)
+    whole = entry.whole()
     tendon, dissipater = whole.tendon, whole.dissipater
     if tendon is None and stated.restrained is not None:
-        tendon = stated.restrained.tendon(whole.height)
+        tendon = stated.restrained.made(whole.height)
     if dissipater is None and stated.hybrid is not None:
-        dissipater = stated.hybrid.dissipater()
-    free = replace(whole, tendon=None, dissipater=None)
+        dissipater = stated.hybrid.made()
+    free, isolated = replace(whole, tendon=None, dissipater=None), entry.isolated or stated.isolated
     made: dict[str, Callable[[], RockingFrame | IsolatedDeck | FixedFrame | None]] = {
         "restrained": lambda: entry.on_pivots(replace(free, tendon=tendon)) if tendon else None,
         "hybrid": lambda: (
@@ -127,7 +126,7 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
             if tendon and dissipater
             else None
         ),
-        "isolated": lambda: _isolated(entry.isolated or stated.isolated),
+        "isolated": lambda: None if isolated is None else isolated.made(),
         "fixed": lambda: _fixed(free, entry, entry.fixed or stated.fixed),
     }
     if dissipater is not None and tendon is None and (not against or "hybrid" in against):
@@ -152,43 +151,14 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
 
 
 def _require_alike(compared: Sequence[Rivals]) -> None:
-    """Refuse structures with other rivals: the file has one list of models."""
-    first = compared[0]
-    for rivals in compared[1:]:
-        if list(rivals.models) != list(first.models):
-            here, there = (", ".join(one.models) for one in (rivals, first))
-            raise ParameterError(
-                f"{rivals.frame.name!r} has the models {here}, and {first.frame.name!r} {there}. "
-                "Must be the same: state `against`, or one structure."
-            )
-
-
-def _isolated(stated: IsolatedEntry | None) -> IsolatedDeck | None:
-    if stated is None:
-        return None
-    of_lead = (stated.period_s, stated.effective_period_s, stated.strength_ratio)
-    if stated.radius_m is not None and stated.friction is not None:
-        if any(value is not None for value in of_lead):
-            raise ParameterError(
-                "compare.isolated states radius_m and friction beside a period or a strength. Must "
-                "be either."
-            )
-        return IsolatedDeck.friction_pendulum(
-            radius=stated.radius_m, friction=stated.friction, damping_ratio=stated.damping_ratio
-        )
-    if stated.strength_ratio is None or stated.radius_m or stated.friction:
+    """Refuse a structure with other rivals: the file has one list of models."""
+    first, last = compared[0], compared[-1]
+    if list(last.models) != list(first.models):
+        here, there = (", ".join(one.models) for one in (last, first))
         raise ParameterError(
-            "compare.isolated is incomplete. Must state period_s and strength_ratio, or radius_m "
-            "and friction."
+            f"{last.frame.name!r} has the models {here}, and {first.frame.name!r} {there}. "
+            "Must be the same: state `against`, or one structure."
         )
-    return IsolatedDeck.lead_rubber(
-        strength_ratio=stated.strength_ratio,
-        period=stated.period_s,
-        effective_period=stated.effective_period_s,
-        design_displacement=stated.design_displacement_m,
-        yield_displacement=stated.yield_displacement_m,
-        damping_ratio=stated.damping_ratio,
-    )
 
 
 def _fixed(
@@ -197,36 +167,21 @@ def _fixed(
     if stated is None:
         return None
     circular = entry.section == "circular"
-    if frame.column_mass is None or not (circular or entry.depth_m):
-        raise ParameterError(
-            f"Missing {'mass' if frame.column_mass is None else 'depth_m'} of the columns of "
-            f"{frame.name!r}. Must be stated, for the stiffness and mass of the fixed bridge."
-        )
-    shaped = ("top_width_m", "inner_width_m", "inertia_ratio", "centre_of_gravity_m")
-    for key in shaped:
+    needed = f"stated for the stiffness and mass of the fixed bridge of {frame.name!r}"
+    if frame.column_mass is None:
+        raise ParameterError(f"key 'column_mass_kg' or 'density_kg_m3' missing. Must be {needed}.")
+    if not (circular or entry.depth_m):
+        raise ParameterError(f"key 'depth_m' missing. Must be {needed}.")
+    for key in ("top_width_m", "inner_width_m", "inertia_ratio", "centre_of_gravity_m"):
         if getattr(entry, key) is not None:
             raise ParameterError(
-                f"Columns of {frame.name!r} with {key}. Must be solid and prismatic, for the fixed "
-                "bridge."
+                f"{key} {getattr(entry, key)!r} of {frame.name!r}. Must be absent: columns of the "
+                "fixed bridge are solid and prismatic."
             )
-    strength = math.inf if stated.strength_ratio is None else stated.strength_ratio
-    if stated.moment_capacity_nm is not None:
-        if stated.strength_ratio is not None:
-            raise ParameterError(
-                "fixed bridge with moment_capacity_nm beside strength_ratio. Must be one of them."
-            )
-        moving = (frame.mass_ratio + COLUMN_SHARE) * frame.column_mass * GRAVITY
-        strength = 2.0 * stated.moment_capacity_nm / (entry.height_m * moving)
-    return FixedFrame.from_columns(
-        columns=1,
+    return stated.made(
         height=entry.height_m,
         width=entry.width_m,
         depth=None if circular else entry.depth_m,
-        modulus=stated.modulus_pa,
         column_mass=frame.column_mass,
         deck_mass=frame.mass_ratio * frame.column_mass,
-        cracked_stiffness_ratio=stated.cracked_stiffness_ratio,
-        damping_ratio=stated.damping_ratio,
-        strength_ratio=strength,
-        post_yield_ratio=stated.post_yield_ratio,
     )

@@ -6,17 +6,20 @@ import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered, volume
-from rockframe.errors import InputError, ParameterError, RockframeWarning
+from rockframe.crushing import crushed
+from rockframe.errors import InputError, RockframeWarning, invalid
 from rockframe.frame import RockingFrame, unusual
 from rockframe.options.fields import Name
 from rockframe.options.model import Options
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.study.toml import line_of, parse, read_text
+from rockframe.units import GRAVITY
 
 _PACKAGE: Final = Path(__file__).parents[1]
 #: The bundled structures.
@@ -41,7 +44,20 @@ def _for_example(value: float) -> Any:
     return Field(examples=[value])
 
 
-class TendonEntry(Options):
+class Entry(Options):
+    """A table whose values are checked by what they describe."""
+
+    @model_validator(mode="after")
+    def _checked(self) -> Self:
+        self.made()
+        return self
+
+    def made(self) -> Any:
+        """Return what the table describes."""
+        raise NotImplementedError
+
+
+class TendonEntry(Entry):
     """A tendon through the axis of each column, from the foundation to the beam."""
 
     area_m2: Annotated[float, _for_example(1.0e-3)]
@@ -57,7 +73,7 @@ class TendonEntry(Options):
     loses_prestress: bool = False
     """Let it flow when it yields, and lose prestress; otherwise only the time is reported."""
 
-    def tendon(self, height: float) -> Tendon:
+    def made(self, height: float = 1.0) -> Tendon:
         """Return the tendon; by default as long as the column is high."""
         return Tendon(
             area=self.area_m2,
@@ -69,7 +85,7 @@ class TendonEntry(Options):
         )
 
 
-class DissipaterEntry(Options):
+class DissipaterEntry(Entry):
     """What yields across each joint of a column."""
 
     stiffness_n_m: Annotated[float, _for_example(5.0e7)]
@@ -79,7 +95,7 @@ class DissipaterEntry(Options):
     lever_arm_m: Annotated[float, _for_example(0.8)]
     """From the pivot to the bars [m]."""
 
-    def dissipater(self) -> Dissipater:
+    def made(self) -> Dissipater:
         """Return the dissipater."""
         return Dissipater(
             stiffness=self.stiffness_n_m,
@@ -88,7 +104,7 @@ class DissipaterEntry(Options):
         )
 
 
-class IsolatedEntry(Options):
+class IsolatedEntry(Entry):
     """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
 
     strength_ratio: Annotated[float | None, _for_example(0.05)] = None
@@ -108,8 +124,34 @@ class IsolatedEntry(Options):
     damping_ratio: float = 0.0
     """Viscous damping over the critical one."""
 
+    def made(self) -> IsolatedDeck:
+        """Return the deck on its isolators."""
+        if self.radius_m is not None or self.friction is not None:
+            for key in ("strength_ratio", "period_s", "effective_period_s"):
+                if getattr(self, key) is not None:
+                    raise invalid(key, getattr(self, key), "isolators", "absent beside a pendulum")
+            for key in ("radius_m", "friction"):
+                if getattr(self, key) is None:
+                    raise invalid(key, None, "friction pendulums", "stated with the other")
+            return IsolatedDeck.friction_pendulum(
+                radius=self.radius_m,  # type: ignore[arg-type]
+                friction=self.friction,  # type: ignore[arg-type]
+                damping_ratio=self.damping_ratio,
+            )
+        if self.strength_ratio is None:
+            pendulum = "stated, or radius_m and friction of a pendulum"
+            raise invalid("strength_ratio", None, "lead-rubber bearings", pendulum)
+        return IsolatedDeck.lead_rubber(
+            strength_ratio=self.strength_ratio,
+            period=self.period_s,
+            effective_period=self.effective_period_s,
+            design_displacement=self.design_displacement_m,
+            yield_displacement=self.yield_displacement_m,
+            damping_ratio=self.damping_ratio,
+        )
 
-class FixedEntry(Options):
+
+class FixedEntry(Entry):
     """The columns, monolithic with ground and deck."""
 
     modulus_pa: Annotated[float, _for_example(30.0e9)]
@@ -126,22 +168,64 @@ class FixedEntry(Options):
     post_yield_ratio: float = 0.0
     """Stiffness after yielding over the elastic one."""
 
+    def made(
+        self,
+        *,
+        height: float = 1.0,
+        width: float = 1.0,
+        depth: float | None = None,
+        column_mass: float = 0.0,
+        deck_mass: float = 1.0,
+    ) -> FixedFrame:
+        """Return the frame of one column of these dimensions [m] and masses [kg]."""
+        strength = math.inf if self.strength_ratio is None else self.strength_ratio
+        if self.moment_capacity_nm is not None:
+            if self.strength_ratio is not None:
+                ratio = f"absent beside strength_ratio {self.strength_ratio:g}"
+                raise invalid("moment_capacity", self.moment_capacity_nm, "columns", ratio)
+            if not self.moment_capacity_nm > 0.0:
+                raise invalid("moment_capacity", self.moment_capacity_nm, "columns", "positive")
+            moving = (deck_mass + COLUMN_SHARE * column_mass) * GRAVITY
+            strength = 2.0 * self.moment_capacity_nm / (height * moving)
+        return FixedFrame.from_columns(
+            columns=1,
+            height=height,
+            width=width,
+            depth=depth,
+            modulus=self.modulus_pa,
+            column_mass=column_mass,
+            deck_mass=deck_mass,
+            cracked_stiffness_ratio=self.cracked_stiffness_ratio,
+            damping_ratio=self.damping_ratio,
+            strength_ratio=strength,
+            post_yield_ratio=self.post_yield_ratio,
+        )
 
-class PivotEntry(Options):
+
+class PivotEntry(Entry):
     """``[structure.pivot]``: the edges on which columns rock, and crush."""
 
     compressive_strength_pa: float
     depth_m: float
 
+    def made(self) -> Pivot:
+        """Return the pivot."""
+        return Pivot(compressive_strength=self.compressive_strength_pa, depth=self.depth_m)
 
-class AbutmentEntry(Options):
+
+class AbutmentEntry(Entry):
     """``[structure.abutment]``: the joints at the ends of the deck."""
 
     gap_m: float
     uplift_allowance_m: float | None = None
 
+    def made(self) -> Abutment:
+        """Return the joint; without an allowance the deck may lift as it likes."""
+        allowance = math.inf if self.uplift_allowance_m is None else self.uplift_allowance_m
+        return Abutment(gap=self.gap_m, uplift_allowance=allowance)
 
-class StructureEntry(Options):
+
+class StructureEntry(Entry):
     """One ``[[structure]]`` of a file of structures.
 
     Parameters
@@ -201,20 +285,22 @@ class StructureEntry(Options):
     isolated: IsolatedEntry | None = None
     fixed: FixedEntry | None = None
 
-    def frame(self, *, crushed: bool = True) -> RockingFrame:
-        """Return the frame that the entry describes, if asked on the pivots that are left to it.
+    def made(self) -> RockingFrame:
+        """Return the frame that the entry describes, on the pivots that are left to it.
 
         Raises
         ------
         ParameterError
             If it does not rock, or keys are stated that exclude each other.
         """
+        return self.on_pivots(self.whole())
+
+    def whole(self) -> RockingFrame:
+        """Return the frame before its edges crush."""
         self._refuse_contradictions()
         shape = self._shape()
-        tapers = self.top_width_m is not None
-        stated = tapers or self.centre_of_gravity_m is not None
-        joint = self.abutment
-        frame = RockingFrame(
+        stated = self.top_width_m is not None or self.centre_of_gravity_m is not None
+        return RockingFrame(
             height=self.height_m,
             width=self.width_m,
             mass_ratio=self.mass_ratio,
@@ -225,35 +311,21 @@ class StructureEntry(Options):
             centre_of_gravity=shape.centre_of_gravity if stated else None,
             beam_depth=self.beam_depth_m,
             column_mass=self._mass(),
-            tendon=None if self.tendon is None else self.tendon.tendon(self.height_m),
-            dissipater=None if self.dissipater is None else self.dissipater.dissipater(),
-            abutment=None
-            if joint is None
-            else Abutment(
-                gap=joint.gap_m,
-                uplift_allowance=math.inf
-                if joint.uplift_allowance_m is None
-                else joint.uplift_allowance_m,
-            ),
+            tendon=None if self.tendon is None else self.tendon.made(self.height_m),
+            dissipater=None if self.dissipater is None else self.dissipater.made(),
+            abutment=None if self.abutment is None else self.abutment.made(),
         )
-        return self.on_pivots(frame) if crushed else frame
 
     def on_pivots(self, frame: RockingFrame) -> RockingFrame:
         """Return a frame on pivots that crush, if the entry states them."""
-        if self.pivot is None:
-            return frame
-        strength, depth = self.pivot.compressive_strength_pa, self.pivot.depth_m
-        return frame.crushed(Pivot(compressive_strength=strength, depth=depth))
+        return frame if self.pivot is None else crushed(frame, self.pivot.made())
 
     def _mass(self) -> float | None:
         """The mass of a column, stated or from its density [kg]."""
         if self.density_kg_m3 is None:
             return self.column_mass_kg
         if not 0.0 < self.density_kg_m3 < math.inf:
-            raise ParameterError(
-                f"Invalid density_kg_m3 {self.density_kg_m3!r} of frame {self.name!r}. Must be "
-                "positive."
-            )
+            raise invalid("density", self.density_kg_m3, f"frame {self.name!r}", "positive")
         return self.density_kg_m3 * volume(
             self.section or "rectangular",
             *(self.height_m, self.width_m),
@@ -286,23 +358,19 @@ class StructureEntry(Options):
             "centre_of_gravity_m": "inertia_ratio",
             "inner_depth_m": "inner_width_m",
         }
-        if self.density_kg_m3 is None:
+        if self.density_kg_m3 is None and self.column_mass_kg is None:
             needed["depth_m"] = "inner_width_m"
         if self.inertia_ratio is not None and self.top_width_m is not None:
             needed["inertia_ratio"] = "centre_of_gravity_m"
         for key, others in excluded.items():
             for other in others:
                 if None not in (getattr(self, key), getattr(self, other)):
-                    raise ParameterError(
-                        f"Invalid {key} {getattr(self, key)!r} of frame {self.name!r}. Must not be "
-                        f"stated beside {other.removesuffix('_m')} {getattr(self, other)!r}."
-                    )
+                    beside = f"absent beside {other} {getattr(self, other)!r}"
+                    raise invalid(key, getattr(self, key), f"frame {self.name!r}", beside)
         for key, other in needed.items():
             if getattr(self, key) is not None and getattr(self, other) is None:
-                raise ParameterError(
-                    f"Invalid {key} {getattr(self, key)!r} of frame {self.name!r}. Must be stated "
-                    f"with {other}."
-                )
+                beside = f"stated with {other}"
+                raise invalid(key, getattr(self, key), f"frame {self.name!r}", beside)
 
 
 Rival = Literal["restrained", "hybrid", "isolated", "fixed"]
@@ -368,7 +436,7 @@ def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
     """
     text = read_text(path)
     content = parse(path, text, _StructuresFile)
-    frames_of(path, text, content.structure)  # refuses what does not rock
+    frames_of(path, text, content.structure)  # refuses a name stated twice
     return content.structure, content.compare
 
 
@@ -380,17 +448,14 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
     Raises
     ------
     InputError
-        If a name is stated twice, or a structure does not rock.
+        If a name is stated twice.
     """
     frames: dict[str, RockingFrame] = {}
     for i, entry in enumerate(entries):
         if entry.name in frames:  # only now, because finding the line reads the whole text
             line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
-        try:
-            frame = frames[entry.name] = entry.frame()
-        except ParameterError as error:
-            raise InputError(path, str(error), line_of(text, ("structure", i))) from None
+        frame = frames[entry.name] = entry.made()
         if words := unusual(frame.mass_ratio, frame.slenderness):
             at = line_of(text, ("structure", i))
             warning = f"{path}:{at}: structure {entry.name!r}: {words}. Check units and values."

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_origin
 
 from pydantic import ValidationError
 
-from rockframe.errors import InputError
-from rockframe.options.model import RULE, VALUE, Options, must_be, options_within
+from rockframe.errors import InputError, ParameterError
+from rockframe.options.model import REFUSED, RULE, VALUE, Options, must_be, options_within
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
+#: Endings of keys that state their unit.
+_UNIT: Final = "(_(m|m2|s|pa|n|nm|n_m|kg|kg_m3))?"
 _Location = tuple[str | int, ...]
 File = TypeVar("File", bound=Options)
 #: Largest depth of nested tables and lists; no model has more than four levels.
@@ -78,6 +80,8 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     kind, where = error["type"], error["loc"]
     if kind == RULE:
         return f"{error['msg']}.", where
+    if kind == REFUSED:
+        return _refused(error["ctx"]["error"], model, where)
     names = tuple(part for part in where if isinstance(part, str))
     table, owner = _owner(model, names[:-1])
     if kind == VALUE:
@@ -100,6 +104,30 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     return f"{_dotted(model, names)} {error['input']!r}. Must be {must_be(error)}.", where
 
 
+def _refused(
+    error: ParameterError, model: type[Options], where: _Location
+) -> tuple[str, _Location]:
+    """Return the message of an invalid quantity of a table, by its key, and the key's place."""
+    names = tuple(part for part in where if isinstance(part, str))
+    keys = _keys(_owner(model, names)[1], error.quantity)
+    if not keys:
+        return str(error), where
+    stated = _dotted(model, (*names, *keys))
+    if error.value is None:
+        return f"key {stated!r} missing. Must be {error.allowed}.", where
+    return f"{stated} {error.value!r}. Must be {error.allowed}.", (*where, *keys)
+
+
+def _keys(model: type[Options], quantity: str) -> tuple[str, ...]:
+    """Return the key of a quantity, which ends in its unit, in this table or in one below it."""
+    for name, field in model.model_fields.items():
+        inner = options_within(field.annotation)
+        below = () if inner is None else _keys(inner, quantity)
+        if below or (quantity and re.fullmatch(f"{re.escape(quantity)}{_UNIT}", name)):
+            return name, *below
+    return ()
+
+
 def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Options]]:
     """Return the table that these names lead to, as the file writes it, and its model."""
     written = ""
@@ -117,8 +145,10 @@ def _written(model: type[Options], key: str, table: str) -> str:
     if key not in model.model_fields:
         return key
     annotation = model.model_fields[key].annotation
-    if table or options_within(annotation) is None:
+    if options_within(annotation) is None:
         return key
+    if table:
+        return f"[{table.strip('[]')}.{key}]"
     return f"[[{key}]]" if get_origin(annotation) is tuple else f"[{key}]"
 
 
@@ -129,7 +159,7 @@ def _dotted(model: type[Options], names: tuple[str, ...]) -> str:
         for name in names[:-1]
         if name in model.model_fields
     )
-    return names[-1] if alone else ".".join(names)
+    return names[-1] if alone and len(names) < 3 else ".".join(names)
 
 
 def line_of(text: str, where: _Location) -> int | None:
@@ -146,6 +176,9 @@ def line_of(text: str, where: _Location) -> int | None:
             if heading[1] == "[[":
                 table = (*table, tables[name])
                 tables[name] += 1
+            elif name.split(".")[0] in tables:  # a table of the last of a list of tables
+                first, *inner = name.split(".")
+                table = (first, tables[first] - 1, *inner)
             here = table
         elif key:
             here = (*table, key[1].strip('"'))

@@ -117,6 +117,12 @@ OF_ABUTMENT: Final = optional("abutment",
 
 ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
 
+#: Values of frames before their edges crushed; those after it are in OF_FRAME.
+OF_CRUSHING: Final = optional("crushing",
+    Variable("slenderness_before_crushing", "structure", float, "rad", "slenderness before the edges crush", "before_crushing.slenderness", comment="NaN where edges do not crush"),
+    Variable("restitution_before_crushing", "structure", float, "1", "angular velocity after an impact over that before, before the edges crush", "before_crushing.restitution", comment="NaN where edges do not crush; below the restitution after it, for columns on closer pivots lose less"),
+)
+
 RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
@@ -147,6 +153,7 @@ RESPONSE_NC: Final = FileKind(
         ),
         *optional("robust margins", *ROBUST_MARGINS),
         *OF_FRAME,
+        *OF_CRUSHING,
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
     ),
 )

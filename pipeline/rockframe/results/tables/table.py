@@ -24,7 +24,8 @@ _COLUMNS: Final = (
     *(f"robust_{what}_{share}" for what in ("scale", "error") for share in (10, 25, 50)),
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
-    *("surrogate_error", *CONTACT),
+    *("surrogate_error", *CONTACT, "slenderness_deg", "slenderness_before_crushing_deg"),
+    *("restitution", "restitution_before_crushing"),
 )
 #: Columns of a record and of a response, with their variables.
 _OF_RECORD: Final = columns_of(
@@ -38,6 +39,8 @@ _OF_RESPONSE: Final = columns_of(
     "uplift_time_s=uplift_time overturning_time_s=overturning_time",
     "verdict_to_pulse peak_rotation_ratio_to_pulse surrogate_error",
     *CONTACT,
+    "slenderness_deg=slenderness slenderness_before_crushing_deg=slenderness_before_crushing",
+    "restitution restitution_before_crushing",
 )
 _NO_PULSE: Final[Row] = {
     "wavelet": "",

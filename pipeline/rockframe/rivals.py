@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final, Self, TypeAlias
 
-from rockframe.errors import ParameterError
-from rockframe.oscillators.kernel import Constants
+from rockframe.errors import ParameterError, invalid
 from rockframe.units import GRAVITY
 
+#: k [s-2], k_z [s-2], q [m s-2] and c [s-1] of the equation of motion.
+Constants: TypeAlias = tuple[float, float, float, float]
 #: Kinetic energy of a column fixed at both ends over that of its mass at the top: the mean square
 #: of its shape 3 x^2 - 2 x^3.
 COLUMN_SHARE: Final = 13.0 / 35.0
@@ -63,7 +64,9 @@ class IsolatedDeck:
     def __post_init__(self) -> None:
         _require_positive(self.name, strength_ratio=self.strength_ratio, period=self.period)
         if not 0.0 <= self.yield_displacement < math.inf:
-            raise _invalid("yield_displacement", self.yield_displacement, self.name, "0 or above")
+            raise invalid(
+                "yield_displacement", self.yield_displacement, repr(self.name), "0 or above"
+            )
         _require_damping(self.name, self.damping_ratio)
 
     @classmethod
@@ -119,7 +122,7 @@ class IsolatedDeck:
                 name=name,
             )
         if period is not None:
-            raise _invalid("period", period, name, "absent beside effective_period")
+            raise invalid("period", period, repr(name), "absent beside effective_period")
         _require_positive(
             name,
             strength_ratio=strength_ratio,
@@ -127,19 +130,19 @@ class IsolatedDeck:
             design_displacement=design_displacement,
         )
         if design_displacement < yield_displacement:
-            raise _invalid(
+            raise invalid(
                 "design_displacement",
                 design_displacement,
-                name,
+                repr(name),
                 f"at least the yield_displacement, {yield_displacement:g} m",
             )
         strength = strength_ratio * GRAVITY / design_displacement
         stiffness = (math.tau / effective_period) ** 2 - strength
         if stiffness <= 0.0:
-            raise _invalid(
+            raise invalid(
                 "effective_period",
                 effective_period,
-                name,
+                repr(name),
                 f"below {math.tau / math.sqrt(strength):.4g} s, that of the strength alone at "
                 f"{design_displacement:g} m",
             )
@@ -234,11 +237,11 @@ class FixedFrame:
     def __post_init__(self) -> None:
         _require_positive(self.name, period=self.period)
         if not self.strength_ratio > 0.0:
-            raise _invalid("strength_ratio", self.strength_ratio, self.name, "above 0")
+            raise invalid("strength_ratio", self.strength_ratio, repr(self.name), "above 0")
         _require_damping(self.name, self.damping_ratio)
         if not 0.0 <= self.post_yield_ratio < 1.0:
-            raise _invalid(
-                "post_yield_ratio", self.post_yield_ratio, self.name, "at least 0 and below 1"
+            raise invalid(
+                "post_yield_ratio", self.post_yield_ratio, repr(self.name), "at least 0 and below 1"
             )
 
     @classmethod
@@ -304,7 +307,7 @@ class FixedFrame:
             **stated,
         )
         if not 0.0 <= column_mass < math.inf:
-            raise _invalid("column_mass", column_mass, name, "0 or above")
+            raise invalid("column_mass", column_mass, repr(name), "0 or above")
         inertia = math.pi * width**4 / 64.0 if depth is None else depth * width**3 / 12.0
         stiffness = 12.0 * columns * cracked_stiffness_ratio * modulus * inertia / height**3
         mass = deck_mass + COLUMN_SHARE * columns * column_mass
@@ -333,16 +336,12 @@ class FixedFrame:
         return after * rate**2, yielding * rate**2, strength, damping
 
 
-def _invalid(key: str, value: float, name: str, allowed: str) -> ParameterError:
-    return ParameterError(f"Invalid {key} {value!r} of {name!r}. Must be {allowed}.")
-
-
 def _require_positive(name: str, **values: float) -> None:
     for key, value in values.items():
         if not 0.0 < value < math.inf:
-            raise _invalid(key, value, name, "positive and finite")
+            raise invalid(key, value, repr(name), "positive and finite")
 
 
 def _require_damping(name: str, ratio: float) -> None:
     if not 0.0 <= ratio < 1.0:
-        raise _invalid("damping_ratio", ratio, name, "at least 0 and below 1")
+        raise invalid("damping_ratio", ratio, repr(name), "at least 0 and below 1")

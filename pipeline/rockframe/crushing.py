@@ -1,0 +1,62 @@
+"""Frames whose columns rock on crushed edges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rockframe.errors import invalid
+from rockframe.frame import RockingFrame
+from rockframe.restraint import Pivot
+from rockframe.units import GRAVITY
+
+
+def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
+    """Return a frame on the pivots that are left when its edges have crushed.
+
+    Each pivot moves inwards by half the length of the block that bears the column with its share of
+    the beam and the tendon, whose force is taken where |theta| is the slenderness (it depends on
+    the pivots: iterated). `RockingFrame.before_crushing` of the result is the frame itself.
+
+    Raises
+    ------
+    ParameterError
+        If there is no column_mass, or the block is longer than half the column.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, column_mass=48e3)
+    >>> round(crushed(bent, Pivot(compressive_strength=30e6, depth=1.4)).width, 3)
+    1.544
+    """
+    owner = f"frame {frame.name!r}"
+    if frame.column_mass is None:
+        raise invalid("column_mass", None, owner, "stated beside a pivot")
+    weight = frame.column_mass * GRAVITY
+    found, tension = frame, 0.0
+    for _ in range(50):
+        base = pivot.inset((1.0 + frame.mass_ratio) * weight + tension)
+        top = pivot.inset(frame.mass_ratio * weight + tension)
+        over = max(4.0 * base / frame.width, 4.0 * top / frame.top_contact_width)
+        if over > 1.0:
+            strength = pivot.compressive_strength
+            needed = f"its block of {2.0 * base:.3g} m is longer than half the width"
+            allowed = f"at least {over * strength:.3g} Pa at this depth: {needed}"
+            raise invalid("compressive_strength", strength, f"the pivot of {owner}", allowed)
+        found = _on_pivots(frame, frame.width - 2.0 * base, frame.top_contact_width - 2.0 * top)
+        before, tension = tension, found.tension(found.slenderness)
+        if abs(tension - before) <= 1e-12 * weight:
+            break
+    return found
+
+
+def _on_pivots(frame: RockingFrame, width: float, top_width: float) -> RockingFrame:
+    """Return the same columns on pivots so far apart: their inertia about the new ones."""
+    central = (frame.inertia_ratio - 1.0) * frame.size**2
+    return replace(
+        frame,
+        width=width,
+        top_width=top_width,
+        centre_of_gravity=frame.centre_height,
+        inertia_ratio=1.0 + central / (frame.centre_height**2 + 0.25 * width**2),
+        before_crushing=frame,
+    )
