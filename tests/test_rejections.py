@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
+import pytest
+from tests.commands import run
+
+from rockframe.cells import TABLE_FORMATS
 from rockframe.results.tables.entries import Entry, rejections_of, write_entries
 
 
@@ -14,3 +19,26 @@ def test_each_record_of_a_file_keeps_its_reason(tmp_path: Path) -> None:
     assert rejections_of(tmp_path) == {
         "CCC.V1": "record 'CCC-090': clipped. record 'CCC-360': clipped."
     }
+
+
+@pytest.mark.parametrize("table_format", ["markdown", "latex", "xlsx", "parquet"])
+def test_the_list_of_inputs_in_the_formats_of_other_tables(
+    motion: Path, table_format: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if table_format in ("xlsx", "parquet"):
+        pytest.importorskip("openpyxl", reason="needs the extra tables")
+    notes, output = motion.with_name("notes.csv"), motion.with_name("records.nc")
+    notes.write_text("no numbers\n")
+    stated = ("--units", "g", "--time-step", "0.01", "--format", table_format)
+    assert run("ingest", motion, notes, *stated, "--pga-g", "0", "9", "--output", output) == 1
+    capsys.readouterr()
+    assert not output.with_suffix(".csv").exists()
+    path = output.with_suffix(TABLE_FORMATS[table_format])
+    if table_format == "parquet":
+        table = pd.read_parquet(path)
+        assert table["status"].tolist() == ["accepted", "rejected"]
+        assert table["clipped_samples"].isna().tolist() == [False, True]
+    elif table_format != "xlsx":
+        text = path.read_text(encoding="utf-8")
+        assert "accepted" in text
+        assert "notes.csv" in text

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from rockframe.cells import TABLE_FORMATS
 from rockframe.errors import InputError
 from rockframe.ingest import (
     Limits,
@@ -40,11 +41,12 @@ def ingest_stage(
     workers: int | None = None,
     limits: Limits | None = None,
     listed: Callable[[Sequence[Entry]], None] | None = None,
+    table_format: str = "csv",
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected records are corrected.
 
     The correction is a baseline and a band-pass. Each record gets a passport, whose verdict can
-    reject it. A CSV file with the same name beside the output lists every input as accepted,
+    reject it. A table with the same name beside the output lists every input as accepted,
     rejected or unread, with the reason and the checks. It is also written if no record of several
     files was accepted.
 
@@ -67,6 +69,8 @@ def ingest_stage(
         Limits of time and memory for reading a file.
     listed : callable, optional
         Called with the rows of the table once it is written, also if no record was accepted.
+    table_format : str
+        One of `rockframe.cells.TABLE_FORMATS`.
 
     Returns
     -------
@@ -89,7 +93,8 @@ def ingest_stage(
     >>> [record.record_id for record in done.accepted]
     ['Ridgecrest2019-CLC-090', 'Ridgecrest2019-CLC-360', 'Ridgecrest2019-CLC-UP']
     """
-    options, outputs = options or IngestOptions(), (output, output.with_suffix(".csv"))
+    options = options or IngestOptions()
+    outputs = (output, output.with_suffix(TABLE_FORMATS[table_format]))
     catalogue, azimuths = options.catalogue, options.azimuths
     sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)
     catalogues = _catalogues(sources, catalogue)

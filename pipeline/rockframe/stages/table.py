@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def table_stage(
-    records: Path, pulses: Path, response: Path, output: Path, table_format: str = "csv"
+    records: Path, pulses: Path, response: Path, output: Path, table_format: str = ""
 ) -> int:
     """Write a row for each record and structure: ``table.csv``.
 
@@ -32,7 +32,7 @@ def table_stage(
     output : Path
         File to write.
     table_format : str
-        One of `rockframe.cells.TABLE_FORMATS`.
+        One of `rockframe.cells.TABLE_FORMATS`; by default that of the ending.
 
     Returns
     -------

@@ -60,6 +60,7 @@ def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.paper.table1 import compare, statements
     from rockframe.provenance import whole_folder
+    from rockframe.results.tables.entries import write_entries
     from rockframe.results.tables.formats import write_rows_as
     from rockframe.results.tables.pulse_rows import pulse_rows
     from rockframe.stages.figures import draw_records
@@ -78,6 +79,7 @@ def run_table1(options: argparse.Namespace) -> int:
         if options.format != "csv":
             ending = TABLE_FORMATS[options.format]
             write_rows_as(partial / f"table{ending}", rows, options.format)
+            write_entries(ingested.entries, partial / f"records{ending}")
         names = list(dict.fromkeys(row["record_id"] for row in rows))
         with progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)

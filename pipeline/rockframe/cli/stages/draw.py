@@ -55,9 +55,7 @@ def run_table(options: argparse.Namespace) -> int:
     from rockframe.stages.table import table_rows_of, table_stage
 
     files = (options.records, options.pulses, options.response)
-    known = {ending: name for name, ending in TABLE_FORMATS.items()}
-    table_format = options.format or known[options.output.suffix.lower()]
-    count = table_stage(*files, options.output, table_format)
+    count = table_stage(*files, options.output, options.format or "")
     if options.json:
         rows = list(table_rows_of(*files))
         show_json({"rows": rows, "output": str(options.output)})

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import FILTERS, reading_workers
+from rockframe.cells import TABLE_FORMATS
+from rockframe.cli.arguments import FILTERS, add_format, reading_workers
 from rockframe.cli.console import progress_names, show_json, show_rejections, show_rows
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.options.execution import ReadingOptions
@@ -26,6 +27,7 @@ def add_ingest(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
+    add_format(parser)
     add_options(parser, IngestOptions)
     add_options(parser, ReadingOptions)
     add_options(parser, Filters, title=FILTERS)
@@ -53,6 +55,7 @@ def run_ingest(options: argparse.Namespace) -> int:
             progress=progress,
             workers=reading_workers(options),
             listed=listed,
+            table_format=options.format,
         )
     accepted = _accepted(result)
     if options.json:
@@ -62,7 +65,8 @@ def run_ingest(options: argparse.Namespace) -> int:
         _show(accepted, options.output)
         filtered = sum(entry.filtered for entry in result.entries)
         if filtered:
-            print(f"{filtered} filtered out: {options.output.with_suffix('.csv')} says why")
+            table = options.output.with_suffix(TABLE_FORMATS[options.format])
+            print(f"{filtered} filtered out: {table} says why")
     show_rejections(result.rejections)
     return 1 if result.rejections else 0
 

@@ -161,5 +161,4 @@ def refuse_strange_tables(paths: Mapping[str, Path]) -> None:
         If there is such a file.
     """
     for kind, path in paths.items():
-        if path.suffix == TABLE_FORMATS["csv"]:
-            refuse_other_table(path, _FIRST[kind], "the table of the screening")
+        refuse_other_table(path, _FIRST[kind], "the table of the screening")

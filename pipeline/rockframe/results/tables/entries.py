@@ -6,14 +6,15 @@ import csv
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Final
 
-from rockframe.cells import read_rows, write_rows
+from rockframe.cells import TABLE_FORMATS, read_rows
 from rockframe.errors import InputError
-from rockframe.provenance import whole_file
 from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES, RESPONSE, SCREEN
+from rockframe.results.tables.formats import write_rows_as
 from rockframe.signals.passport import Passport
 
 #: First columns of the table.
@@ -69,23 +70,40 @@ class Entry:
 def write_entries(entries: Sequence[Entry], path: Path) -> None:
     """Write the table: of each check its value, limit and verdict; what is not known is empty.
 
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Rows of the table.
+    path : Path
+        File to write; its ending states the format.
+
     Raises
     ------
     InputError
         If the file cannot be written.
+    ParameterError
+        If the format needs packages that are missing.
     """
     made = [entry.passport for entry in entries if entry.passport is not None]
     names = [check.name for check in made[0].checks] if made else []
-    heads = [f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")]
-    rows = (
-        [
-            *(entry.file, entry.record_id, entry.status, entry.line, entry.reason or entry.note),
-            *_cells(entry.passport, len(heads)),
-        ]
-        for entry in entries
+    heads = [
+        "passport",
+        *(f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")),
+    ]
+    write_rows_as(
+        path,
+        (
+            {
+                "file": entry.file,
+                "record_id": entry.record_id,
+                "status": entry.status,
+                "line": entry.line,
+                "reason": entry.reason or entry.note,
+                **dict(zip_longest(heads, _cells(entry.passport))),
+            }
+            for entry in entries
+        ),
     )
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        write_rows(stream, [[*_COLUMNS, "passport", *heads], *rows])
 
 
 def refuse_strange_entries(path: Path) -> None:
@@ -99,13 +117,11 @@ def refuse_strange_entries(path: Path) -> None:
     refuse_other_table(path, _COLUMNS, "the list of inputs")
 
 
-def _cells(passport: Passport | None, count: int) -> list[object]:
+def _cells(passport: Passport | None) -> list[object]:
     if passport is None:
-        return [""] * (1 + count)
-    cells: list[object] = [passport.verdict.name.lower()]
-    for check in passport.checks:
-        cells += [check.value, check.limit, check.verdict.name.lower()]
-    return cells
+        return []
+    checks = [(one.value, one.limit, one.verdict.name.lower()) for one in passport.checks]
+    return [passport.verdict.name.lower(), *chain.from_iterable(checks)]
 
 
 def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
@@ -125,7 +141,7 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
     InputError
         If there is a file of other columns.
     """
-    if not path.is_file():
+    if not path.is_file() or path.suffix != TABLE_FORMATS["csv"]:
         return
     with path.open("rb") as stream:
         head = stream.readline().decode("latin-1").strip()

@@ -14,7 +14,7 @@ from rockframe.provenance import whole_file
 _MOST_ROWS: Final = 1_048_575
 
 
-def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: str = "csv") -> int:
+def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: str = "") -> int:
     """Write rows as a table, whole or not at all, and return their number.
 
     Parameters
@@ -24,7 +24,7 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     rows : iterable of mapping of str to object
         Rows with the same columns; NaN and None are blank.
     table_format : str
-        One of `rockframe.cells.TABLE_FORMATS`.
+        One of `rockframe.cells.TABLE_FORMATS`; by default that of the ending.
 
     Raises
     ------
@@ -33,6 +33,8 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     ParameterError
         If the format has another ending, or needs packages that are missing.
     """
+    known = {ending: name for name, ending in TABLE_FORMATS.items()}
+    table_format = table_format or known.get(path.suffix.lower(), "csv")
     if path.suffix.lower() != TABLE_FORMATS[table_format]:
         raise ParameterError(
             f"{path}: a table as {table_format}. Must end in {TABLE_FORMATS[table_format]}."
