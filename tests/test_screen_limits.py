@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from tests.conftest import SHARED
 from tests.screening import site
 
+from rockframe import RockingFrame, respond_many
 from rockframe.errors import ParameterError
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.risk import LimitState, Outcome, fit_fragility
@@ -19,12 +20,18 @@ from rockframe.signals.response_spectrum import spectral_acceleration
 
 Screen = Callable[..., xr.Dataset]
 SCALES = np.geomspace(0.25, 3.0, 8)
-LIMITS = {"limit_rotation_ratio": (0.25, 0.5), "limit_u_m": (0.1,), "limit_v_m": (0.005,)}
+LIMITS = {
+    "limit_rotation_ratio": (0.25, 0.5),
+    "limit_u_m": (0.1,),
+    "limit_v_m": (0.005,),
+    "limit_impact_velocity_m_s": (0.15,),
+}
 
 
 @pytest.fixture(scope="module")
 def names() -> list[str]:
-    return ["overturning", "rotation_ratio_0.25", "rotation_ratio_0.5", "u_0.1m", "v_0.005m"]
+    others = ["u_0.1m", "v_0.005m", "impact_velocity_0.15m_s"]
+    return ["overturning", "rotation_ratio_0.25", "rotation_ratio_0.5", *others]
 
 
 def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[str]) -> None:
@@ -38,6 +45,7 @@ def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[s
         "rotation_ratio_0.5": one["peak_rotation_ratio"] >= 0.5,
         "u_0.1m": one["peak_u"] >= 0.1,
         "v_0.005m": one["peak_v"] >= 0.005,
+        "impact_velocity_0.15m_s": one["peak_impact_velocity"] >= 0.15,
     }
     for name, exceeded in peaks.items():
         reached = (exceeded | (one["verdict"] == 2)).values
@@ -69,6 +77,21 @@ def test_design_for_a_drift(screen: Screen) -> None:
     share = float(((one["peak_u"] < 0.1) & (one["verdict"] != 2)).mean())
     assert float(one["design_share"][0]) == share
     assert found["design_limit"].attrs["units"] == "m"
+
+
+def test_design_for_an_impact_velocity(screen: Screen) -> None:
+    """As for the drift; it is that of the responses, on the width of each structure."""
+    design = DesignOptions(
+        dimension="width", range=(0.45, 0.9), quantity="impact_velocity", limit=0.1, steps=2
+    )
+    records = site(6)
+    found = screen(records, design=design)
+    one = found.sel(structure="slender", scale=1.0)
+    column = RockingFrame(height=3.0, width=0.45)
+    expected = respond_many(records, [column]).impact_velocity[:, 0, 0]
+    assert_array_equal(one["peak_impact_velocity"], expected)
+    assert float(one["design_share"][0]) == ((expected < 0.1) & (one["verdict"] != 2)).mean()
+    assert found["design_limit"].attrs["units"] == "m s-1"
 
 
 def test_spectral_accelerations_are_measures(screen: Screen) -> None:

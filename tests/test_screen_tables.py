@@ -61,7 +61,8 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
         least = np.array([capacity[motion.record_id] for motion in motions])
         fell = pga[:, None] * np.array(part.scales) > least[:, None]
         verdict = np.where(fell, 2, 1).astype(np.int8)[:, None].repeat(len(part.frames), axis=1)
-        return {"verdict": verdict, "peak_rotation": np.where(verdict == 2, np.pi / 2, 0.01)}
+        rotation = np.where(verdict == 2, np.pi / 2, 0.01)
+        return {"verdict": verdict, "peak_rotation": rotation, "impact_velocity": 0.0 * rotation}
 
     monkeypatch.setattr("rockframe.stages.screening.run.peaks_of", peaks)
     screen_stage(

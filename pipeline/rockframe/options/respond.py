@@ -75,10 +75,10 @@ class DesignOptions(Options):
     are tried, because demand is not monotone in size."""
     range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
     """Range that is searched, in m for height and width."""
-    quantity: Literal["rotation_ratio", "u", "v"] = "rotation_ratio"
-    """Limited quantity: theta/alpha, the drift u or the lift v."""
+    quantity: Literal["rotation_ratio", "u", "v", "impact_velocity"] = "rotation_ratio"
+    """Limited quantity: theta/alpha, the drift u, the lift v or the impact velocity."""
     limit: Positive = 0.5
-    """Limit of theta/alpha, or of u or v in m."""
+    """Limit of theta/alpha, of u or v in m, or of the impact velocity in m/s."""
     share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     """Share of the records that must stay below the limit."""
     steps: Annotated[int, Field(ge=2, le=10_000)] = 41
@@ -139,6 +139,8 @@ class ScreenOptions(Options):
     """Limits of the drift u, such as the width of a seat or a joint [m]."""
     limit_v_m: Annotated[PositiveNumbers | None, Field(examples=[(0.05,)])] = None
     """Limits of the lift v [m]."""
+    limit_impact_velocity_m_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5,)])] = None
+    """Limits of the velocity 2 b |theta'| at which the base of a column hits the ground [m/s]."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
     pgv_m_s, a_p_g, L_p_m, sa_1s_g; or a file of OpenQuake or of the USGS."""
@@ -154,10 +156,6 @@ class ScreenOptions(Options):
     def _azimuths(self) -> Self:
         """Require different azimuths, and no filters by the pulse, which rotated motions lack."""
         azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
-        for stated in self.azimuths_degree or ():
-            if abs(stated) > 360.0:
-                words = f"azimuth {stated:g} degrees is beyond 360: taken as {stated % 360.0:g}."
-                warnings.warn(words, RockframeWarning, stacklevel=2)
         for azimuth in azimuths:
             if azimuths.count(azimuth) > 1:
                 message = f"azimuths_degree with {azimuth} twice, or 360 apart. Must differ"
@@ -166,6 +164,10 @@ class ScreenOptions(Options):
             if azimuths:
                 message = f"{name} beside azimuths_degree. Must be one of them"
                 raise PydanticCustomError(RULE, message)
+        for stated in self.azimuths_degree or ():
+            if abs(stated) > 360.0:
+                words = f"azimuth {stated:g} degrees is beyond 360: taken as {stated % 360.0:g}."
+                warnings.warn(words, RockframeWarning, stacklevel=2)
         return self
 
     @model_validator(mode="after")
@@ -187,6 +189,7 @@ class ScreenOptions(Options):
             "rotation_ratio": self.limit_rotation_ratio,
             "u": self.limit_u_m,
             "v": self.limit_v_m,
+            "impact_velocity": self.limit_impact_velocity_m_s,
         }
         return tuple((name, value) for name, values in stated.items() for value in values or ())
 

@@ -187,7 +187,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
         if packed:
             raise InputError(self.path, f"{what} with {packed}. Must hold plain values.")
         stated = str(found.attrs.get("units", "1" if one.units == "1" else ""))
-        units = stated if stated and stated == one.also_units else one.units
+        units = stated if stated and stated in one.also_units.split(" or ") else one.units
         factor = conversion_factor(stated, units)
         if factor is None or (factor != 1.0 and one.holds != "numbers"):
             raise InputError(self.path, f"{what} in {stated!r}. Must be in {units!r}.")

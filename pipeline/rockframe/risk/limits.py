@@ -1,4 +1,4 @@
-"""Limit states: overturning, and stated limits of rotation, drift and lift."""
+"""Limit states: overturning, and stated limits of rotation, drift, lift and impact velocity."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ QUANTITIES: Final = MappingProxyType(
         "rotation_ratio": ("peak_rotation_ratio", "θ/α", ""),
         "u": ("peak_u", "u", "m"),
         "v": ("peak_v", "v", "m"),
+        "impact_velocity": ("peak_impact_velocity", "impact velocity", "m/s"),
     }
 )
 
@@ -43,8 +44,9 @@ class LimitState:
     @property
     def name(self) -> str:
         """Its name in datasets and tables."""
-        unit = QUANTITIES[self.quantity][2] if self.quantity else ""
-        return f"{self.quantity}_{self.value:g}{unit}" if self.quantity else "overturning"
+        if not self.quantity:
+            return "overturning"
+        return f"{self.quantity}_{self.value:g}{QUANTITIES[self.quantity][2]}".replace("/", "_")
 
     @property
     def words(self) -> str:
@@ -63,8 +65,10 @@ class LimitState:
         >>> LimitState.named("rotation_ratio_0.5")
         LimitState(quantity='rotation_ratio', value=0.5)
         """
-        quantity, _, value = name.rpartition("_")
-        return cls(quantity, float(value.rstrip("m"))) if quantity else OVERTURNING
+        for quantity in QUANTITIES:
+            if name.startswith(f"{quantity}_"):
+                return cls(quantity, float(name.removeprefix(f"{quantity}_").rstrip("m_s")))
+        return OVERTURNING
 
     def reached(
         self, peaks: Mapping[str, NDArray[Any]], overturned: NDArray[np.bool_]
@@ -74,7 +78,7 @@ class LimitState:
         Parameters
         ----------
         peaks : mapping of str to array
-            ``peak_rotation_ratio``, ``peak_u`` and ``peak_v`` of scenarios.
+            The variables of `QUANTITIES`, of scenarios.
         overturned : array of bool
             True for scenarios that overturn.
         """

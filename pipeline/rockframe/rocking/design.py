@@ -36,13 +36,13 @@ class Design:
     lowest, highest : float
         Range of values that is scanned.
     limit : float
-        Limit of the quantity [1, m].
+        Limit of the quantity [1, m, m s-1].
     share : float
         Share of the motions that must stay below it [1].
     steps : int
         Values that are tried, ends included; evenly spaced.
     quantity : str
-        ``rotation_ratio`` (|theta| / alpha), ``u`` or ``v``.
+        ``rotation_ratio`` (|theta| / alpha), ``u``, ``v`` or ``impact_velocity``.
 
     Raises
     ------

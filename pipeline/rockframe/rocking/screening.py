@@ -69,7 +69,7 @@ def peaks_of(part: Part) -> Arrays:
     Returns
     -------
     dict of str to array, shape (motions, frames, scales)
-        ``verdict`` and ``peak_rotation`` [rad].
+        ``verdict``, ``peak_rotation`` [rad] and ``impact_velocity`` [m s-1].
 
     Examples
     --------
@@ -79,7 +79,8 @@ def peaks_of(part: Part) -> Arrays:
     [[[0, 1]]]
     """
     found = respond_many(part.motions, part.frames, part.scales)
-    return {"verdict": found.verdict, "peak_rotation": found.peak_rotation}
+    names = ("verdict", "peak_rotation", "impact_velocity")
+    return {name: getattr(found, name) for name in names}
 
 
 def margins_of(part: Part) -> Arrays:

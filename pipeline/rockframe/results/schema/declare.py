@@ -40,7 +40,7 @@ class Variable:
     refers_to : str
         The key whose values it holds; of integers, the dimension whose positions it holds.
     also_units : str
-        A second unit that it may have.
+        Another unit that it may have, or several: ``m or m s-1``.
     group : str
         Empty if every file of the kind has it. The variables of one group are optional: all of them
         are there, or none.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rockframe.results.schema import SCREEN_NC
 from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
 from rockframe.risk import Band, Fragility, HazardCurve, OverturningRate, period_of
+from rockframe.risk.limits import QUANTITIES
 from rockframe.rocking import Design, Found
 
 Float = NDArray[np.float64]
@@ -184,5 +185,5 @@ def design_units(design: Design) -> dict[str, str]:
     """Return the units of the variables of a design that have two."""
     two = (one for one in SCREEN_NC.variables if one.also_units == "1")
     ratio = design.dimension == "mass_ratio"
-    limit = {"design_limit": "1" if design.quantity == "rotation_ratio" else "m"}
+    limit = {"design_limit": QUANTITIES[design.quantity][2].replace("/s", " s-1") or "1"}
     return {one.name: one.also_units if ratio else one.units for one in two} | limit

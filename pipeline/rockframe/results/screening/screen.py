@@ -24,7 +24,7 @@ Float = NDArray[np.float64]
 Scenario = Mapping[str, NDArray[Any]]
 
 _DIMS: Final = ("record", "structure", "scale")
-_PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v")
+_PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
 
 
 def write_screening(
@@ -46,7 +46,7 @@ def write_screening(
     Parameters
     ----------
     scenarios : iterable of mapping of str to array, shape (structures, scales)
-        For each motion ``verdict``, ``peak_rotation_ratio``, ``peak_u`` and ``peak_v``.
+        For each motion what `peaks_of_frames` returns.
     shape : (int, int, int)
         Numbers of motions, structures and scales.
     describe : callable
@@ -125,16 +125,19 @@ def _filling(
 
 
 def peaks_of_frames(
-    frames: Sequence[RockingFrame], verdict: NDArray[np.int8], peak_rotation: Float
+    frames: Sequence[RockingFrame],
+    verdict: NDArray[np.int8],
+    peak_rotation: Float,
+    impact_velocity: Float,
 ) -> dict[str, NDArray[Any]]:
-    """Return the variables of scenarios, of their verdicts and peak rotations [rad].
+    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
 
     Parameters
     ----------
     frames : sequence of RockingFrame
         The structures.
-    verdict, peak_rotation : array, shape (structures, scales)
-        Of one motion.
+    verdict, peak_rotation, impact_velocity : array, shape (structures, scales)
+        Of one motion [1, rad, m s-1].
     """
     alpha = np.array([[frame.slenderness] for frame in frames])
     u, v = np.empty_like(peak_rotation), np.empty_like(peak_rotation)
@@ -142,7 +145,8 @@ def peaks_of_frames(
         u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
         v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
     ratio = peak_rotation / alpha
-    return {"verdict": verdict, "peak_rotation_ratio": ratio, "peak_u": u, "peak_v": v}
+    peaks = (ratio, u, v, impact_velocity)
+    return {"verdict": verdict, **dict(zip(_PEAKS, peaks, strict=True))}
 
 
 def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
@@ -177,6 +181,6 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
         if not every_scale:
             scale = float(known["reference_scale"])
             at = int(np.flatnonzero(known["scale"].values == scale)[0])
-            one = {name: known[name].isel(scale=at, drop=True) for name in ("verdict", *_PEAKS)}
-            known = known.assign(one)
+            some = [name for name in ("verdict", *_PEAKS) if name in known]
+            known = known.assign({name: known[name].isel(scale=at, drop=True) for name in some})
         return known.load().set_coords("record_id")

@@ -78,7 +78,8 @@ def tail(
 
     Returns whether the frame overturns, how long after [s], NaN if not, and the largest |theta|,
     |omega|; then when it landed before it overturned on the other side, NaN if it did not, and the
-    rate just before that landing, or, of a frame that stands, its hardest one. A frame balanced on the barrier to round-off overturns at no time, NaN.
+    rate just before that landing, or, of a frame that stands, before its hardest one. A frame
+    balanced on the barrier to round-off overturns at no time, NaN.
     """
     overturns, peak, fastest = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
     if not overturns:
@@ -229,8 +230,8 @@ def elastic_tail(
 ) -> tuple[bool, float, float, float, float, float]:
     """Follow a frame whose ties do not yield over still ground.
 
-    Returns what `tail` returns. The energy over p_hat^2, zero at theta = 0, decides exactly as in `tail`;
-    the barrier is where it stops growing with |theta|, or pi/2.
+    Returns what `tail` returns. The energy over p_hat^2, zero at theta = 0, decides exactly as
+    there; the barrier is where it stops growing with |theta|, or pi/2.
     """
     if s == 0.0:
         return False, math.nan, 0.0, 0.0, math.nan, 0.0

@@ -36,6 +36,8 @@ from rockframe.stages.screening.statistics import Screened
 Arrays = dict[str, NDArray[Any]]
 Task = tuple[str, Callable[[], Part]]
 
+#: Arrays of a batch of peaks.
+_PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
 #: Approximate scenarios per batch, at some 0.1 s each: an interruption loses no more.
 _SCENARIOS: Final = 2048
 #: Largest number of motions per batch, which are in memory together.
@@ -133,8 +135,8 @@ class Run:
     def rows(self) -> Iterator[Arrays]:
         """Give the scenarios motion by motion, and fill `verdicts` and `ratio`."""
         frames, at = self._request.frames, self._request.reference
-        for i, (verdict, peak) in enumerate(self._peaks()):
-            row = peaks_of_frames(frames, verdict, peak)
+        for i, (verdict, *peaks) in enumerate(self._peaks()):
+            row = peaks_of_frames(frames, verdict, *peaks)
             self.verdicts[i] = verdict
             fell = verdict[:, at] == Verdict.OVERTURNED
             for limit, reached in zip(self._limits, self._reached, strict=True):
@@ -204,13 +206,13 @@ class Run:
         limit = LimitState(design.quantity, design.limit)
         rows = []
         for part in self._map(peaks_of, "design"):
-            for verdict, peak in zip(part["verdict"], part["peak_rotation"], strict=True):
-                row = peaks_of_frames(self._request.candidates, verdict, peak)
+            for verdict, *peaks in zip(*(part[name] for name in _PEAKS), strict=True):
+                row = peaks_of_frames(self._request.candidates, verdict, *peaks)
                 rows.append(limit.reached(row, verdict == Verdict.OVERTURNED)[:, 0])
         return np.array(rows)
 
-    def _peaks(self) -> Iterator[tuple[NDArray[np.int8], NDArray[np.float64]]]:
-        """Give the verdict and peak rotation of each motion, shape (structures, scales)."""
+    def _peaks(self) -> Iterator[tuple[NDArray[Any], ...]]:
+        """Give verdict, peaks and so on of each motion, each of shape (structures, scales)."""
         held: list[Arrays] = []
         width = 0
         for part in self._map(peaks_of, "peaks"):
@@ -218,11 +220,8 @@ class Run:
             width += part["verdict"].shape[2]
             if width < self._request.scales.size:
                 continue
-            verdict, peak = (
-                np.concatenate([one[name] for one in held], axis=2)
-                for name in ("verdict", "peak_rotation")
-            )
-            yield from zip(verdict, peak, strict=True)
+            whole = (np.concatenate([one[name] for one in held], axis=2) for name in _PEAKS)
+            yield from zip(*whole, strict=True)
             held, width = [], 0
 
     def _map(self, function: Callable[[Part], Arrays], kind: str) -> Iterator[Arrays]:
