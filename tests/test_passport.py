@@ -123,6 +123,17 @@ def test_a_floor_or_a_borehole_is_not_the_free_field(site: str, expected: str) -
     assert bool(refused.rejections) == (expected == "WARN")
 
 
+@pytest.mark.parametrize(
+    ("component", "azimuth", "expected"),
+    [("UP", math.nan, "NOT_MEASURED"), ("090", 90.0, "OK"), ("HNE", 370.0, "WARN")]
+    + [("361", math.nan, "WARN"), ("360", 360.0, "OK")],
+)
+def test_azimuths_beyond_a_circle_warn(component: str, azimuth: float, expected: str) -> None:
+    """Of a header (370) or in a name that is taken for no azimuth (361)."""
+    record = replace(record_of(hum() + shake()), component=component, azimuth=azimuth)
+    assert verdict(passport(record, record, PassportLimits()), "azimuth").name == expected
+
+
 def test_clipping_is_found_where_it_was_done() -> None:
     sine = np.sin(2 * np.pi * TIME + 0.1)
     assert clipped_samples(sine) == 1

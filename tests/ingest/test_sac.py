@@ -142,7 +142,7 @@ def test_contradictions(fields: dict[int, float], name: bytes, words: str) -> No
         read_bytes(PATH, sac(fields=fields, name=name), IN_G)
 
 
-@pytest.mark.parametrize("azimuth", [92.5, 270.0, 273.0])
+@pytest.mark.parametrize("azimuth", [92.5, 270.0, 273.0, 450.0])
 def test_a_component_may_be_slightly_askew_or_reversed(azimuth: float) -> None:
     [record] = read_bytes(PATH, sac(fields={CMPAZ: azimuth, SCALE: 1.0, DEPMEN: 0.125}), IN_G)
     assert record.azimuth == azimuth

@@ -14,6 +14,7 @@ CHECKS: Final[Mapping[str, tuple[str, bool]]] = MappingProxyType(
         "peak_acceleration": ("m s-2", False),
         "time_step": ("s", False),
         "not_free_field": ("1", False),
+        "azimuth": ("degree", False),
         "stated_peak": ("1", False),
         "clipped_samples": ("1", False),
         "constant_time": ("s", False),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -216,7 +217,9 @@ def _end_share(series: Float) -> float:
 
 def _judge(measures: Measures, record: Record, limits: PassportLimits) -> tuple[Check, ...]:
     known = record.site_type is not SiteType.UNKNOWN
+    named = re.fullmatch(r"\d{3}", record.component, re.ASCII)
     derived = {
+        "azimuth": float(record.component) if named else record.azimuth,
         "time_step": record.time_step,
         "not_free_field": float(record.site_type is not SiteType.FREE_FIELD) if known else math.nan,
         "signal_to_noise": measures.peak_acceleration / measures.noise_level,

@@ -44,6 +44,9 @@ class PassportLimits(Options):
         Largest value of the flag [1]: 1 if the header says that the sensor stood in a structure or
         a borehole, 0 on free ground. A motion amplified by a structure, or recorded at depth, is
         not the base motion of another structure. Never rejects by default; the limit 0 does.
+    azimuth_warn, azimuth_reject : float
+        Largest azimuth that header or name of the component state [degree]. Beyond 360, one in a
+        header counts modulo 360, and one that is the name leaves the azimuth unstated.
     stated_peak_warn, stated_peak_reject : float
         Largest difference between the peak of the samples and the peak that the header states,
         relative to the latter [1]; signs count if the header has one. Readers already reject a
@@ -101,6 +104,8 @@ class PassportLimits(Options):
     time_step_reject: _Limit = 1.0
     not_free_field_warn: _Limit = 0.0
     not_free_field_reject: _Limit = math.inf
+    azimuth_warn: _Limit = 360.0
+    azimuth_reject: _Limit = math.inf
     stated_peak_warn: _Limit = 0.01
     stated_peak_reject: _Limit = 0.5
     clipped_samples_warn: _Limit = 4.0

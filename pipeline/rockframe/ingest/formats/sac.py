@@ -285,7 +285,8 @@ def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, flo
         raise InputError(path, f"{message} Must be the same direction.")
     if upright:
         return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
-    return Orientation.HORIZONTAL, azimuth % 360.0
+    # One beyond 360 stays as stated, for the warning in the passport.
+    return Orientation.HORIZONTAL, azimuth if azimuth > 360.0 else azimuth % 360.0
 
 
 def _start_time(file: _Sac) -> str:
