@@ -125,8 +125,10 @@ def test_a_floor_or_a_borehole_is_not_the_free_field(site: str, expected: str) -
 
 @pytest.mark.parametrize(
     ("component", "azimuth", "expected"),
-    [("UP", math.nan, "NOT_MEASURED"), ("090", 90.0, "OK"), ("HNE", 370.0, "WARN")]
-    + [("361", math.nan, "WARN"), ("360", 360.0, "OK")],
+    [
+        *(("UP", math.nan, "NOT_MEASURED"), ("090", 90.0, "OK"), ("360", 360.0, "OK")),
+        *(("HNE", 370.0, "WARN"), ("361", math.nan, "WARN")),
+    ],
 )
 def test_azimuths_beyond_a_circle_warn(component: str, azimuth: float, expected: str) -> None:
     """Of a header (370) or in a name that is taken for no azimuth (361)."""
