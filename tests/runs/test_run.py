@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import fcntl
 import json
 import re
 import shutil
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from filelock import lock_descriptor, unlock_descriptor
 from tests.runs.small import STUDY, contents, make_study, run
 
 from rockframe.cli.main import main
@@ -246,10 +246,10 @@ def test_second_run_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_look_at_the_lock_keeps_no_run_out(home: Path) -> None:
-    """`status` holds it for a moment, shared."""
+    """`status` holds it for a moment."""
     with (home / "run" / ".rockframe" / "lock").open() as look:
-        fcntl.flock(look, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        gone = threading.Timer(0.02, fcntl.flock, (look, fcntl.LOCK_UN))
+        assert lock_descriptor(look.fileno(), blocking=False)
+        gone = threading.Timer(0.02, unlock_descriptor, (look.fileno(),))
         gone.start()
         with locked(home / "run"):
             assert is_locked(home / "run")

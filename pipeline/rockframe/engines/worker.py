@@ -15,6 +15,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
 from types import TracebackType
@@ -89,7 +90,7 @@ def _set_alarm(seconds: float) -> None:
 def _limit_memory(size: int) -> None:
     """Limit the address space to its present size plus `size` bytes, if the system supports it."""
     mapped = Path("/proc/self/statm")
-    if mapped.exists():
+    with suppress(ImportError, FileNotFoundError):
         import resource
 
         now = int(mapped.read_text(encoding="ascii").split()[0]) * resource.getpagesize()

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
+from filelock import lock_descriptor
+
 from rockframe.errors import InputError
 from rockframe.runs.plan import KEPT
 
@@ -28,11 +30,7 @@ def locked(folder: Path) -> Iterator[None]:
     """
     descriptor = _opened(folder)
     try:
-        for _ in range(_TRIES):
-            if _taken(descriptor):
-                break
-            time.sleep(_PAUSE)
-        else:
+        if not _taken(descriptor):
             raise InputError(folder, "in use by another run. Wait until it ends.")
         yield
     finally:
@@ -55,7 +53,7 @@ def is_locked(folder: Path) -> bool:
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
     try:
-        return not _taken(descriptor, shared=True)
+        return not _taken(descriptor)
     finally:
         os.close(descriptor)
 
@@ -69,15 +67,13 @@ def _opened(folder: Path) -> int:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
 
 
-def _taken(descriptor: int, *, shared: bool = False) -> bool:
-    try:
-        import fcntl
-    except ImportError:  # no such locks on this system: two runs at once are the user's to avoid
-        return True
-    try:
-        fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:  # a file system of a cluster without such locks: as above
-        return True
-    return True
+def _taken(descriptor: int) -> bool:
+    """Take the lock; after a moment, because a look of `is_locked` holds it too."""
+    for _ in range(_TRIES):
+        try:
+            if lock_descriptor(descriptor, blocking=False):
+                return True
+        except OSError:  # a file system without locks: two runs at once are the user's to avoid
+            return True
+        time.sleep(_PAUSE)
+    return False

@@ -1,0 +1,106 @@
+"""The package on systems other than this one: without what only POSIX has, and installed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.conftest import REPOSITORY
+from tests.runs.small import FEW, contents, make_study, run
+
+#: What Windows does not have, gone in each process before anything is imported.
+ELSEWHERE = """
+import os, signal, sys
+sys.modules.update(dict.fromkeys(["fcntl", "resource", "pwd", "grp", "termios"]))
+for module, names in ((os, "fork forkpty killpg getpgid geteuid getuid"),
+                      (signal, "SIGALRM setitimer alarm SIGHUP SIGUSR1 pthread_sigmask")):
+    for name in names.split():
+        delattr(module, name)
+"""
+
+
+def test_a_run_needs_nothing_that_only_posix_has(tmp_path: Path) -> None:
+    """Locks, limits of workers and signals are used where they are; the results are the same."""
+    study = make_study(tmp_path, 3, FEW)
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "sitecustomize.py").write_text(ELSEWHERE, encoding="utf-8")
+    words = [sys.executable, "-m", "rockframe", "run", str(study), "--workers", "2"]
+    done = subprocess.run(
+        [*words, "--output", str(tmp_path / "there")],
+        env=os.environ | {"PYTHONPATH": str(tmp_path / "site")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert run(study, tmp_path / "here") == 0
+    there, here = contents(tmp_path / "there"), contents(tmp_path / "here")
+    assert there.keys() == here.keys()
+    assert there["table.csv"] == here["table.csv"]
+
+
+def done(*words: str | Path, at: Path) -> str:
+    """Run a program that must succeed, without a word of this process's own paths."""
+    told = subprocess.run(
+        [str(word) for word in words],
+        cwd=at,
+        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert told.returncode == 0, told.stderr
+    return told.stdout
+
+
+def build(source: Path, folder: Path, kind: str) -> Path:
+    """Build a wheel or an sdist, without a network."""
+    done(sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", folder, at=source)
+    (made,) = folder.glob("*.whl" if kind == "wheel" else "*.tar.gz")
+    return made
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(REPOSITORY, tmp_path_factory.mktemp("wheel"), "wheel")
+
+
+@pytest.mark.faults
+def test_the_sdist_is_whole_and_builds_the_same_wheel(wheel: Path, tmp_path: Path) -> None:
+    with tarfile.open(build(REPOSITORY, tmp_path, "sdist")) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = (path for path in tmp_path.iterdir() if path.is_dir())
+    for name in ("LICENSE", "README.md", "CHANGELOG.md", "tests/conftest.py", "docs/theory.md"):
+        assert (source / name).read_bytes() == (REPOSITORY / name).read_bytes()
+    again = build(source, tmp_path / "again", "wheel")
+    with zipfile.ZipFile(wheel) as ours, zipfile.ZipFile(again) as theirs:
+        names = sorted(ours.namelist())
+        assert names == sorted(theirs.namelist())
+        assert [name for name in names if ours.read(name) != theirs.read(name)] == []
+        assert {"rockframe/data/ridgecrest2019/catalogue.csv", "rockframe/py.typed"} <= {*names}
+
+
+@pytest.mark.faults
+def test_the_wheel_runs_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
+    """The dependencies are those of this environment; the package is the installed one."""
+    home, empty = tmp_path / "venv", tmp_path / "empty"
+    empty.mkdir()
+    venv.create(home, with_pip=True, symlinks=os.name == "posix")
+    programs = home / ("bin" if os.name == "posix" else "Scripts")
+    python = programs / "python"
+    done(python, "-m", "pip", "install", "--no-deps", "--no-index", wheel, at=empty)
+    (site,) = home.rglob("site-packages")
+    packages = Path(np.__file__).parents[1]
+    (site / "dependencies.pth").write_text(f"{packages}\n", encoding="utf-8")
+    where = done(python, "-c", "import rockframe; print(rockframe.__file__)", at=empty)
+    assert Path(where.strip()).parents[1] == site
+    assert "bridge-bent" in done(programs / "rockframe", "table1", at=empty)
+    done(python, "-m", "rockframe", "report", "outputs/table1", at=empty)
+    assert (empty / "outputs" / "table1" / "report.html").stat().st_size > 100_000
