@@ -21,6 +21,7 @@ from rockframe.notebook import Shown
 from rockframe.options.pulse import PulseOptions
 
 FRAME = RockingFrame(name="<bent>", height=9.6, width=1.6, mass_ratio=4.0)
+DECK = rockframe.IsolatedDeck.lead_rubber(strength_ratio=0.05, period=2.5)
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5)
 TIME = 0.01 * np.arange(1200)
 RECORD = Record(
@@ -37,6 +38,7 @@ def shown() -> dict[str, Shown]:
     return {
         "record": RECORD,
         "response": respond(FRAME, RECORD),
+        "oscillator": rockframe.respond_oscillator(DECK, RECORD),
         "margin": rockframe.margins(PULSE, FRAME),
         "fragility": fit,
         "no fragility": rockframe.fit_fragility([1.0, 2.0], [False, False]),
@@ -88,6 +90,11 @@ def test_datasets_are_the_arrays(things: dict[str, Any]) -> None:
     assert_array_equal(
         least[0, 0, 0], things["overturning spectrum"].minimum_overturning_amplitude[0, 0, 0]
     )
+    deck = things["oscillator"]
+    moved = deck.to_xarray()
+    assert_array_equal(moved["u"].values, deck.u)
+    assert moved["velocity"].attrs["units"] == "m s-1"
+    assert moved.attrs["peak_force_ratio"] == deck.peak_force_ratio
     assert isinstance(things["fragility"].to_xarray(), xr.Dataset)
 
 

@@ -7,9 +7,13 @@ import io
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 
@@ -54,3 +58,21 @@ class Shown(ABC):
             f"<table><caption>{type(self).__name__}</caption>{''.join(cells)}</table>"
             f'<img alt="{type(self).__name__}" src="data:image/png;base64,{image}">'
         )
+
+
+def history_dataset(
+    time: NDArray[np.float64],
+    histories: Mapping[str, tuple[NDArray[np.float64], str, str]],
+    **attrs: Any,
+) -> xr.Dataset:
+    """Return a dataset of histories over time [s]: by name the values, the unit, and what it is."""
+    import xarray as xr
+
+    return xr.Dataset(
+        {
+            name: ("time", values, {"units": units, "long_name": words})
+            for name, (values, units, words) in histories.items()
+        },
+        {"time": ("time", time, {"units": "s"})},
+        attrs,
+    )

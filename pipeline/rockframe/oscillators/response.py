@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -11,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.engines.threads import on_threads
 from rockframe.errors import ParameterError
+from rockframe.notebook import Shown, history_dataset
 from rockframe.oscillators import kernel
 from rockframe.record import Record
 from rockframe.rivals import FixedFrame, IsolatedDeck
@@ -18,6 +21,10 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import as_ground
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
 Oscillator = IsolatedDeck | FixedFrame
@@ -62,7 +69,7 @@ class OscillatorPeaks:
 
 
 @dataclass(frozen=True, eq=False)
-class OscillatorResponse:
+class OscillatorResponse(Shown):
     """Histories of an oscillator under one motion, and their peaks.
 
     Parameters
@@ -92,6 +99,36 @@ class OscillatorResponse:
     first_yield_time: float
     yields: int
     dissipated_energy: float
+
+    def facts(self) -> dict[str, str]:
+        """Return the peaks, for the table in notebooks."""
+        said = {
+            "bridge": self.model.name,
+            "largest u": f"{self.peak_displacement:.3f} m",
+            "left u": f"{self.residual_displacement:.3f} m",
+            "largest force over weight": f"{self.peak_force_ratio:.3f}",
+        }
+        if math.isfinite(self.ductility):
+            said["ductility"] = f"{self.ductility:.2f}"
+        if math.isfinite(self.first_yield_time):
+            said["first yields at"] = f"{self.first_yield_time:.2f} s"
+        return said
+
+    def draw(self, axes: Axes) -> None:
+        """Draw u over time into axes."""
+        axes.plot(self.time, self.u, linewidth=0.9)
+        axes.set(xlabel="time [s]", ylabel="u [m]")
+        axes.set_title(self.model.name)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the histories over time, with the peaks as attributes."""
+        histories = {
+            "u": (self.u, "m", "displacement relative to the ground"),
+            "velocity": (self.velocity, "m s-1", "rate of u"),
+            "force_ratio": (self.force_ratio, "1", "force, restoring and damping, over the weight"),
+        }
+        peaks = {field.name: getattr(self, field.name) for field in fields(OscillatorPeaks)}
+        return history_dataset(self.time, histories, bridge=self.model.name, **peaks)
 
 
 def respond_oscillator(

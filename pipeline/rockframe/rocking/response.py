@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.notebook import Shown
+from rockframe.notebook import Shown, history_dataset
 from rockframe.record import Record
 from rockframe.restraint import Abutment
 from rockframe.rocking.excitation import GroundAcceleration
@@ -145,26 +145,19 @@ class Response(Shown):
 
     def to_xarray(self) -> xr.Dataset:
         """Return the histories over time, with verdict and peaks as attributes."""
-        import xarray as xr
-
         histories = {
             "theta": (self.theta, "rad", "rotation of the columns"),
             "omega": (self.omega, "rad s-1", "rate of the rotation"),
             "u": (self.u, "m", "horizontal displacement of the beam relative to the ground"),
             "v": (self.v, "m", "vertical lift of the beam"),
         }
-        return xr.Dataset(
-            {
-                name: ("time", values, {"units": units, "long_name": words})
-                for name, (values, units, words) in histories.items()
-            },
-            {"time": ("time", self.time, {"units": "s"})},
-            {
-                "structure": self.frame.name,
-                "verdict": str(self.verdict),
-                "peak_rotation_ratio": self.peak_rotation_ratio,
-                "impacts": self.impacts,
-            },
+        return history_dataset(
+            self.time,
+            histories,
+            structure=self.frame.name,
+            verdict=str(self.verdict),
+            peak_rotation_ratio=self.peak_rotation_ratio,
+            impacts=self.impacts,
         )
 
     @property
