@@ -62,6 +62,8 @@ _TERMS: Final = 48
 _LEAST_SHARE: Final = 0.25
 #: Relative size of the last Newton step; its error is the square of it, so round-off.
 _ROOT_TOLERANCE: Final = 1e-13
+#: Relative distance from a root that the next step, of third order, bridges to round-off.
+_NEAR: Final = 1e-4
 #: What exceeds a limit by less has reached it to round-off: without damping it comes there again
 #: in each cycle.
 _BEYOND: Final = 1.0 + 1e-12
@@ -385,16 +387,21 @@ def _cross(
 
 @compiled
 def _holds(
-    rows: Float, i: int, bounds: Float, scale: float, h: float, room: float, summary: Float
+    rows: Float, i: int, bounds: Float, scale: float, h: float, held: float, q: float, summary: Float
 ) -> bool:
-    """Say if friction surely holds in an interval whose peak is known; note the peak."""
-    strength = abs(scale) * bounds[i, 0]
-    monotone = bounds[i, 1] <= 2.0 * abs(rows[i, 1])
-    if strength > room or not (monotone or strength <= summary[PEAK_FORCE]):
+    """Say if friction surely holds in an interval against the ground and k u; note the peak."""
+    straight = rows.shape[1] == 2
+    first = scale * rows[i, 0]
+    last = first + h * scale * rows[i, 1]
+    if straight:
+        room = q - max(abs(first + held), abs(last + held))
+    else:
+        strength = abs(scale) * bounds[i, 0]
+        room = min(q - strength - abs(held), summary[PEAK_FORCE] - strength)
+    if room < 0.0:
         return False
-    if strength > summary[PEAK_FORCE]:
-        _note(summary, 0.0, scale * rows[i, 0], 0.0)
-        _note(summary, 0.0, scale * _value(rows, i, rows.shape[1] - 1, h), 0.0)
+    if straight:
+        summary[PEAK_FORCE] = max(summary[PEAK_FORCE], abs(first), abs(last))
     return True
 
 
@@ -493,6 +500,7 @@ def _run(
     elastic = mode == ELASTIC
     k_z = k_z if elastic else 0.0
     curved = rows.shape[1] > 2
+    size, damped = abs(scale), c + h * k
     peak, peak_time, peak_force = summary[PEAK], summary[PEAK_TIME], summary[PEAK_FORCE]
     u_u, u_v, u_0, u_1 = moves[0, 0], moves[0, 1], moves[0, 2], moves[0, 3]
     v_u, v_v, v_0, v_1 = moves[1, 0], moves[1, 1], moves[1, 2], moves[1, 3]
@@ -513,9 +521,15 @@ def _run(
         force = (k * new_u + push) + c * new_v
         speed, far = abs(new_v), abs(new_u)
         spring = abs(push + k_z * new_u)
-        bend = share * (abs(scale) * bounds[i, 0] + abs(push) + (c + k * h) * speed + k * far)
-        least = speed - h * bend
-        if least > 0.0 and (c == 0.0 or k * least > c * bend):  # u and the force are monotone
+        signed = size * bounds[i, 0] + abs(force) if curved else (a_0 - push) + h * a_1 + force
+        at_end = abs(signed)
+        jerk = share * (size * bounds[i, 1] + damped * at_end + k * speed)
+        bend = at_end + h * jerk
+        if speed > h * bend and (  # u is monotone, and so is the force
+            c == 0.0
+            or (k * speed - c * at_end if curved else abs(k * new_v - c * signed))
+            > h * (k * bend + c * jerk)
+        ):
             if spring > q:
                 break
         else:
@@ -543,6 +557,153 @@ def _run(
         summary[DISSIPATED] += q * abs(u - began)
     summary[PEAK], summary[PEAK_TIME], summary[PEAK_FORCE] = peak, peak_time, peak_force
     return i, (mode, u, v, z)
+
+
+@compiled
+def _ahead(
+    a: tuple[float, float], rest: tuple[float, float, float], u: float, v: float, t: float, top: int
+) -> tuple[float, float]:
+    """Displacement and velocity after a time t on one branch and straight ground a[0] + a[1] t."""
+    push, c, k = rest
+    push += a[0]
+    more = a[1] * t
+    at_u, at_v = u, v
+    for n in range(1, top):
+        share = t / n
+        u, v = v * share, -((share * push + (share * k) * u) + (share * c) * v)
+        at_u += u
+        at_v += v
+        push, more = more, 0.0
+    return at_u, at_v
+
+
+@compiled
+def _located(
+    a: tuple[float, float],
+    rest: tuple[float, float, float],
+    h: float,
+    old: tuple[float, float],
+    new: tuple[float, float],
+    level: float,
+    turning: bool,
+    top: int,
+) -> tuple[float, float, float]:
+    """When a branch turns, or reaches a level, between two nodes; and displacement, velocity then.
+
+    What is zero then is monotone. The first guess is that of the cubic through values and rates at
+    both nodes; each next one is found from the exact state and its first two rates. Zero if that
+    does not converge.
+    """
+    push, c, k = rest
+    b_0 = -(a[0] + push + c * old[1] + k * old[0])
+    b_1 = -(a[0] + h * a[1] + push + c * new[1] + k * new[0])
+    if turning:
+        y_0, y_1, r_0, r_1 = old[1], new[1], h * b_0, h * b_1
+    else:
+        y_0, y_1, r_0, r_1 = old[0] - level, new[0] - level, h * old[1], h * new[1]
+    two, three = 3.0 * (y_1 - y_0) - 2.0 * r_0 - r_1, r_0 + r_1 - 2.0 * (y_1 - y_0)
+    x = y_0 / (y_0 - y_1)
+    for _ in range(2):
+        x -= (y_0 + x * (r_0 + x * (two + x * three))) / (r_0 + x * (2.0 * two + 3.0 * x * three))
+    t = h * x
+    for _ in range(3):
+        if not 0.0 < t < h:
+            return 0.0, 0.0, 0.0
+        u, v = _ahead(a, rest, old[0], old[1], t, top)
+        bend = -(a[0] + a[1] * t + push + c * v + k * u)
+        jerk = -(a[1] + c * bend + k * v)
+        value, slope, curve = (v, bend, jerk) if turning else (u - level, v, bend)
+        d = -value / slope
+        d /= 1.0 + 0.5 * d * curve / slope
+        t += d
+        if abs(d) <= _NEAR * h:
+            return t, u + d * (v + 0.5 * d * bend), v + d * (bend + 0.5 * d * jerk)
+    return 0.0, 0.0, 0.0
+
+
+@compiled
+def _kink(
+    a: tuple[float, float],
+    h: float,
+    time: float,
+    oscillator: Constants,
+    state: State,
+    moves: Float,
+    shares: tuple[float, float],
+    top: int,
+    summary: Float,
+) -> tuple[bool, State]:
+    """Go through an interval of straight ground in which the branch surely changes once.
+
+    Say False, and do nothing, if that is not sure: v or what it is compared with might vanish again,
+    or the force have a peak of its own.
+    """
+    k_0, k_z, q, c = oscillator
+    mode, u, v, z = state
+    elastic = mode == ELASTIC
+    share, share_after = shares if elastic else (shares[1], shares[0])
+    rest = push, _, k = _branch(oscillator, state)
+    a_0 = a[0] + push
+    new_u = (moves[0, 0] * u + moves[0, 1] * v) + (moves[0, 2] * a_0 + moves[0, 3] * a[1])
+    new_v = (moves[1, 0] * u + moves[1, 1] * v) + (moves[1, 2] * a_0 + moves[1, 3] * a[1])
+    bend = abs(a_0 + c * v + k * u)
+    jerk = share * (abs(a[1]) + c * bend + k * (abs(v) + h * bend))
+    far, fast = max(abs(u), abs(new_u)), max(abs(v), abs(new_v))
+    level = 0.0
+    if elastic:
+        side = math.copysign(1.0, v)
+        level = u + (side * q - z) / k_z if k_z > 0.0 else math.inf
+        sure = v * new_v > 0.0 and min(abs(v), abs(new_v)) > 0.125 * h * h * jerk
+        sure = sure and abs(z + k_z * (new_u - u)) > q * _BEYOND
+    else:
+        side = -mode
+        sure = new_v * mode < 0.0 and bend > h * jerk
+    if not sure:
+        return False, state
+    end, at_u, at_v = _located(a, rest, h, (u, v), (new_u, new_v), level, not elastic, top)
+    if end == 0.0:
+        return False, state
+    left = h - end
+    a_1 = (a[0] + end * a[1], a[1])
+    if elastic:
+        after: State = (side, at_u, at_v, side * q)
+    elif k_z == math.inf:
+        held = max(abs(a_1[0] + k_0 * at_u), abs(a_1[0] + left * a[1] + k_0 * at_u))
+        if held > q or c > 0.0:
+            return False, state
+        summary[DISSIPATED] += q * abs(at_u - u)
+        _note(summary, at_u, max(abs(a_1[0]), abs(a_1[0] + left * a[1])), time + end)
+        _note(summary, at_u, k_0 * at_u + z, time + end)
+        return True, (STUCK, at_u, 0.0, 0.0)
+    else:
+        at_v = 0.0
+        after = (ELASTIC, at_u, at_v, mode * q)
+    rest = push, _, k = _branch(oscillator, after)
+    end_u, end_v = _ahead(a_1, rest, at_u, at_v, left, top)
+    bend_1 = abs(a_1[0] + push + c * at_v + k * at_u)
+    jerk_1 = share_after * (abs(a[1]) + c * bend_1 + k * (abs(at_v) + left * bend_1))
+    if elastic:
+        sure = at_v * end_v > 0.0 and min(abs(at_v), abs(end_v)) > 0.125 * left * left * jerk_1
+    else:
+        sure = bend_1 > left * jerk_1 and k_z * abs(end_u - at_u) <= q
+    if not sure or share_after == 0.0:
+        return False, state
+    force = push + k * end_u + c * end_v
+    at_force = push + k * at_u + c * at_v
+    if c > 0.0:
+        strong = max(abs(force), abs(at_force), abs((z + k_0 * u) + c * v))
+        fast = max(fast, abs(end_v))
+        rise = (k_0 + k_z) * fast + c * (max(bend, bend_1) + h * max(jerk, jerk_1))
+        if strong + 0.5 * h * rise > summary[PEAK_FORCE]:
+            return False, state
+    _note(summary, at_u, at_force, time + end)
+    _note(summary, end_u, force, time + h)
+    if elastic:
+        _yields(summary, time + end)
+        summary[DISSIPATED] += q * abs(end_u - at_u)
+        return True, (side, end_u, end_v, side * q)
+    summary[DISSIPATED] += q * abs(at_u - u)
+    return True, (ELASTIC, end_u, end_v, mode * q + k_z * (end_u - at_u))
 
 
 @compiled
@@ -615,6 +776,8 @@ def integrate(  # noqa: C901  one loop, see above
         0.0 if rigid else _transition(h, degree, k + k_z, c, work, moves[0]),
         _transition(h, degree, k, c, work, moves[1]),
     )
+    rate = h * (math.sqrt(k if rigid else k + k_z) + c)
+    top = _order(rate, degree) if degree == 1 and max(shares) > 0.0 else 0
     summary[:] = 0.0
     summary[PEAK_TIME] = summary[FIRST_YIELD] = math.nan
     state = (STUCK if rigid else ELASTIC, 0.0, 0.0, 0.0)
@@ -627,7 +790,7 @@ def integrate(  # noqa: C901  one loop, see above
         mode, u, v, z = state
         branch = 0 if mode == ELASTIC else 1
         if mode == STUCK:
-            done = _holds(rows, i, bounds, scale, h, q - abs(k * u), summary)
+            done = _holds(rows, i, bounds, scale, h, k * u, q, summary)
         else:
             done = False
             if shares[branch] > 0.0:
@@ -647,6 +810,11 @@ def integrate(  # noqa: C901  one loop, see above
                 )
                 if i == rows.shape[0]:
                     break
+                if top > 0:
+                    ground = (scale * rows[i, 0], scale * rows[i, 1])
+                    at = time + i * h
+                    own = moves[0 if state[0] == ELASTIC else 1]
+                    done, state = _kink(ground, h, at, oscillator, state, own, shares, top, summary)
         if not done:
             state = _cross(rows, i, scale, h, time + i * h, oscillator, state, summary, work)
         i += 1
