@@ -8,8 +8,8 @@ So an oscillator is on one of four branches: elastic (stiffness k + k_z), yieldi
 +1 or -1 (stiffness k, z = +-q), or, if k_z is infinite, stuck (u' = 0). On each the equation is
 linear, and the ground a polynomial in each interval. `_run` goes over whole intervals with the
 exact transition of a branch, as long as bounds show that the branch is kept and that no peak lies
-between the nodes. `_cross` takes the others: it follows the Taylor series, and locates changes of
-branch and peaks as its roots.
+between the nodes. `_kink` goes through a single change of branch on straight ground. `_cross` takes
+the others: it follows the Taylor series, and locates changes of branch and peaks as its roots.
 
 The file is long because numba's cache sees no change of a function in another file.
 """
@@ -387,7 +387,14 @@ def _cross(
 
 @compiled
 def _holds(
-    rows: Float, i: int, bounds: Float, scale: float, h: float, held: float, q: float, summary: Float
+    rows: Float,
+    i: int,
+    bounds: Float,
+    scale: float,
+    h: float,
+    held: float,
+    q: float,
+    summary: Float,
 ) -> bool:
     """Say if friction surely holds in an interval against the ground and k u; note the peak."""
     straight = rows.shape[1] == 2
@@ -476,7 +483,7 @@ def _sure(
 
 
 @compiled
-def _run(
+def _run(  # noqa: C901  one loop, without calls
     i: int,
     rows: Float,
     bounds: Float,
@@ -501,6 +508,8 @@ def _run(
     k_z = k_z if elastic else 0.0
     curved = rows.shape[1] > 2
     size, damped = abs(scale), c + h * k
+    close, jerk = 1.0 / (1.0 - 0.125 * h * h * k), 0.0
+    before = abs(scale * rows[i, 0] + push + c * v + k * u)
     peak, peak_time, peak_force = summary[PEAK], summary[PEAK_TIME], summary[PEAK_FORCE]
     u_u, u_v, u_0, u_1 = moves[0, 0], moves[0, 1], moves[0, 2], moves[0, 3]
     v_u, v_v, v_0, v_1 = moves[1, 0], moves[1, 1], moves[1, 2], moves[1, 3]
@@ -521,18 +530,20 @@ def _run(
         force = (k * new_u + push) + c * new_v
         speed, far = abs(new_v), abs(new_u)
         spring = abs(push + k_z * new_u)
+        if spring > q or not (elastic or v * new_v > 0.0):  # the branch ends here
+            break
         signed = size * bounds[i, 0] + abs(force) if curved else (a_0 - push) + h * a_1 + force
         at_end = abs(signed)
-        jerk = share * (size * bounds[i, 1] + damped * at_end + k * speed)
-        bend = at_end + h * jerk
-        if speed > h * bend and (  # u is monotone, and so is the force
-            c == 0.0
-            or (k * speed - c * at_end if curved else abs(k * new_v - c * signed))
-            > h * (k * bend + c * jerk)
-        ):
-            if spring > q:
-                break
+        if c > 0.0 or curved:
+            jerk = share * (size * bounds[i, 1] + damped * at_end + k * speed)
+            bend = at_end + h * jerk
         else:
+            bend = close * max(before, at_end)
+        if speed <= h * bend or (  # u or the force may not be monotone
+            c > 0.0
+            and (k * speed - c * at_end if curved else abs(k * new_v - c * signed))
+            <= h * (k * bend + c * jerk)
+        ):
             reach = h * (speed + h * bend)
             if (
                 not elastic
@@ -547,7 +558,7 @@ def _run(
         peak_force = max(peak_force, abs(force))
         if far > peak:
             peak, peak_time = far, time + (i + 1) * h
-        u, v = new_u, new_v
+        u, v, before = new_u, new_v, at_end
         i += 1
         if histories.shape[1] > 0:
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
@@ -622,7 +633,7 @@ def _located(
 
 
 @compiled
-def _kink(
+def _kink(  # noqa: C901  one change of branch, step by step
     a: tuple[float, float],
     h: float,
     time: float,
@@ -635,8 +646,8 @@ def _kink(
 ) -> tuple[bool, State]:
     """Go through an interval of straight ground in which the branch surely changes once.
 
-    Say False, and do nothing, if that is not sure: v or what it is compared with might vanish again,
-    or the force have a peak of its own.
+    Say False, and do nothing, if that is not sure: the branch might change again, or the force have
+    a peak of its own.
     """
     k_0, k_z, q, c = oscillator
     mode, u, v, z = state
@@ -648,7 +659,7 @@ def _kink(
     new_v = (moves[1, 0] * u + moves[1, 1] * v) + (moves[1, 2] * a_0 + moves[1, 3] * a[1])
     bend = abs(a_0 + c * v + k * u)
     jerk = share * (abs(a[1]) + c * bend + k * (abs(v) + h * bend))
-    far, fast = max(abs(u), abs(new_u)), max(abs(v), abs(new_v))
+    fast = max(abs(v), abs(new_v))
     level = 0.0
     if elastic:
         side = math.copysign(1.0, v)
