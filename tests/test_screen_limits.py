@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.conftest import SHARED
 from tests.screening import site
 
-from rockframe import RockingFrame, respond_many
+from rockframe import Abutment, RockingFrame, Tendon, respond, respond_many
 from rockframe.errors import ParameterError
 from rockframe.options.respond import DesignOptions, ScreenOptions
+from rockframe.results.screening.screen import peaks_of_frames
 from rockframe.risk import LimitState, Outcome, fit_fragility
 from rockframe.signals.response_spectrum import spectral_acceleration
 
@@ -53,6 +55,30 @@ def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[s
         expected = fit_fragility(found["pga"].values, SCALES, reached)
         assert int(fit["fragility_overturned"]) == reached.sum() == expected.overturned
         assert_allclose(float(fit["fragility_median"]), expected.median)
+
+
+def test_tendons_yield_and_gaps_close(tmp_path: Path) -> None:
+    """As the responses say, motion by motion; a free structure reaches neither."""
+    column = RockingFrame(height=3.0, width=0.45, column_mass=1e3, name="free")
+    tendon = Tendon(area=1e-5, modulus=2e11, length=3.0, prestress=500.0, yield_stress=9e7)
+    tied = replace(column, tendon=tendon, abutment=Abutment(gap=0.05), name="tied")
+    records = site(6)
+    found = respond_many(records, [column, tied])
+    yields, closes = [], []
+    for i, record in enumerate(records):
+        part = (found.verdict[i], found.peak_rotation[i], found.impact_velocity[i])
+        peaks, fell = peaks_of_frames([column, tied], *part), found.verdict[i] == 2
+        reached = [
+            LimitState(f"{what}_ratio", 1.0).reached(peaks, fell) for what in ("tendon", "gap")
+        ]
+        assert (reached[0][0] == fell[0]).all()
+        response = respond(tied, record)
+        assert response.restraint is not None
+        yields.append((not np.isnan(response.restraint.tendon_yields), bool(reached[0][1, 0])))
+        closes.append((response.peak_u >= 0.05, bool(reached[1][1, 0])))
+    for pairs in (yields, closes):
+        assert {one for one, _ in pairs} == {True, False}
+        assert all(one == other for one, other in pairs)
 
 
 def test_each_limit_has_a_rate_and_its_parts(screen: Screen, tmp_path: Path) -> None:

@@ -75,10 +75,13 @@ class DesignOptions(Options):
     are tried, because demand is not monotone in size."""
     range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
     """Range that is searched, in m for height and width."""
-    quantity: Literal["rotation_ratio", "u", "v", "impact_velocity"] = "rotation_ratio"
-    """Limited quantity: theta/alpha, the drift u, the lift v or the impact velocity."""
+    quantity: Literal[
+        "rotation_ratio", "u", "v", "impact_velocity", "tendon_ratio", "gap_ratio"
+    ] = "rotation_ratio"
+    """Limited quantity: theta/alpha, the drift u, the lift v, the impact velocity, the force of a
+    tendon over its yield force, or the drift over the gap at the abutment."""
     limit: Positive = 0.5
-    """Limit of theta/alpha, of u or v in m, or of the impact velocity in m/s."""
+    """Limit of a ratio, of u or v in m, or of the impact velocity in m/s."""
     share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     """Share of the records that must stay below the limit."""
     steps: Annotated[int, Field(ge=2, le=10_000)] = 41
@@ -141,6 +144,10 @@ class ScreenOptions(Options):
     """Limits of the lift v [m]."""
     limit_impact_velocity_m_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5,)])] = None
     """Limits of the velocity 2 b |theta'| at which the base of a column hits the ground [m/s]."""
+    limit_tendon_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
+    """Limits of the force of a tendon over its yield force: at 1 it yields."""
+    limit_gap_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
+    """Limits of the drift over the gap at the abutment: at 1 the gap closes."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
     pgv_m_s, a_p_g, L_p_m, sa_1s_g; or a file of OpenQuake or of the USGS."""
@@ -190,6 +197,8 @@ class ScreenOptions(Options):
             "u": self.limit_u_m,
             "v": self.limit_v_m,
             "impact_velocity": self.limit_impact_velocity_m_s,
+            "tendon_ratio": self.limit_tendon_ratio,
+            "gap_ratio": self.limit_gap_ratio,
         }
         return tuple((name, value) for name, values in stated.items() for value in values or ())
 

@@ -1,4 +1,4 @@
-"""Limit states: overturning, and stated limits of rotation, drift, lift and impact velocity."""
+"""Limit states: overturning, and stated limits of rotation, drift, lift, impacts and restraints."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ QUANTITIES: Final = MappingProxyType(
         "u": ("peak_u", "u", "m"),
         "v": ("peak_v", "v", "m"),
         "impact_velocity": ("peak_impact_velocity", "impact velocity", "m/s"),
+        "tendon_ratio": ("peak_tendon_ratio", "tendon / yield force", ""),
+        "gap_ratio": ("peak_gap_ratio", "u / gap", ""),
     }
 )
 

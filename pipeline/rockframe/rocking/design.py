@@ -42,7 +42,7 @@ class Design:
     steps : int
         Values that are tried, ends included; evenly spaced.
     quantity : str
-        ``rotation_ratio`` (|theta| / alpha), ``u``, ``v`` or ``impact_velocity``.
+        A quantity of `rockframe.risk.limits`: ``rotation_ratio``, ``u`` and so on.
 
     Raises
     ------

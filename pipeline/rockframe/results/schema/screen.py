@@ -126,7 +126,7 @@ SCREEN_NC: Final = FileKind(
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
         Variable("scale", "scale", float, "1", "what the motion is multiplied by", key=True),
         Variable("measure", "measure", str, "1", "measure of intensity; sa_1s is the spectral acceleration at 1 s", key=True),
-        Variable("limit_state", "limit_state", str, "1", "overturning, or a limit of rotation, drift, lift or impact velocity", key=True),
+        Variable("limit_state", "limit_state", str, "1", "overturning, or a limit of a peak", key=True),
         Variable("outcome", "outcome", str, "1", "verdict", key=True, choices=OUTCOMES),
         Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True),
         *optional("histories",

@@ -130,7 +130,9 @@ def peaks_of_frames(
     peak_rotation: Float,
     impact_velocity: Float,
 ) -> dict[str, NDArray[Any]]:
-    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
+    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on; and those of restraints.
+
+    A structure without a tendon that yields, or without a gap, has a ratio of 0.
 
     Parameters
     ----------
@@ -140,13 +142,20 @@ def peaks_of_frames(
         Of one motion [1, rad, m s-1].
     """
     alpha = np.array([[frame.slenderness] for frame in frames])
-    u, v = np.empty_like(peak_rotation), np.empty_like(peak_rotation)
+    u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
     for k, frame in enumerate(frames):
         u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
+        if frame.abutment is not None:
+            gaps[k] = u[k] / frame.abutment.gap
+        if frame.tendon is not None:
+            stretch = 2.0 * frame.tie_lever * np.sin(0.5 * peak_rotation[k])
+            force = frame.tendon.prestress + frame.tendon.stiffness * stretch
+            tendons[k] = force / frame.tendon.yield_force
         v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
     ratio = peak_rotation / alpha
     peaks = (ratio, u, v, impact_velocity)
-    return {"verdict": verdict, **dict(zip(_PEAKS, peaks, strict=True))}
+    ratios = {"peak_tendon_ratio": tendons, "peak_gap_ratio": gaps}
+    return {"verdict": verdict, **dict(zip(_PEAKS, peaks, strict=True)), **ratios}
 
 
 def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
