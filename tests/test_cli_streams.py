@@ -112,6 +112,7 @@ def test_few_open_files_are_one_line(motion: Path) -> None:
     assert "Too many open files. Raise the limit of open files: ulimit -n 1024." in said
 
 
+@needs_sh
 @pytest.mark.parametrize("words", [("--help",), ("formats",), ("status", "no-such-folder")])
 def test_python_without_docstrings(words: tuple[str, ...]) -> None:
     status, said = shell('"$@"', *words, python=("-OO",))

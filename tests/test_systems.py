@@ -22,7 +22,7 @@ sys.modules.update(dict.fromkeys(["fcntl", "resource", "pwd", "grp", "termios"])
 for module, names in ((os, "fork forkpty killpg getpgid geteuid getuid"),
                       (signal, "SIGALRM setitimer alarm SIGHUP SIGUSR1 pthread_sigmask")):
     for name in names.split():
-        delattr(module, name)
+        vars(module).pop(name, None)
 """
 
 

@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PureWindowsPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
@@ -196,11 +196,11 @@ def _why(error: OSError, partial: Path) -> str:
 
 
 def _settle(partial: Path, path: Path) -> None:
+    with partial.open("r+b") as stream:  # Windows flushes only what it may write to
+        os.fsync(stream.fileno())
     umask = os.umask(0)
     os.umask(umask)
     partial.chmod(0o666 & ~umask)  # mkstemp's 0600 would hide results from other users
-    with partial.open("rb") as stream:
-        os.fsync(stream.fileno())
     partial.replace(path)
 
 
@@ -294,11 +294,11 @@ def is_within(name: str) -> bool:
 
     Examples
     --------
-    >>> is_within("figures/a.png"), is_within("../a.png"), is_within("/a.png")
-    (True, False, False)
+    >>> is_within("figures/a.png"), is_within("../a.png"), is_within("/a.png"), is_within("C:a")
+    (True, False, False, False)
     """
-    path = PurePosixPath(name)
-    return not path.is_absolute() and ".." not in path.parts
+    path = PureWindowsPath(name)  # which knows both slashes, and drives
+    return not path.anchor and ".." not in path.parts
 
 
 @contextmanager

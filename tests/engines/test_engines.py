@@ -155,12 +155,12 @@ def _gone(pids: set[int]) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_workers_end_with_their_parent(how: signal.Signals) -> None:
+@pytest.mark.parametrize("how", ["SIGKILL", "SIGINT"])
+def test_workers_end_with_their_parent(how: str) -> None:
     with _run_pool(2, "__import__('time').sleep(600)") as parent:
         assert parent.stdout is not None
         pids = {int(parent.stdout.readline()) for _ in range(2)}
-        parent.send_signal(how)
+        parent.send_signal(signal.Signals[how])
         parent.wait(timeout=20)
         assert _gone(pids)
 

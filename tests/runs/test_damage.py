@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -206,7 +207,8 @@ def test_folder_in_the_place_of_an_output_is_one_line(
     (home / "run" / "table.csv").unlink()
     (home / "run" / "table.csv").mkdir()
     assert run(home / "small.toml", home / "run") == 2
-    assert "table.csv: cannot be written: Is a directory" in capsys.readouterr().err
+    why = os.strerror(errno.EACCES if os.name == "nt" else errno.EISDIR)
+    assert f"table.csv: cannot be written: {why}" in capsys.readouterr().err
 
 
 def test_status_does_not_write(home: Path) -> None:

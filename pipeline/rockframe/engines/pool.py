@@ -198,7 +198,7 @@ class _Worker:
                 if kind == FAILED:
                     raise WorkerDiedError(process.wait(), value, values)
                 values.append(value)
-        except (EOFError, BrokenPipeError, ValueError, pickle.UnpicklingError):
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             raise WorkerDiedError(process.wait(), values=values) from None
 
     def close(self) -> None:
@@ -227,7 +227,9 @@ class _Worker:
                     stdout=subprocess.PIPE,
                     stderr=None if limits is None else subprocess.DEVNULL,
                     env={**os.environ, **_ONE_THREAD},
-                    process_group=0,  # Ctrl-C is for the parent, which ends its workers
+                    # Ctrl-C is for the parent, which ends its workers.
+                    process_group=0,
+                    creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
                 )
             return self._process
 
