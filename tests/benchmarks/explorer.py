@@ -65,7 +65,7 @@ def served(held: list[Motion]) -> dict[str, float]:
         name = shaking.record.record_id
         stated = {"record": name, "height": "9.6", "width": "1.6", "mass_ratio": "4",
                   "restitution_factor": "1", "section": "rectangular", "vertical": "0",
-                  "from": "0", "to": "1000"}  # fmt: skip
+                  "pulse": "0", "from": "0", "to": "1000"}  # fmt: skip
         times = []
         for scale in np.linspace(0.1, 2.0, MOVES):
             began = time.perf_counter()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
 from rockframe.explorer.answer import Motion, answer, margin
 from rockframe.explorer.settings import read_settings
+from rockframe.matching.found import find_pulses
+from rockframe.options.pulse import PulseOptions
 
 BENT = {
     "height": "9.6",
@@ -21,6 +24,7 @@ BENT = {
     "section": "rectangular",
     "scale": "1",
     "vertical": "0",
+    "pulse": "0",
     "from": "0",
     "to": "1000",
 }
@@ -74,11 +78,28 @@ def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> Non
     )
 
 
+def test_the_pulse_alone_is_that_of_the_record(bundled: list[Motion]) -> None:
+    """Sampled as the record is, so the response is that to the pulse up to the straight lines."""
+    found = asked(bundled, pulse="1", scale="2")
+    best = find_pulses(bundled[0].record, options=PulseOptions(surrogates=0))
+    pulse = best.matches[best.used].pulse
+    expected = respond(found.response.frame, GroundAcceleration.from_pulse(pulse).scaled(2.0))
+    assert found.response.peak_rotation == pytest.approx(expected.peak_rotation, rel=1e-3)
+    assert found.facts()["pulse_words"].endswith(f"T_p {pulse.T_p:.3g} s")
+    assert asked(bundled).facts()["pulse_words"] is None
+
+
+def test_a_record_without_a_usable_period_has_no_pulse(bundled: list[Motion]) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid pulse '1' of record .*no usable periods"):
+        asked([replace(bundled[0], search=None)], pulse="1")
+
+
 def test_the_section_counts(bundled: list[Motion]) -> None:
     ratios = [
         asked(bundled, section=section).response.frame.inertia_ratio
         for section in ("rectangular", "circular", "1.25")
     ]
+    assert "above 50" in asked(bundled, mass_ratio="51").facts()["unusual"]
     assert ratios == [4.0 / 3.0, pytest.approx(1.331081, abs=1e-6), 1.25]
 
 

@@ -155,6 +155,36 @@ def test_a_structure_sets_the_sliders(page: Any, explorer: Address) -> None:
     assert page.locator("svg.frame .beam").count() == 0
 
 
+def test_the_window_follows_the_rocking_until_one_is_chosen(page: Any, explorer: Address) -> None:
+    def window() -> list[float]:
+        return [float(page.get_attribute("#graphs", f"data-{end}")) for end in ("from", "to")]
+
+    opened(page, explorer)
+    first = window()
+    choose(page, "structure", "slender-column")
+    slender = window()
+    assert abs(slender[1] - first[1]) > 1.0
+    slide(page, "scale", 0.5)
+    page.wait_for_function(
+        "to => Math.abs(document.getElementById('graphs').dataset.to - to) > 1", arg=slender[1]
+    )
+    page.click("#zoom-in")
+    page.wait_for_timeout(50)
+    chosen = window()
+    slide(page, "scale", 1.0)
+    page.wait_for_timeout(50)
+    assert window() == chosen
+
+
+def test_the_pulse_alone_is_drawn(page: Any, explorer: Address) -> None:
+    opened(page, explorer)
+    before = page.get_attribute("#pair-facts", "data-peak")
+    page.check("#pulse")
+    page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
+    assert page.get_attribute("#pair-facts", "data-peak") != before
+    assert " ricker, a_p 0." in page.inner_text("#pair-facts")
+
+
 def test_names_are_shown_and_not_run(page: Any, explorer: Address) -> None:
     opened(page, explorer)
     choose(page, "record", "long")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli.arguments import (
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     import socket
 
     from rockframe.explorer.answer import Motion
+    from rockframe.options.pulse import PulseOptions
 
 _HIGHEST_PORT: Final = 65535
 
@@ -85,19 +87,25 @@ def run_explore(options: argparse.Namespace) -> int:
 def _motions(options: argparse.Namespace) -> list[Motion]:
     """Return the horizontal records, each with the vertical component of its station."""
     from rockframe.components.pairing import vertical_beside
-    from rockframe.explorer.answer import Motion
+    from rockframe.explorer.answer import PULSE_SEARCH, Motion
     from rockframe.results.records import open_records
     from rockframe.rocking.response import as_ground
     from rockframe.stages.common import horizontal
+    from rockframe.stages.pulse import usable
     from rockframe.stages.respond import with_vertical
 
     with stated_records(options) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)
+        searches: dict[str, PulseOptions | None] = dict.fromkeys(names)
+        for name in names:
+            with suppress(ParameterError):
+                searches[name] = usable(name, file, PULSE_SEARCH)
     beside = vertical_beside(everything)
     return [
         Motion(
             record,
             with_vertical(record, beside) if record.record_id in beside else as_ground(record),
+            searches[record.record_id],
         )
         for record in everything
         if record.record_id in names

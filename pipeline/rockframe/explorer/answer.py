@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError, require_known
 from rockframe.explorer.settings import Settings
+from rockframe.frame import unusual
+from rockframe.matching.found import find_pulses
+from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking import (
@@ -23,6 +27,7 @@ from rockframe.rocking import (
     with_margins,
 )
 from rockframe.units import GRAVITY
+from rockframe.wavelets.pulse import Pulse
 from rockframe.web.strips import strip_svg
 
 Float = NDArray[np.float64]
@@ -35,6 +40,10 @@ _INSIDE: Final = 1_000
 _OUTSIDE: Final = 200
 
 
+#: The page shows the best pulse only, without the test against noise.
+PULSE_SEARCH: Final = PulseOptions(surrogates=0, runners_up=0)
+
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A record to choose on the page.
@@ -45,10 +54,13 @@ class Motion:
         The record, for its names.
     ground : GroundAcceleration
         Its acceleration, with the vertical component of the station if there is one.
+    search : PulseOptions, optional
+        How its pulse is searched; None if it has no usable period.
     """
 
     record: Record
     ground: GroundAcceleration
+    search: PulseOptions | None = PULSE_SEARCH
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +76,14 @@ class Answer:
     places : array, shape (drawn,)
         Indices of the samples to draw, increasing: all samples of a short record, else the extremes
         of rotation, lift and acceleration in each of many intervals.
+    pulse : Pulse, optional
+        The pulse of the record, not scaled, if it shakes the frame alone.
     """
 
     response: Response
     ground: GroundAcceleration
     places: Places
+    pulse: Pulse | None = None
 
     def facts(self) -> dict[str, Any]:
         """Return verdict, peaks and parameters as JSON values in SI units; None if undefined."""
@@ -93,7 +108,9 @@ class Answer:
             "verdict": response.verdict.name.lower(),
             "kind": stated.kind,
             "words": stated.words,
+            "unusual": unusual(frame.mass_ratio, frame.slenderness),
             **known,
+            "pulse_words": None if self.pulse is None else _words(self.pulse),
             "pga": float(np.abs(self.ground.acceleration()).max()),
             "step": self.ground.time_step,
             "gravity": GRAVITY,
@@ -144,12 +161,13 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
     Raises
     ------
     ParameterError
-        If the record is unknown, lacks the requested vertical component, or accelerates downwards
-        faster than gravity.
+        If the record is unknown, lacks the requested vertical component or a pulse, or accelerates
+        downwards faster than gravity.
     """
     scaled = _shaking(motions, settings)
     response = respond(settings.frame, scaled)
-    return Answer(response, scaled, _places(response, scaled, settings.window))
+    pulse = _pulse_of(motions[settings.record]) if settings.pulse else None
+    return Answer(response, scaled, _places(response, scaled, settings.window), pulse)
 
 
 def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
@@ -185,7 +203,28 @@ def _shaking(motions: Mapping[str, Motion], settings: Settings) -> GroundAcceler
             f"Invalid vertical '1' of record {settings.record!r}. Must be 0: no vertical was "
             "recorded beside it."
         )
+    if settings.pulse:
+        samples = _pulse_of(motion).acceleration(motion.record.time)
+        alone = GroundAcceleration.from_samples(samples, motion.record.time_step)
+        ground = replace(ground, coefficients=alone.coefficients)
     return ground.scaled(settings.scale)
+
+
+@cache
+def _pulse_of(motion: Motion) -> Pulse:
+    """Return the pulse that `rockframe pulse` selects; the search takes some tenths of a second."""
+    if motion.search is None:
+        raise ParameterError(
+            f"Invalid pulse '1' of record {motion.record.record_id!r}. Must be 0: it has no usable "
+            "periods in which a pulse could be found."
+        )
+    found = find_pulses(motion.record, options=motion.search)
+    return found.matches[found.used].pulse
+
+
+def _words(pulse: Pulse) -> str:
+    kind = pulse.wavelet.replace("_", " ")
+    return f"{kind}, a_p {pulse.a_p / GRAVITY:.3f} g, T_p {pulse.T_p:.3g} s"
 
 
 def _places(response: Response, ground: GroundAcceleration, window: tuple[float, float]) -> Places:

@@ -16,7 +16,8 @@ _LARGEST_SCALE: Final = 100.0
 _SECTION: Final = "section"
 _WINDOW: Final = ("from", "to")
 _NUMBERS: Final = ("height", "width", "mass_ratio", "restitution_factor", "scale", *_WINDOW)
-_NAMES: Final = ("record", "vertical", _SECTION, *_NUMBERS)
+_SWITCHES: Final = ("vertical", "pulse")
+_NAMES: Final = ("record", *_SWITCHES, _SECTION, *_NUMBERS)
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Settings:
         Factor of its accelerations [1].
     vertical : bool
         Include the vertical component.
+    pulse : bool
+        Let the record's pulse alone shake the frame horizontally.
     window : (float, float)
         Start and end of the time that is drawn in full detail [s].
     """
@@ -41,6 +44,7 @@ class Settings:
     record: str
     scale: float
     vertical: bool
+    pulse: bool
     window: tuple[float, float]
 
 
@@ -52,7 +56,7 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
     stated : mapping of str to str
         ``record``; ``height`` and ``width`` of a column [m]; ``mass_ratio``,
         ``restitution_factor``, ``scale`` [1]; ``section``: rectangular, circular, or an inertia
-        ratio [1]; ``vertical``: 0 or 1; ``from`` and ``to`` [s].
+        ratio [1]; ``vertical`` and ``pulse``: 0 or 1; ``from`` and ``to`` [s].
 
     Raises
     ------
@@ -63,7 +67,7 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
     --------
     >>> wide = {"record": "A", "height": "9.6", "width": "1.6", "mass_ratio": "4", "scale": "1",
     ...         "restitution_factor": "1", "section": "rectangular", "vertical": "0",
-    ...         "from": "0", "to": "60"}
+    ...         "pulse": "0", "from": "0", "to": "60"}
     >>> read_settings(wide).frame.mass_ratio
     4.0
     >>> read_settings({**wide, "scale": "nought"})
@@ -83,13 +87,15 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
         raise ParameterError(
             f"Invalid scale {scale!r}. Must be above 0 and at most {_LARGEST_SCALE:g}."
         )
-    if stated["vertical"] not in ("0", "1"):
-        raise ParameterError(f"Invalid vertical {stated['vertical']!r}. Must be 0 or 1.")
+    for name in _SWITCHES:
+        if stated[name] not in ("0", "1"):
+            raise ParameterError(f"Invalid {name} {stated[name]!r}. Must be 0 or 1.")
     return Settings(
         frame=_frame(numbers, stated[_SECTION]),
         record=stated["record"],
         scale=scale,
         vertical=stated["vertical"] == "1",
+        pulse=stated["pulse"] == "1",
         window=(numbers["from"], numbers["to"]),
     )
 

@@ -33,6 +33,7 @@ function words(motion) {
     ["first uplift", number(motion.uplift_time, 1, 3, "s")],
     ["impacts", String(motion.impacts)],
     ["peak ground acceleration", number(motion.pga, 1 / motion.gravity, 3, "g")],
+    ...(motion.pulse_words ? [["pulse", motion.pulse_words]] : []),
   ]);
   at("pair-facts").dataset.peak = motion.peak;
   list(at("structure-facts"), [
@@ -42,9 +43,10 @@ function words(motion) {
     ["of the frame p̂", number(motion.effective_frequency_parameter, 1, 4, "rad/s")],
     ["restitution √r", number(motion.restitution, 1, 4, "")],
     ["uplift at", number(motion.uplift_acceleration, 1 / motion.gravity, 4, "g")],
+    ...(motion.unusual ? [["unusual", motion.unusual]] : []),
   ]);
   at("toml").textContent = tables(motion);
-  player.describe(`the structure under ${shown}`, line);
+  player.describe(`the structure under ${motion.pulse_words ? "the pulse of " : ""}${shown}`, line);
 }
 
 function tables(motion) {

@@ -13,6 +13,7 @@ class Settings {
     for (const name of NUMBERS) this.couple(name);
     at("section").addEventListener("change", () => this.changed("section"));
     at("vertical").addEventListener("change", () => onChange(false));
+    at("pulse").addEventListener("change", () => onChange(true));
     at("record").addEventListener("change", () => {
       this.record();
       onChange(true);
@@ -44,7 +45,7 @@ class Settings {
     const chosen = facts.structures.find((structure) => structure.name === name);
     if (!chosen) return;
     this.write(chosen);
-    this.onChange(false);
+    this.onChange(true);
   }
 
   write(structure) {
@@ -74,7 +75,7 @@ class Settings {
     const numbers = Object.fromEntries(NUMBERS.map((name) => [name, at(name).value.trim()]));
     return new URLSearchParams({
       ...numbers, record: at("record").value, section: at("section").value,
-      vertical: at("vertical").checked ? "1" : "0", from, to,
+      vertical: at("vertical").checked ? "1" : "0", pulse: at("pulse").checked ? "1" : "0", from, to,
     });
   }
 

@@ -125,9 +125,12 @@ function linkedPlots(motion, onCursor) {
   observer.observe(document.getElementById("graphs"));
 
   const end = () => motion.time[motion.time.length - 1];
+  let fitted = [0, 0];
   function show([from, to]) {
     const min = Math.max(0, from);
-    plots[0].setScale("x", { min, max: Math.max(min + 10 * motion.step, Math.min(end(), to)) });
+    const max = Math.max(min + 10 * motion.step, Math.min(end(), to));
+    plots[0].setScale("x", { min, max });
+    return [min, max];
   }
   function zoom(factor) {
     const { min, max } = plots[0].scales.x;
@@ -135,7 +138,8 @@ function linkedPlots(motion, onCursor) {
     const centre = here >= min && here <= max ? here : (min + max) / 2;
     show([centre - (centre - min) * factor, centre + (max - centre) * factor]);
   }
-  // Show another response to the same motion, with the same zoom.
+  // Show another response to the same motion, with the same zoom; a window that was fitted to the
+  // rocking, and not chosen, is fitted again if the rocking begins or ends elsewhere.
   function update(other) {
     motion = other;
     ({ ratio, list } = panels(motion));
@@ -147,8 +151,14 @@ function linkedPlots(motion, onCursor) {
         plot.setScale("x", { min, max });
       });
     });
+    const { min, max } = plots[0].scales.x;
+    const [from, to] = motionWindow(motion, ratio);
+    const moved = Math.abs(from - min) + Math.abs(to - max) > 0.1 * (to - from);
+    if (min === fitted[0] && max === fitted[1] && moved) showRocking();
   }
-  const showRocking = () => show(motionWindow(motion, ratio));
+  function showRocking() {
+    fitted = show(motionWindow(motion, ratio));
+  }
   showRocking();
   return {
     show, showRocking, zoom, update, print,
