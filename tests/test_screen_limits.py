@@ -57,7 +57,7 @@ def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[s
         assert_allclose(float(fit["fragility_median"]), expected.median)
 
 
-def test_tendons_yield_and_gaps_close(tmp_path: Path) -> None:
+def test_tendons_yield_and_gaps_close() -> None:
     """As the responses say, motion by motion; a free structure reaches neither."""
     column = RockingFrame(height=3.0, width=0.45, column_mass=1e3, name="free")
     tendon = Tendon(area=1e-5, modulus=2e11, length=3.0, prestress=500.0, yield_stress=9e7)

@@ -130,9 +130,9 @@ def peaks_of_frames(
     peak_rotation: Float,
     impact_velocity: Float,
 ) -> dict[str, NDArray[Any]]:
-    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on; and those of restraints.
+    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
 
-    A structure without a tendon that yields, or without a gap, has a ratio of 0.
+    Ratios of tendons and gaps, which are not written, are 0 for structures without them.
 
     Parameters
     ----------
