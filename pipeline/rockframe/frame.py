@@ -2,6 +2,8 @@
 
 Equation numbers are those of Makris and Vassiliou (2013), COMPDYN 2013. The frame rocks like one
 free-standing column of the same slenderness and a larger size, but loses more at impacts.
+
+The file is long because a frame is one class, and each of its properties an equation.
 """
 
 from __future__ import annotations

@@ -16,12 +16,8 @@ from rockframe.results.records import open_records
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import Progress, horizontal, silent
-from rockframe.study.structures import (
-    CompareEntry,
-    FixedEntry,
-    StructureEntry,
-    read_bridges,
-)
+from rockframe.study.restraints import FixedEntry
+from rockframe.study.structures import CompareEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
 

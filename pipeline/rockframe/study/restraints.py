@@ -1,0 +1,199 @@
+"""Tables of what restrains a structure, and of its rivals, in files of structures and studies."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from rockframe.errors import invalid
+from rockframe.options.model import Options
+from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
+from rockframe.units import GRAVITY
+
+
+def _for_example(value: float) -> Any:
+    return Field(examples=[value])
+
+
+class Entry(Options):
+    """A table whose values are checked by what they describe."""
+
+    @model_validator(mode="after")
+    def _checked(self) -> Self:
+        self.made()
+        return self
+
+    def made(self) -> Any:
+        """Return what the table describes."""
+        raise NotImplementedError
+
+
+class TendonEntry(Entry):
+    """A tendon through the axis of each column, from the foundation to the beam."""
+
+    area_m2: Annotated[float, _for_example(1.0e-3)]
+    """Cross-section [m2]."""
+    modulus_pa: Annotated[float, _for_example(195.0e9)]
+    """Young's modulus [Pa]."""
+    length_m: Annotated[float | None, _for_example(9.6)] = None
+    """Free length [m]; by default the height of the column."""
+    prestress_n: float = 0.0
+    """Force at rest [N]."""
+    yield_stress_pa: Annotated[float | None, _for_example(1.6e9)] = None
+    """Stress at which it yields [Pa]; by default it never does."""
+    loses_prestress: bool = False
+    """Let it flow when it yields, and lose prestress; otherwise only the time is reported."""
+
+    def made(self, height: float = 1.0) -> Tendon:
+        """Return the tendon; by default as long as the column is high."""
+        return Tendon(
+            area=self.area_m2,
+            modulus=self.modulus_pa,
+            length=height if self.length_m is None else self.length_m,
+            prestress=self.prestress_n,
+            yield_stress=math.inf if self.yield_stress_pa is None else self.yield_stress_pa,
+            loses_prestress=self.loses_prestress,
+        )
+
+
+class DissipaterEntry(Entry):
+    """What yields across each joint of a column."""
+
+    stiffness_n_m: Annotated[float, _for_example(5.0e7)]
+    """Of all bars across one joint [N/m]."""
+    yield_force_n: Annotated[float, _for_example(1.0e5)]
+    """Of all bars across one joint [N]."""
+    lever_arm_m: Annotated[float, _for_example(0.8)]
+    """From the pivot to the bars [m]."""
+
+    def made(self) -> Dissipater:
+        """Return the dissipater."""
+        return Dissipater(
+            stiffness=self.stiffness_n_m,
+            yield_force=self.yield_force_n,
+            lever_arm=self.lever_arm_m,
+        )
+
+
+class IsolatedEntry(Entry):
+    """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
+
+    strength_ratio: Annotated[float | None, _for_example(0.05)] = None
+    """Characteristic strength of lead-rubber bearings over the weight of the deck."""
+    period_s: Annotated[float | None, _for_example(3.0)] = None
+    """Period on their stiffness after yielding [s]."""
+    effective_period_s: Annotated[float | None, _for_example(2.5)] = None
+    """Instead of it, the period of the secant stiffness at the design displacement [s]."""
+    design_displacement_m: Annotated[float | None, _for_example(0.25)] = None
+    """That displacement [m]."""
+    yield_displacement_m: float = 0.01
+    """Displacement at which they yield [m]."""
+    radius_m: Annotated[float | None, _for_example(2.5)] = None
+    """Radius of friction pendulums [m]."""
+    friction: Annotated[float | None, _for_example(0.05)] = None
+    """Their coefficient of friction."""
+    damping_ratio: float = 0.0
+    """Viscous damping over the critical one."""
+
+    def made(self) -> IsolatedDeck:
+        """Return the deck on its isolators."""
+        if self.radius_m is not None or self.friction is not None:
+            for key in ("strength_ratio", "period_s", "effective_period_s"):
+                if getattr(self, key) is not None:
+                    raise invalid(key, getattr(self, key), "isolators", "absent beside a pendulum")
+            for key in ("radius_m", "friction"):
+                if getattr(self, key) is None:
+                    raise invalid(key, None, "friction pendulums", "stated with the other")
+            return IsolatedDeck.friction_pendulum(
+                radius=self.radius_m,  # type: ignore[arg-type]
+                friction=self.friction,  # type: ignore[arg-type]
+                damping_ratio=self.damping_ratio,
+            )
+        if self.strength_ratio is None:
+            pendulum = "stated, or radius_m and friction of a pendulum"
+            raise invalid("strength_ratio", None, "lead-rubber bearings", pendulum)
+        return IsolatedDeck.lead_rubber(
+            strength_ratio=self.strength_ratio,
+            period=self.period_s,
+            effective_period=self.effective_period_s,
+            design_displacement=self.design_displacement_m,
+            yield_displacement=self.yield_displacement_m,
+            damping_ratio=self.damping_ratio,
+        )
+
+
+class FixedEntry(Entry):
+    """The columns, monolithic with ground and deck."""
+
+    modulus_pa: Annotated[float, _for_example(30.0e9)]
+    """Young's modulus of the columns [Pa]."""
+    cracked_stiffness_ratio: float = 1.0
+    """Stiffness of the cracked section over that of the whole one."""
+    damping_ratio: float = 0.05
+    """Viscous damping over the critical one."""
+    strength_ratio: Annotated[float | None, _for_example(0.2)] = None
+    """Force at first yield over the weight of the deck and of 13/35 of the columns; by default they
+    do not yield."""
+    moment_capacity_nm: Annotated[float | None, _for_example(4.0e6)] = None
+    """Instead of it, the moment at which both ends of a column yield [N m]."""
+    post_yield_ratio: float = 0.0
+    """Stiffness after yielding over the elastic one."""
+
+    def made(
+        self,
+        *,
+        height: float = 1.0,
+        width: float = 1.0,
+        depth: float | None = None,
+        column_mass: float = 0.0,
+        deck_mass: float = 1.0,
+    ) -> FixedFrame:
+        """Return the frame of one column of these dimensions [m] and masses [kg]."""
+        strength = math.inf if self.strength_ratio is None else self.strength_ratio
+        if self.moment_capacity_nm is not None:
+            if self.strength_ratio is not None:
+                ratio = f"absent beside strength_ratio {self.strength_ratio:g}"
+                raise invalid("moment_capacity", self.moment_capacity_nm, "columns", ratio)
+            if not self.moment_capacity_nm > 0.0:
+                raise invalid("moment_capacity", self.moment_capacity_nm, "columns", "positive")
+            moving = (deck_mass + COLUMN_SHARE * column_mass) * GRAVITY
+            strength = 2.0 * self.moment_capacity_nm / (height * moving)
+        return FixedFrame.from_columns(
+            columns=1,
+            height=height,
+            width=width,
+            depth=depth,
+            modulus=self.modulus_pa,
+            column_mass=column_mass,
+            deck_mass=deck_mass,
+            cracked_stiffness_ratio=self.cracked_stiffness_ratio,
+            damping_ratio=self.damping_ratio,
+            strength_ratio=strength,
+            post_yield_ratio=self.post_yield_ratio,
+        )
+
+
+class PivotEntry(Entry):
+    """``[structure.pivot]``: the edges on which columns rock, and crush."""
+
+    compressive_strength_pa: float
+    depth_m: float
+
+    def made(self) -> Pivot:
+        """Return the pivot."""
+        return Pivot(compressive_strength=self.compressive_strength_pa, depth=self.depth_m)
+
+
+class AbutmentEntry(Entry):
+    """``[structure.abutment]``: the joints at the ends of the deck."""
+
+    gap_m: float
+    uplift_allowance_m: float | None = None
+
+    def made(self) -> Abutment:
+        """Return the joint; without an allowance the deck may lift as it likes."""
+        allowance = math.inf if self.uplift_allowance_m is None else self.uplift_allowance_m
+        return Abutment(gap=self.gap_m, uplift_allowance=allowance)
