@@ -14,6 +14,7 @@ import pytest
 from tests.commands import STRUCTURE, ingested, run
 from tests.recorded.record import HERE as RECORDED
 from tests.recorded.record import names, numbers
+from tests.recorded.shapes import shapes
 
 import rockframe
 from rockframe.cli.main import parser
@@ -151,6 +152,14 @@ def test_no_recorded_name_is_lost() -> None:
         assert set(options) <= set(found["commands"][verb]), verb
     for kind, before in recorded.items():
         assert set(before) <= set(found[kind]), kind
+
+
+def test_json_keeps_its_recorded_keys_and_types(tmp_path: Path) -> None:
+    """Of each command, for the bundled records; more may come."""
+    recorded = json.loads((RECORDED / "json.json").read_text(encoding="utf-8"))
+    found = shapes(tmp_path)
+    for verb, before in recorded.items():
+        assert set(before) <= set(found[verb]), verb
 
 
 def test_table1_is_repeated_to_the_byte(table1: Path, tmp_path: Path) -> None:
