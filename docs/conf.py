@@ -67,6 +67,8 @@ _FUNCTION = re.compile(
     r"(</m(?:i|n|sup|frac)>\s*)?((?:<msup>\s*)?<mi[^>]*>(?:sin|cos|tan|sgn)</mi>"
     r"(?:\s*<mn>\d</mn>\s*</msup>)?)(?!\s*<mo>&ApplyFunction;</mo>\s*<mo[^>]*>\()"
 )
+#: Bars and slashes, which browsers would stretch, and set apart as they do an equals sign.
+_TIGHT = re.compile(r"<mo[^>]*>([|/])</mo>")
 _SPACE = '<mspace width="0.17em"/>'
 
 
@@ -76,6 +78,7 @@ def mathml(tex: str, *, as_block: bool = False) -> str:
     text = _INDEX_BELOW.sub(r"<msub><mover accent='true'>\1\3</mover>\2</msub>", text)
     if "munderover" in text or re.search(r"frac\d", tex):
         raise ValueError(f"docutils sets {tex!r} as something else")
+    text = _TIGHT.sub(r'<mo stretchy="false" lspace="0" rspace="0">\1</mo>', text)
     return _FUNCTION.sub(lambda m: f"{m[1] + _SPACE if m[1] else ''}{m[2]}{_SPACE}", text)
 
 
