@@ -46,8 +46,6 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
     width = table_width()
     console = Console(width=width, highlight=False)
     table = Table(
-        title=Text(title, style="bold"),
-        title_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,
@@ -65,6 +63,8 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
         else:
             table.add_section()
     with console.capture() as table_text:  # rich would end with 1 where nobody reads on
+        if title:
+            console.print(Text(title, style="bold", no_wrap=True, overflow="ignore"))
         console.print(table)
     print(table_text.get(), end="")
     if more:

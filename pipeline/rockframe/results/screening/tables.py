@@ -68,7 +68,7 @@ def scenario_rows(screening: xr.Dataset) -> Rows:
     """Yield a row for each motion, structure and scale, with the intensity at that scale."""
     columns = columns_of(
         "record_id structure scale verdict peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v",
-        "pga_g=pga pgv_m_s=pgv",
+        "impact_velocity_m_s=peak_impact_velocity pga_g=pga pgv_m_s=pgv",
     )
     for row in rows_along(screening, "record structure scale", columns):
         intensities = {name: row[name] * row["scale"] for name in ("pga_g", "pgv_m_s")}

@@ -68,10 +68,10 @@ class Margin(Shown):
         least = self.critical_scale
         end = self.largest_scale if math.isnan(least) else min(self.largest_scale, 3.0 * least)
         axes.axvspan(0.0, end, color="C2", alpha=0.3, label="stands")
-        if not math.isnan(least):
-            axes.axvspan(least, end, color="C3", alpha=0.9, label="overturns")
-        for low, high in self.islands:
-            axes.axvspan(min(low, end), min(high, end), color="C2", alpha=0.9)
+        for k, (low, high) in enumerate(self.strip.overturning):
+            if low < end:  # a line of some width shows slivers too
+                label = "_" * (k > 0) + "overturns"
+                axes.axvspan(low, min(high, end), color="C3", linewidth=0.8, label=label)
         axes.axvline(1.0, color="black", linewidth=0.8, label="the motion itself")
         axes.set(xlim=(0.0, max(end, 1.1)), yticks=[], xlabel="scale of the motion")
         axes.legend(loc="upper left", fontsize=8)
