@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rockframe.matching.match import match_pulses
 from rockframe.options.pulse import PulseOptions
@@ -83,21 +84,21 @@ def _matched(record: Record, printed: PaperRecord, options: PulseOptions) -> lis
     ]
 
 
-def overall_distances(pulses: Sequence[PaperPulse]) -> list[tuple[str, str, float]]:
+def overall_distances(pulses: Sequence[PaperPulse]) -> list[dict[str, Any]]:
     """Return wavelet, weighting and distance over all records, the nearest first.
 
     Examples
     --------
     >>> one = PaperPulse(record="a", wavelet="w", weighting="energy", printed_a_p_g=0.4,
     ...     printed_period_s=1.0, a_p_g=0.4, T_p_s=1.1)
-    >>> [(wavelet, round(distance, 4)) for wavelet, _, distance in overall_distances([one])]
-    [('w', 0.0674)]
+    >>> [round(way["distance"], 4) for way in overall_distances([one])]
+    [0.0674]
     """
     ways: dict[tuple[str, str], list[float]] = {}
     for pulse in pulses:
         ways.setdefault((pulse.wavelet, pulse.weighting), []).append(pulse.distance**2)
-    distances = [
-        (wavelet, weighting, math.sqrt(sum(squares) / len(squares)))
-        for (wavelet, weighting), squares in ways.items()
+    rows: list[dict[str, Any]] = [
+        {"wavelet": one, "weighting": other, "distance": math.sqrt(sum(squares) / len(squares))}
+        for (one, other), squares in ways.items()
     ]
-    return sorted(distances, key=lambda way: way[2])
+    return sorted(rows, key=lambda way: float(way["distance"]))

@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.console import progress_of_steps, show_json, show_table
+from rockframe.cli.console import progress_of_steps, show_json, show_rows, show_table
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.options.execution import ExecutionOptions
@@ -93,7 +93,7 @@ def _warn(text: str) -> None:
 
 def _show_verdicts(table: Path) -> None:
     """Print how many records gave each structure each verdict."""
-    from rockframe.results.tables.columns import stated_verdict
+    from rockframe.results.tables.columns import Column, stated_verdict
     from rockframe.results.tables.entries import rows_of
     from rockframe.rocking import VerdictKind
 
@@ -103,8 +103,12 @@ def _show_verdicts(table: Path) -> None:
     for row in rows_of(table):
         counts.setdefault(row["structure"], Counter())[stated_verdict(row).kind] += 1
     kinds = [kind for kind in VerdictKind if any(count[kind] for count in counts.values())]
-    rows = [[name, *(str(count[kind]) for kind in kinds)] for name, count in counts.items()]
-    show_table("Verdicts", ["structure", *(f"{kind.label}>" for kind in kinds)], rows)
+    columns = [Column(f"{kind.label}>", kind, ".0f") for kind in kinds]
+    rows = (
+        {"structure": name, **{kind: count[kind] for kind in kinds}}
+        for name, count in counts.items()
+    )
+    show_rows("Verdicts", [Column("structure", "structure"), *columns], rows)
 
 
 def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:

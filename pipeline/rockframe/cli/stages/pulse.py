@@ -13,7 +13,6 @@ from rockframe.cli.console import (
     show_json,
     show_rejections,
     show_rows,
-    show_table,
     table_width,
 )
 from rockframe.cli.options import add_options, chosen, file_to_write, path
@@ -149,11 +148,7 @@ def show_paper(options: argparse.Namespace) -> int:
         )
     if options.json:
         rows = [{**vars(pulse), "distance": pulse.distance} for pulse in pulses]
-        ways = [
-            {"wavelet": wavelet, "weighting": weighting, "distance": distance}
-            for wavelet, weighting, distance in overall_distances(pulses)
-        ]
-        show_json({"pulses": rows, "overall": ways})
+        show_json({"pulses": rows, "overall": overall_distances(pulses)})
     else:
         _show_paper(pulses)
     return status
@@ -205,11 +200,9 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
         show_rows(
             f"Weighting {weighting}: the paper's pulses and ours", columns, own, group="record"
         )
-    show_table(
-        "Over all records, the nearest first",
-        ("wavelet", "weighting", "distance>"),
-        [[w, weighting, f"{d:.3f}"] for w, weighting, d in overall_distances(pulses)],
-    )
+    ways = [Column(name, name) for name in ("wavelet", "weighting")]
+    ways.append(Column("distance>", "distance", ".3f"))
+    show_rows("Over all records, the nearest first", ways, overall_distances(pulses))
     print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper names neither")
     print("wavelet nor weighting nor range of periods for its records; nothing is tuned.")
     if any(pulse.at_period_bound for pulse in pulses):

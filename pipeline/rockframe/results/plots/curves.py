@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.schema import RESPONSE_NC
-from rockframe.results.schema.declare import flags, texts, variable
-from rockframe.rocking import GroundAcceleration, Verdict, respond_many
+from rockframe.results.schema.plots import RESTITUTION, SIZE, STABILITY
+from rockframe.rocking import GroundAcceleration, respond_many
 from rockframe.rocking.spectra.overturning import increasing
 
 Float = NDArray[np.float64]
@@ -49,22 +49,14 @@ def size_dataset(mass_ratios: ArrayLike) -> xr.Dataset:
     frequency = np.array(
         [frame.effective_frequency_parameter / frame.frequency_parameter for frame in frames]
     )
-    of_gamma = "mass_ratio"
-    return xr.Dataset(
+    return SIZE.dataset(
         {
-            "size_ratio": variable(of_gamma, size, "1", "R-hat / R"),
-            "frequency_ratio": variable(of_gamma, frequency, "1", "p-hat / p"),
-            "size_limit": variable(
-                (), heavy.effective_size / heavy.size, "1", "R-hat / R under a very heavy beam"
-            ),
-            "frequency_limit": variable(
-                (),
-                heavy.effective_frequency_parameter / heavy.frequency_parameter,
-                "1",
-                "p-hat / p under a very heavy beam",
-            ),
-        },
-        coords={"mass_ratio": variable(of_gamma, gammas, "1", "m_b / (N m_c)")},
+            "size_ratio": size,
+            "frequency_ratio": frequency,
+            "size_limit": heavy.effective_size / heavy.size,
+            "frequency_limit": heavy.effective_frequency_parameter / heavy.frequency_parameter,
+            "mass_ratio": gammas,
+        }
     )
 
 
@@ -108,22 +100,13 @@ def restitution_dataset(slendernesses: ArrayLike, mass_ratios: ArrayLike) -> xr.
             for gamma, limit in zip(finite, limits, strict=True)
         ]
     )
-    return xr.Dataset(
+    return RESTITUTION.dataset(
         {
-            "restitution": variable(
-                ("mass_ratio", "slenderness"),
-                restitution,
-                "1",
-                "angular velocity after an impact over that before, sqrt(r)",
-            ),
-            "slenderness_limit": variable(
-                "mass_ratio", limits, "rad", "slenderness at which the restitution vanishes"
-            ),
-        },
-        coords={
-            "mass_ratio": variable("mass_ratio", gammas, "1", "m_b / (N m_c)"),
-            "slenderness": variable("slenderness", alphas, "rad", "slenderness of a column"),
-        },
+            "restitution": restitution,
+            "slenderness_limit": limits,
+            "mass_ratio": gammas,
+            "slenderness": alphas,
+        }
     )
 
 
@@ -173,22 +156,14 @@ def stability_dataset(
     frames = [frame.resized(height, height * frame.width / frame.height) for height in tall]
     verdict = respond_many([motion or record], frames, strong).verdict[0]
     held = RESPONSE_NC.dataset(RESPONSE_NC.filled("frame", [frame]))
-    known = held.isel(structure=0).variables
-    return xr.Dataset(
+    drawn = STABILITY.dataset(
         {
-            "verdict": flags(("column_height", "scale"), verdict, Verdict, "stability verdict"),
-            "pga": variable(
-                (), np.abs(record.acceleration).max(), "m s-2", "peak ground acceleration"
-            ),
-            "record_id": texts("record", [record.record_id], "record identifier").isel(record=0),
-            **known,
-        },
-        coords={
-            "structure": texts("structure", [frame.name], "name of the structure").isel(
-                structure=0
-            ),
-            "column_height": variable("column_height", tall, "m", "height of a column"),
-            "scale": variable("scale", strong, "1", "what the motion is multiplied by"),
-        },
-        attrs={"title": "Stability map of a record"},
+            "verdict": verdict,
+            "pga": np.abs(record.acceleration).max(),
+            "record_id": record.record_id,
+            "structure": frame.name,
+            "column_height": tall,
+            "scale": strong,
+        }
     )
+    return drawn.assign(held.isel(structure=0).variables).set_coords("structure")

@@ -12,7 +12,8 @@ import xarray as xr
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.schema import RESPONSE_NC
-from rockframe.results.schema.declare import variable
+from rockframe.results.schema.declare import FileKind, variable
+from rockframe.results.schema.plots import JOINTS, PORTRAIT
 from rockframe.rocking import (
     GroundAcceleration,
     Response,
@@ -60,26 +61,16 @@ def portrait_dataset(
     exact = (-frame.slenderness, -edge, edge, frame.slenderness)
     curve = np.union1d(np.linspace(-reach, reach, 401), exact)
     variables = {
-        "rate": variable("obs", omega, "rad s-1", "rate of rotation"),
-        "restoring_moment": variable(
-            "obs", restoring_moment(frame, theta), "1", "restoring moment over that of uplift"
-        ),
-        "curve_moment": variable(
-            "curve", restoring_moment(frame, curve), "1", "restoring moment over that of uplift"
-        ),
-        "curve_barrier": variable(
-            "curve", barrier_rate(frame, curve), "rad s-1", "rate that overturns on still ground"
-        ),
-        "impact_rate": variable(
-            "impact", response.impact_velocities, "rad s-1", "rate just before an impact"
-        ),
+        "rate": omega,
+        "restoring_moment": restoring_moment(frame, theta),
+        "curve_moment": restoring_moment(frame, curve),
+        "curve_barrier": barrier_rate(frame, curve),
+        "impact_rate": response.impact_velocities,
+        "rotation": theta,
+        "curve_rotation": curve,
     }
-    coordinates = {
-        "rotation": variable("obs", theta, "rad", "rotation of the columns"),
-        "curve_rotation": variable("curve", curve, "rad", "rotation of the columns"),
-    }
-    variables |= _of_pair(record, frame, response)
-    return xr.Dataset(variables, coordinates, {"vertical": int(ground.vertical is not None)})
+    drawn = _of_pair(PORTRAIT, variables, record, response, ground)
+    return drawn.set_coords(["rotation", "curve_rotation"])
 
 
 def joints_dataset(
@@ -123,65 +114,31 @@ def joints_dataset(
     forces = reactions(response, ground)
     weight = 1.0 + frame.mass_ratio
     variables = {
-        "acceleration": variable("time", ground.acceleration(), "m s-2", "ground acceleration"),
-        "theta": variable("time", response.theta, "rad", "rotation of the columns"),
-        "base_friction_demand": variable(
-            "time", forces.base_friction_demand, "1", "base shear over vertical base reaction"
-        ),
-        "top_friction_demand": variable(
-            "time", forces.top_friction_demand, "1", "shear over compression under the beam"
-        ),
-        "base_vertical": variable(
-            "time", forces.base_vertical / weight, "1", "vertical base reaction over the weight"
-        ),
-        "impact_friction_demand": variable(
-            (), impact_friction_demand(frame), "1", "friction that each impact needs"
-        ),
-        "uplift_friction_demand": variable(
-            (), math.tan(frame.slenderness), "1", "friction that uplift needs, tan(alpha)"
-        ),
+        "acceleration": ground.acceleration(),
+        "theta": response.theta,
+        "base_friction_demand": forces.base_friction_demand,
+        "top_friction_demand": forces.top_friction_demand,
+        "base_vertical": forces.base_vertical / weight,
+        "impact_friction_demand": impact_friction_demand(frame),
+        "uplift_friction_demand": math.tan(frame.slenderness),
+        "time": response.time,
     }
     if spacing is not None and frame.mass_ratio > 0.0:
-        variables |= _of_columns(response, ground, spacing, beam_centre)
-    variables |= _extremes(variables) | _of_pair(record, frame, response)
-    time = variable("time", response.time, "s", "time since the record's first sample")
-    attributes = {"vertical": int(ground.vertical is not None)}
-    return xr.Dataset(variables, {"time": time}, attributes)
+        each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
+        variables |= {
+            "column_base_friction_demand": each.base_friction_demand,
+            "column_top_friction_demand": each.top_friction_demand,
+            # the half weight of the beam is gamma m_c g
+            "column_top_vertical": each.top_vertical / frame.mass_ratio,
+            "spacing": spacing,
+            "beam_centre": beam_centre,
+            "least_spacing": least_spacing(frame, beam_centre),
+        }
+    drawn = _of_pair(JOINTS, variables, record, response, ground)
+    return drawn.assign(_extremes(drawn[[name for name in variables if name != "time"]].variables))
 
 
-def _of_columns(
-    response: Response, ground: GroundAcceleration, spacing: float, beam_centre: float
-) -> dict[str, xr.Variable]:
-    """Return the forces of each of two columns; the half weight of the beam is gamma m_c g."""
-    each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
-    pairs = ("column", "time")
-    return {
-        "column_base_friction_demand": variable(
-            pairs, each.base_friction_demand, "1", "base shear of a column over its reaction"
-        ),
-        "column_top_friction_demand": variable(
-            pairs, each.top_friction_demand, "1", "shear over compression on top of a column"
-        ),
-        "column_top_vertical": variable(
-            pairs,
-            each.top_vertical / response.frame.mass_ratio,
-            "1",
-            "compression under the beam over its half weight",
-        ),
-        "spacing": variable((), spacing, "m", "distance between the axes of the columns"),
-        "beam_centre": variable(
-            (), beam_centre, "m", "height of the beam's centre of mass above its underside"
-        ),
-        "least_spacing": variable(
-            (),
-            least_spacing(response.frame, beam_centre),
-            "m",
-            "spacing at which impacts lift the beam",
-        ),
-    }
-
-
-def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+def _extremes(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
     """Return the largest demands and least vertical forces of the history; NaN if unknown."""
     found = {}
     for name, values in variables.items():
@@ -195,14 +152,21 @@ def _extremes(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     return found
 
 
-def _of_pair(record: Record, frame: RockingFrame, response: Response) -> dict[Any, xr.Variable]:
-    """Return what captions state of the record, the structure and the response."""
+def _of_pair(
+    kind: FileKind,
+    variables: Mapping[str, Any],
+    record: Record,
+    response: Response,
+    ground: GroundAcceleration,
+) -> xr.Dataset:
+    """Return a dataset with what captions state of the record, the structure and the response."""
+    frame = response.frame
     values = {
         **RESPONSE_NC.filled("frame", [frame]),
         **RESPONSE_NC.filled("response", [[response]]),
-        "record_id": [record.record_id],
         "structure": [frame.name],
     }
     known = RESPONSE_NC.dataset(values).isel(record=0, structure=0)
-    pga = variable((), np.abs(record.acceleration).max(), "m s-2", "largest acceleration")
-    return {**known.variables, "pga": pga}
+    pga = np.abs(record.acceleration).max()
+    drawn = kind.dataset({**variables, "record_id": record.record_id, "pga": pga})
+    return drawn.assign(known.variables).assign_attrs(vertical=int(ground.vertical is not None))

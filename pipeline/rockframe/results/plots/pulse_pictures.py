@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,7 @@ from rockframe.matching.curve import match_curve, scalogram
 from rockframe.matching.match import PulseMatch
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results.schema.declare import texts, variable
+from rockframe.results.schema.plots import MATCH_CURVE, PULSE, SCALOGRAM
 from rockframe.signals.processing import peak
 
 #: Periods and times of the picture of a transform, at most.
@@ -42,15 +42,13 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
     >>> pulse_dataset(record, match)["pulse"].values.round(3)
     array([-0.378,  3.   , -0.378])
     """
-    samples = variable("time", record.acceleration, "m s-2", "ground acceleration")
-    pulse = match.pulse.acceleration(record.time)
-    return xr.Dataset(
+    return PULSE.dataset(
         {
-            "acceleration": samples,
-            "pulse": variable("time", pulse, "m s-2", "acceleration of the pulse"),
+            "acceleration": record.acceleration,
+            "pulse": match.pulse.acceleration(record.time),
+            "time": record.time,
             **_numbers(record, match, tested),
-        },
-        coords={"time": variable("time", record.time, "s", "time since the first sample")},
+        }
     )
 
 
@@ -82,20 +80,13 @@ def scalogram_dataset(
     stride = max(1, math.ceil(record.acceleration.size / _TIMES))
     # of the times between two that are drawn the largest is: no ridge is lost
     starts = np.arange(0, record.acceleration.size, stride)
-    return xr.Dataset(
+    return SCALOGRAM.dataset(
         {
-            "match_index": variable(
-                ("period", "time"),
-                np.maximum.reduceat(picture, starts, axis=1),
-                "1",
-                "cosine between record and wavelet",
-            ),
+            "match_index": np.maximum.reduceat(picture, starts, axis=1),
+            "period": periods,
+            "time": record.time[starts],
             **_numbers(record, match, tested),
-        },
-        coords={
-            "period": variable("period", periods, "s", "T_p"),
-            "time": variable("time", record.time[starts], "s", "time since the first sample"),
-        },
+        }
     )
 
 
@@ -120,40 +111,28 @@ def match_curve_dataset(
     """
     periods, curves = match_curve(record.acceleration, record.time_step, options)
     found = [matches[name] for name in curves]
-
-    def of_match(values: list[float], units: str, long_name: str) -> xr.Variable:
-        return variable("wavelet", np.array(values), units, long_name)
-
-    return xr.Dataset(
+    return MATCH_CURVE.dataset(
         {
-            "match_index": variable(
-                ("wavelet", "period"),
-                np.stack(list(curves.values())),
-                "1",
-                "largest cosine between record and wavelet",
-            ),
-            "record_id": ((), record.record_id),
-            "T_p": of_match([m.pulse.T_p for m in found], "s", "period of the best match"),
-            "best_match": of_match([m.match_index for m in found], "1", "its match index"),
-        },
-        coords={
-            "period": variable("period", periods, "s", "T_p"),
-            "wavelet": texts("wavelet", list(curves), "mother wavelet"),
-        },
-        attrs={"weighting": options.weighting, "most_half_cycles": options.most_half_cycles},
-    )
+            "match_index": np.stack(list(curves.values())),
+            "record_id": record.record_id,
+            "T_p": [one.pulse.T_p for one in found],
+            "best_match": [one.match_index for one in found],
+            "period": periods,
+            "wavelet": list(curves),
+        }
+    ).assign_attrs(weighting=options.weighting, most_half_cycles=options.most_half_cycles)
 
 
-def _numbers(record: Record, match: PulseMatch, tested: str) -> dict[str, xr.Variable]:
+def _numbers(record: Record, match: PulseMatch, tested: str) -> dict[str, Any]:
     pulse = match.pulse
     return {
-        "record_id": variable((), record.record_id, "1", "record identifier"),
-        "wavelet": variable((), pulse.wavelet, "1", "mother wavelet"),
-        "a_p": variable((), pulse.a_p, "m s-2", "amplitude of the pulse"),
-        "T_p": variable((), pulse.T_p, "s", "period of the pulse"),
-        "pulse_time": variable((), pulse.time, "s", "centre of the pulse"),
-        "reach": variable((), pulse.mother.reach * pulse.T_p, "s", "half-length of the pulse"),
-        "best_match": variable((), match.match_index, "1", "match index of the pulse"),
-        "tested": variable((), tested, "1", "result of the test against noise"),
-        "pga": variable((), peak(record.acceleration), "m s-2", "peak ground acceleration"),
+        "record_id": record.record_id,
+        "wavelet": pulse.wavelet,
+        "a_p": pulse.a_p,
+        "T_p": pulse.T_p,
+        "pulse_time": pulse.time,
+        "reach": pulse.mother.reach * pulse.T_p,
+        "best_match": match.match_index,
+        "tested": tested,
+        "pga": peak(record.acceleration),
     }
