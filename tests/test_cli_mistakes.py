@@ -183,26 +183,21 @@ def test_table1_keeps_out_of_the_folder_of_the_records(
     assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
 
 
-@pytest.mark.parametrize(
-    "mistake",
-    [
+def test_a_mistake_leaves_a_finished_run_as_it_was(motion: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    words = typed("table1", "--records", motion, "--units", "g", "--time-step", "0.01")
+    assert run(*words, "--output", folder) == 0
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    for mistake in (
         ("--structure", "typo"),
         ("--periods", "3", "1"),
         ("--band-pass", "40", "1"),
         ("--records", "no-such-file"),
         ("--catalogue", "no-such-file"),
-    ],
-    ids=lambda words: words[0],
-)
-def test_a_mistake_leaves_a_finished_run_as_it_was(
-    motion: Path, tmp_path: Path, mistake: tuple[str, ...]
-) -> None:
-    folder = tmp_path / "run"
-    words = typed("table1", "--records", motion, "--units", "g", "--time-step", "0.01")
-    assert run(*words, "--output", folder) == 0
-    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    assert run(*words, "--output", folder, *mistake) == 2
-    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+    ):
+        assert run(*words, "--output", folder, *mistake) == 2, mistake
+        now = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        assert now == before, mistake
 
 
 def test_gal_taken_for_g_is_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

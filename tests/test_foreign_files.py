@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -224,6 +225,9 @@ def read(path: Path, kind: str) -> xr.Dataset:
         return dataset.load()
 
 
+undamaged = cache(read)
+
+
 def sorts(kind: str) -> list[Variable]:
     """One variable of each sort: the reader knows no more of a variable than its declaration."""
     found = {
@@ -254,7 +258,6 @@ def test_each_variable_is_as_declared_or_refused(
     """Each damage takes another third of the variables, so that all have their turn."""
     whole, path = made / f"{kind}.nc", tmp_path / "damaged.nc"
     harmless = tmp_path / "harmless.nc"
-    shutil.copyfile(whole, harmless)
     variables = KINDS[kind].variables if damage is renamed else sorts(kind)
     for one in variables[DAMAGES.index(damage) % every :: every]:
         shutil.copyfile(whole, path)
@@ -263,9 +266,13 @@ def test_each_variable_is_as_declared_or_refused(
         if must_fail:
             assert refused(path, kind), one.name
         elif must_fail is False:  # all such damage at once must leave what is read as it is
+            if not harmless.exists():
+                shutil.copyfile(whole, harmless)
             with netCDF4.Dataset(harmless, "a") as file:
                 damage(file, one)
-    back, before = read(harmless, kind), read(whole, kind)
+    if not harmless.exists():
+        return
+    back, before = read(harmless, kind), undamaged(whole, kind)
     assert {n: str(v.attrs) for n, v in back.variables.items()} == {
         n: str(v.attrs) for n, v in before.variables.items()
     }

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from rockframe.cli.main import main
-from rockframe.engines.engine import ProcessPool
+from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.record import Record
@@ -110,8 +110,8 @@ def test_the_command_says_it(
 
 def test_batches_are_merged(records_file: Path, response_file: Path, tmp_path: Path) -> None:
     parts = [tmp_path / f"part-{k}.nc" for k in (1, 2)]
-    for k, part in enumerate(parts, start=1):
-        engine = ProcessPool(2, patience=0.0)
+    engines = (ProcessPool(2, patience=0.0), OneProcess())
+    for k, (part, engine) in enumerate(zip(parts, engines, strict=True), start=1):
         respond_stage(
             records_file,
             part,

@@ -7,7 +7,7 @@ both kernels are right, and differ. So what the scalar kernel itself makes of sc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -71,9 +71,15 @@ class Asked:
     frame: Index
     scale: Float
     lanes: Scenarios
+    found: dict[float, tuple[NDArray[np.int8], Float]] = field(default_factory=dict)
 
     def scalar(self, factor: float = 1.0) -> tuple[NDArray[np.int8], Float]:
         """Verdicts and summaries of the scalar kernel, the scales times a factor."""
+        if factor not in self.found:
+            self.found[factor] = self._computed(factor)
+        return self.found[factor]
+
+    def _computed(self, factor: float) -> tuple[NDArray[np.int8], Float]:
         verdicts = np.empty(COUNT, dtype=np.int8)
         summaries = np.empty((COUNT, kernel.SUMMARY_SIZE))
         constants = np.array(
