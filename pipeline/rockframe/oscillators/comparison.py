@@ -17,7 +17,6 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
 from rockframe.record import Record
-from rockframe.restraint import Abutment
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
@@ -129,14 +128,14 @@ class Compared:
     peak_v: float
     residual_u: float
     peak_base_shear: float
-    peak_rotation_ratio: float
-    ductility: float
-    peak_tendon_force: float
-    friction_demand: float
     validity: Validity
     valid_until: float
     gap_closed_time: float
     closing_velocity: float
+    peak_rotation_ratio: float = math.nan
+    ductility: float = math.nan
+    peak_tendon_force: float = math.nan
+    friction_demand: float = math.nan
 
 
 def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list[Compared]:
@@ -194,16 +193,10 @@ def _rocking(
     if tied is not None and frame.tendon is not None and not frame.tendon.loses_prestress:
         ends[Validity.TENDON_YIELDS] = tied.tendon_yields
     validity, until = _first(ends)
-    contact = response.contact
-    demands = (
-        []
-        if contact is None
-        else [
-            contact.base_friction_demand,
-            contact.top_friction_demand,
-            contact.impact_friction_demand,
-        ]
-    )
+    demands = [
+        getattr(response.contact, f"{joint}_friction_demand", math.nan)
+        for joint in ("base", "top", "impact")
+    ]
     rest = 0.0 if tied is None or math.isnan(tied.residual_rotation) else tied.residual_rotation
     return Compared(
         model=name,
@@ -216,7 +209,6 @@ def _rocking(
         residual_u=math.inf if overturned else float(frame.horizontal_displacement(rest)),
         peak_base_shear=float(np.nanmax(np.abs(shear))),
         peak_rotation_ratio=response.peak_rotation_ratio,
-        ductility=math.nan,
         peak_tendon_force=math.nan if tied is None else tied.peak_tendon_force,
         friction_demand=max((one for one in demands if not math.isnan(one)), default=math.nan),
         validity=validity,
@@ -236,11 +228,13 @@ def _oscillating(
     gamma = frame.mass_ratio
     moved = gamma + (COLUMN_SHARE if isinstance(response.model, FixedFrame) else 0.0)
     shear = (ground * (1.0 + gamma - moved) - moved * response.force_ratio) / (1.0 + gamma)
-    closed, closing = _closing(response.time, response.u, response.velocity, frame.abutment)
-    if frame.abutment is not None and response.peak_displacement >= frame.abutment.gap:
-        validity, until = _first({Validity.GAP_CLOSES: _known(closed)})
-    else:
-        validity, until = Validity.HOLDS, math.nan
+    closed = closing = until = math.nan
+    validity = Validity.HOLDS
+    if frame.abutment is not None:
+        gap = frame.abutment.gap
+        closed, closing = first_crossing(response.time, response.u, response.velocity, gap)
+        if response.peak_displacement >= gap:
+            validity, until = Validity.GAP_CLOSES, closed
     return Compared(
         model=name,
         time=response.time,
@@ -251,23 +245,12 @@ def _oscillating(
         peak_v=0.0,
         residual_u=abs(response.residual_displacement),
         peak_base_shear=float(np.abs(shear).max()),
-        peak_rotation_ratio=math.nan,
         ductility=response.ductility,
-        peak_tendon_force=math.nan,
-        friction_demand=math.nan,
         validity=validity,
         valid_until=until,
         gap_closed_time=closed,
         closing_velocity=closing,
     )
-
-
-def _closing(
-    time: Float, u: Float, velocity: Float, abutment: Abutment | None
-) -> tuple[float, float]:
-    if abutment is None:
-        return math.nan, math.nan
-    return first_crossing(time, u, velocity, abutment.gap)
 
 
 def _known(time: float) -> float:

@@ -12,11 +12,11 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.engines.threads import on_threads
-from rockframe.errors import ParameterError
 from rockframe.notebook import Shown, history_dataset
 from rockframe.oscillators import kernel
 from rockframe.record import Record
 from rockframe.rivals import FixedFrame, IsolatedDeck
+from rockframe.rocking.batch import scales_of
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import as_ground
 from rockframe.units import GRAVITY
@@ -214,16 +214,7 @@ def respond_oscillators(
     >>> respond_oscillators([frame], [pulse], [0.1, 1.0]).ductility.round(2).tolist()
     [[[0.31, 30.54]]]
     """
-    factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
-    for label, number in (
-        ("models", len(models)),
-        ("motions", len(motions)),
-        ("scales", factors.size),
-    ):
-        if number == 0:
-            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
-    if factors.ndim != 1 or not np.isfinite(factors).all():
-        raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
+    factors = scales_of(scales, models=models, motions=motions)
     constants = np.repeat([model.constants for model in models], factors.size, axis=0)
     every_scale = np.tile(factors, len(models))
 

@@ -211,16 +211,7 @@ def respond_many(
     >>> respond_many([pulse], [bent], [0.1, 0.5, 1.0]).peak_rotation_ratio[0, 0, :2].round(4)
     array([0.    , 0.6517])
     """
-    factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
-    for label, number in (
-        ("motions", len(motions)),
-        ("frames", len(frames)),
-        ("scales", factors.size),
-    ):
-        if number == 0:
-            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
-    if factors.ndim != 1 or not np.isfinite(factors).all():
-        raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
+    factors = scales_of(scales, motions=motions, frames=frames)
     shape = (len(motions), len(frames), factors.size)
     ground, frame, scale = (axis.ravel() for axis in np.indices(shape))
     found = respond_scenarios(motions, frames, ground, frame, factors[scale])
@@ -234,6 +225,24 @@ def respond_many(
         overturning_time=found.overturning_time.reshape(shape),
         impacts=found.impacts.reshape(shape),
     )
+
+
+def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:
+    """Return scales as a row; a request needs one or more of them, and of everything else.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of something, or a scale is not finite.
+    """
+    factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
+    counts = {label: len(things) for label, things in others.items()}
+    for label, count in {**counts, "scales": factors.size}.items():
+        if count == 0:
+            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
+    if factors.ndim != 1 or not np.isfinite(factors).all():
+        raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
+    return factors
 
 
 def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> None:
