@@ -55,10 +55,7 @@ def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> 
 
 
 def test_the_highest_are_kept() -> None:
-    """Against impacts of the scalar kernel, and the integral over fine steps.
-
-    The lanes take the integral as straight between the nodes.
-    """
+    """Against impacts of the scalar kernel, and the integral over fine steps."""
     ground = GroundAcceleration.from_samples(noise(5, 500, 0.6), 0.02)
     response = respond(SLENDER, ground)
     p = SLENDER.effective_frequency_parameter
@@ -76,7 +73,7 @@ def test_the_highest_are_kept() -> None:
     for one in high:
         nearest = np.abs(kept[:, 0] - impacts[one]).argmin()
         assert_allclose(kept[nearest, 0], impacts[one], rtol=0, atol=1e-6)
-        assert_allclose(kept[nearest, 2], distance[one], rtol=0, atol=0.005)
+        assert_allclose(kept[nearest, 2], distance[one], rtol=0, atol=1e-4)
 
 
 def test_to_keep_them_changes_no_bits() -> None:

@@ -17,7 +17,6 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, lanes, steps
 from rockframe.rocking.kernels.excursions import DISTANCE, EXCURSION_SIZE, fill_ahead
 from rockframe.rocking.kernels.ties import ELASTIC
-from rockframe.rocking.kernels.vectors import LONGEST_STRIDE
 from rockframe.rocking.response import vertical_in_g
 from rockframe.rocking.restrained import ties_of
 from rockframe.units import GRAVITY
@@ -82,10 +81,10 @@ class Prepared:
 
         Frames whose ties yield get more pieces than lanes take, and so the scalar kernel.
         """
-        stiffness, force = constants[:, _TIES], constants[:, _TIES + 1]
-        own = np.maximum(1.0, np.sqrt(stiffness)) + force
-        rate = constants[:, 1] * (own + self._strongest * np.abs(scale))
-        doublings = np.ceil(np.log2(rate * self.ground.time_step / LONGEST_STRIDE)).clip(0.0, 62.0)
+        ties = constants[:, _TIES] + constants[:, _TIES + 1]
+        rate = constants[:, 1] * np.sqrt(1.0 + self._strongest * np.abs(scale) + ties)
+        doublings = np.ceil(np.log2(rate * self.ground.time_step / steps.MAX_STRIDE))
+        doublings = doublings.clip(0.0, 62.0)
         doublings[(constants[:, _KINDS] != ELASTIC).any(axis=1)] = 62.0
         return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)
 

@@ -387,7 +387,13 @@ def _rebound(
 
 @inlined
 def _note(
-    pool: Float, q: int, asked: Float, ahead: Float, excursions: Float, lifts: Marker
+    pool: Float,
+    q: int,
+    asked: Float,
+    ahead: Float,
+    excursions: Float,
+    curved: Marker,
+    lifts: Marker,
 ) -> None:
     """Keep the excursion that a lane begins, if it is one of the highest."""
     who = _index(pool[q + _WHO])
@@ -396,10 +402,23 @@ def _note(
     elapsed = pool[q + ELAPSED]
     node = _index(pool[q + AT] + asked[who, AHEAD])
     side = pool[q + _SIDE]
-    still = side * (ahead[node, 0] + elapsed * (ahead[node + 1, 0] - ahead[node, 0]))
+    rate = asked[who, P_HAT] * h
+    at_node = side * ahead[node, 0]
+    on = side * ahead[node + 1, 0] - at_node
+    slope = pool[q + A + WIDTH]  # of the ground, scaled and times the square of the rate
     if len(lifts) > 0:
-        still += alpha * (ahead[node, 1] + elapsed * (ahead[node + 1, 1] - ahead[node, 1]))
-    outwards = pool[q + OMEGA] / (asked[who, P_HAT] * h) - asked[who, SCALE] * still
+        at_node += alpha * ahead[node, 1]
+        on += alpha * (ahead[node + 1, 1] - ahead[node, 1])
+        slope += alpha * pool[q + V + WIDTH]
+    if len(curved) > 0:
+        for k in range(2, 6):
+            slope += pool[q + A + k * WIDTH]
+            if len(lifts) > 0:
+                slope += alpha * pool[q + V + k * WIDTH]
+    # its second derivative is the rate times what its slope exceeds that of the ground by
+    bend = rate * asked[who, SCALE] * on - slope / rate
+    still = asked[who, SCALE] * (at_node + elapsed * on) - 0.5 * elapsed * (1.0 - elapsed) * bend
+    outwards = pool[q + OMEGA] / rate - still
     start = asked[who, START_TIME] + (pool[q + AT] - asked[who, FIRST] + elapsed) * h
     keep(excursions, who, start, side, outwards / alpha - 1.0)
 
@@ -495,7 +514,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                             pool, q, ground, bounds, coarse, asked, curved, lifts, tied
                         )
                         if notes and pool[q + AT] < pool[q + END]:
-                            _note(pool, q, asked, ahead, excursions, lifts)
+                            _note(pool, q, asked, ahead, excursions, curved, lifts)
                     if pool[q + AT] < pool[q + END]:
                         pool[q + PENDING] = 1.0
                         pending[waiting] = q
@@ -579,7 +598,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         continue
                 attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts, tied)
                 if notes and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
-                    _note(pool, q, asked, ahead, excursions, lifts)
+                    _note(pool, q, asked, ahead, excursions, curved, lifts)
                 if attention:
                     fresh[freshes] = q
                     freshes += 1

@@ -250,7 +250,7 @@ def elastic_tail(
         return False, math.nan, peak, landing, math.nan, landing
     tie = (k, f, math.inf, -math.inf, ELASTIC)
     none = (0.0, 0.0, math.inf, -math.inf, ELASTIC)
-    stride = MAX_STRIDE / (p_hat * (1.0 + math.sqrt(k) + f))
+    stride = MAX_STRIDE / (p_hat * math.sqrt(1.0 + k + f))
     states = (begun(tie, 0.0), begun(none, 0.0))
     _, after, _, fastest, landed_at, landing = tied_tail(
         theta, omega, s, alpha, p_hat, restitution, (tie, none), states, stride, tie_log, 0.0

@@ -64,8 +64,6 @@ HOP_ALONE: Final = 0.0  # in a way that the scalar kernel is to follow
 HOP_ALOFT: Final = 1.0
 HOP_LANDED: Final = 2.0
 
-#: Largest (rate x step) of a step, see `_turn`.
-LONGEST_STRIDE: Final = 0.03
 _LANDING_STEPS: Final = 12
 #: Newton's steps from the top of a parabola: the error of theta is the square of the last one's.
 _TURNING_STEPS: Final = 4
@@ -177,10 +175,9 @@ def _turn(  # noqa: C901  sums written out
     work of the recurrences of the scalar kernel. `pushed` is zero where the force vanishes exactly
     at t = 0, and one elsewhere.
 
-    Psi then has degree 9. With x = rate times step, where a rate p_hat (1 + the strongest ground
-    [g]) bounds the growth of each derivative, degree 7 would leave out x^8 / 8! (2e-17 at
-    x = 0.03). But of a flight that begins at zero the relative error counts, for bounces magnify
-    it: what then matters of the last two terms is kept, products of two d at most.
+    Psi then has degree 9. With x = rate times step (see MAX_STRIDE), degree 7 would leave out
+    x^8 / 8! (2e-17 at x = 0.03). But of a flight that begins at zero the relative error counts, for
+    bounces magnify it: what then matters of the last two terms is kept, products of two d at most.
 
     `tie` holds nothing, or what the ties add: their force at theta = 0 times sin(theta/2) and
     cos(theta/2) at t = 0. That turns by d / 2: to the coefficients of sin(d) come 1/8, and those of
