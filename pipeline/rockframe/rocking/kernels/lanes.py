@@ -94,6 +94,10 @@ ASKED_SIZE: Final = 11
 #: Rest is skipped so many intervals at a time.
 COARSE: Final = 16
 
+#: Bounces that die out within an interval are summed up, not followed, if the pull of gravity and
+#: ground changes by no more than this share of itself until then: their number is theirs.
+_EVEN_PULL: Final = 2e-3
+
 #: Number of lanes: enough to fill packs while most fly, few enough for the nearest cache.
 _BLOCKS: Final = 6
 _LANES: Final = _BLOCKS * WIDTH
@@ -110,7 +114,8 @@ _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
 _TURNED: Final = (HOT_ROWS + 8) * WIDTH  # what the ties add to the push of the ground
 _HOLD: Final = (HOT_ROWS + 9) * WIDTH  # and to the acceleration that uplifts
 _HARDEST: Final = (HOT_ROWS + 10) * WIDTH  # largest |omega| just before an impact
-_BLOCK: Final = (HOT_ROWS + 11) * WIDTH  # not a power of two, which caches dislike
+_CALM: Final = (HOT_ROWS + 11) * WIDTH  # rate below which its bounces may die out at once
+_BLOCK: Final = (HOT_ROWS + 12) * WIDTH  # not a power of two, which caches dislike
 
 
 @inlined
@@ -204,6 +209,9 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     pool[q + _LIFT] = p_hat * p_hat * asked[who, SCALE]
     pool[q + _LIMIT] = math.tan(asked[who, SLENDERNESS])
     pool[q + _SLOWEST] = REST_VELOCITY_RATIO * p_hat
+    tie = asked[who, TIE_FORCE]
+    pull = p_hat * p_hat * (math.sin(asked[who, SLENDERNESS]) + tie)
+    pool[q + _CALM] = _EVEN_PULL * pull * (1.0 - asked[who, RESTITUTION])
     pool[q + _UPLIFT] = math.nan
     pool[q + _COUNT] = 0.0
     pool[q + _WHO] = who
@@ -342,6 +350,39 @@ def _end(
 
 
 @inlined
+def _dies_out(
+    pool: Float, q: int, who: int, asked: Float, a: Polynomial, v: Polynomial
+) -> tuple[float, float]:
+    """How long a lane that just landed goes on to bounce, and how often; NaN if that is not known.
+
+    A flight at the rate omega against a pull f takes 2 omega / f, and lands faster by a share of
+    2 omega f' / (3 f^2); the next begins slower by the restitution e, against the other side's
+    pull. Both are sums of powers of e^2, as long as f and f' change little and the ground lifts
+    neither side.
+    """
+    e = asked[who, RESTITUTION]
+    omega = pool[q + OMEGA]
+    p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
+    sine = p2 * math.sin(pool[q + ALPHA])
+    cosine = p2 * pool[q + _SIDE] * math.cos(pool[q + ALPHA])
+    held = sine * (1.0 + v[0]) + p2 * asked[who, TIE_FORCE]
+    one = held - cosine * a[0]
+    other = held + cosine * a[0]
+    least = min(one, other)
+    steep = abs(sine * v[1]) + abs(cosine * a[1])
+    for k in range(2, 6):
+        steep += k * (abs(sine * v[k]) + abs(cosine * a[k]))
+    flights = 2.0 * omega / (1.0 - e * e)
+    lasts = flights * (1.0 / one + e / other)
+    if least <= 0.0 or lasts * steep > _EVEN_PULL * least or pool[q + ELAPSED] + lasts >= 1.0:
+        return math.nan, 0.0
+    faster = (sine * v[1] - cosine * a[1]) / (one * one)
+    faster += e * (sine * v[1] + cosine * a[1]) / (other * other)
+    left = math.log(omega / pool[q + _SLOWEST]) + flights / 3.0 * faster
+    return lasts, max(1.0, math.floor(left / -math.log(e)) + 1.0)
+
+
+@inlined
 def _rebound(
     pool: Float,
     q: int,
@@ -366,12 +407,20 @@ def _rebound(
     pool[q + ELAPSED] += t
     pool[q + _SIDE] = -pool[q + _SIDE]
     pool[q + _PUSH] = -pool[q + _PUSH]
-    if pool[q + OMEGA] < pool[q + _SLOWEST]:
+    if pool[q + OMEGA] < max(pool[q + _SLOWEST], pool[q + _CALM]):
         a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
-        needed = pool[q + _LIMIT] * (1.0 + v[0]) + pool[q + _HOLD]
-        if abs(a[0]) <= needed or omega == 0.0:
-            pool[q + OMEGA] = 0.0
-            pool[q + _SIDE] = 0.0
+        if pool[q + OMEGA] < pool[q + _SLOWEST]:
+            needed = pool[q + _LIMIT] * (1.0 + v[0]) + pool[q + _HOLD]
+            if abs(a[0]) <= needed or omega == 0.0:
+                pool[q + OMEGA] = 0.0
+                pool[q + _SIDE] = 0.0
+        else:
+            lasts, bounces = _dies_out(pool, q, who, asked, a, v)
+            if not math.isnan(lasts):
+                pool[q + _COUNT] += bounces
+                pool[q + ELAPSED] += lasts
+                pool[q + OMEGA] = 0.0
+                pool[q + _SIDE] = 0.0
     whole = pool[q + ELAPSED] >= 1.0
     if whole:
         pool[q + ELAPSED] = 0.0
