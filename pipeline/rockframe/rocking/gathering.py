@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -47,6 +48,7 @@ class _Batch:
     nodes: int = 0
 
 
+@lru_cache(maxsize=4096)
 def constants_of(frame: RockingFrame) -> tuple[float, ...]:
     """Return what the kernels take of a frame: its three constants, and its ties or zeros."""
     ties = ties_of(frame) or ((0.0,) * 5, (0.0,) * 5)
@@ -181,7 +183,10 @@ class Gathered:
 
     def _answer(self, key: tuple[bool, bool, bool]) -> None:
         batch = self._batches.pop(key)
-        scenarios = np.concatenate(batch.scenarios)
+        asked = np.concatenate(batch.asked)
+        # the longest first: no lane is left with one when the others are done
+        order = np.argsort(-asked[:, lanes.INTERVALS], kind="stable")
+        scenarios = np.concatenate(batch.scenarios)[order]
         verdicts = np.empty(scenarios.size, dtype=np.int8)
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
         after = np.zeros(batch.rows[0].shape[1])
@@ -195,7 +200,7 @@ class Gathered:
             steps.YES if key[0] else steps.NO,
             steps.YES if key[1] else steps.NO,
             steps.YES if key[2] else steps.NO,
-            np.concatenate(batch.asked),
+            asked[order],
             verdicts,
             summaries,
             np.concatenate([*batch.ahead, np.empty((0, 1 + key[1]))]),

@@ -96,7 +96,7 @@ COARSE: Final = 16
 
 #: Bounces that die out within an interval are summed up, not followed, if the pull of gravity and
 #: ground changes by no more than this share of itself until then: their number is theirs.
-_EVEN_PULL: Final = 2e-3
+_EVEN_PULL: Final = 5e-3
 
 #: Number of lanes: enough to fill packs while most fly, few enough for the nearest cache.
 _BLOCKS: Final = 6

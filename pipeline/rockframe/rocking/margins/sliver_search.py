@@ -202,9 +202,8 @@ class SliverSearch:
         single[samples.fallen[1:]] = np.inf
         chosen = paired > 0.0
         for distance, around in limits:
-            padded = np.pad(single, around, constant_values=-np.inf)
-            near = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1)
-            chosen |= near.max(axis=1) > distance
+            near = np.convolve(single > distance, np.ones(2 * around + 1))
+            chosen |= near[around : around + single.size] > 0.0
         chosen &= np.diff(samples.place) == width
         middles: Int = samples.place[:-1][chosen] + width // 2
         return middles
