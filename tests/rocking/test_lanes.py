@@ -19,6 +19,7 @@ from rockframe import (
     RockingFrame,
     Scenarios,
     inertia_ratio_of,
+    respond,
     respond_scenarios,
 )
 from rockframe.rocking.kernels import kernel
@@ -164,3 +165,17 @@ def test_same_impacts(asked: Asked) -> None:
     _, summary = asked.scalar()
     same = asked.lanes.impacts == summary[:, kernel.IMPACTS]
     assert same.mean() > 0.995
+
+
+def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
+    """A push, then a weak steady one: hundreds of bounces until the frame rests."""
+    column = FRAMES[2]
+    push = np.full((1500, 1), 0.1 * column.uplift_acceleration)
+    push[:10] = 2.0 * column.uplift_acceleration
+    ground = GroundAcceleration(push, 0.01)
+    scale = np.linspace(0.7, 1.3, 32)
+    zero = np.zeros(scale.size, dtype=np.intp)
+    found = respond_scenarios([ground], [column], zero, zero, scale)
+    followed = [respond(column, ground.scaled(s)).impacts for s in scale.tolist()]
+    assert found.impacts.min() > 200
+    np.testing.assert_array_equal(found.impacts, followed)
