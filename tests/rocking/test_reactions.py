@@ -167,7 +167,8 @@ def rates(frame: RockingFrame, axis: float, theta: float, omega: float, rate: fl
         points, _, corner = placed(frame, axis, theta + omega * t + 0.5 * rate * t**2)
         return np.vstack([points, corner])
 
-    return np.asarray((at(step) - 2.0 * at(0.0) + at(-step)) / step**2)
+    near, far = at(step) + at(-step), at(2.0 * step) + at(-2.0 * step)
+    return np.asarray((16.0 * near - far - 30.0 * at(0.0)) / (12.0 * step**2))
 
 
 def moment(place: Float, force: Float) -> float:
