@@ -22,6 +22,12 @@ def printed(capsys: pytest.CaptureFixture[str], columns: list[str], row: list[st
     return capsys.readouterr().out.splitlines()
 
 
+def test_a_title_longer_than_its_table_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    title = "Smallest height with impact velocity < 0.3 m/s for 90 %, at scale 1"
+    show_table(title, ["structure", "smallest>"], [["bent", "9.6"]])
+    assert capsys.readouterr().out.splitlines()[0] == title
+
+
 def test_headings_are_broken_before_names_and_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     columns = ["record", *(f"a-long heading-{i}>" for i in range(4)), "verdict"]
     lines = printed(capsys, columns, [NAME, *["0.306"] * 4, "undecided, overturned"])

@@ -167,7 +167,8 @@ def test_file_of_the_users_among_figures_that_are_made_again_is_named(
     [
         (["screen.nc", "screen.nc"], "of kind 'screen', as is"),
         (["records.nc", "response.nc"], "without a file of kind 'pulses'. Must be given with all"),
-        (["table.csv"], "cannot be read as netCDF"),
+        (["screen.csv"], "is not a netCDF file. Must be the output of a stage, such as"),
+        (["nowhere.nc"], "nowhere.nc: no such file. Must be the output of a stage."),
     ],
 )
 def test_files_that_do_not_make_figures_are_refused(

@@ -27,8 +27,8 @@ from rockframe.units import conversion_factor
 #: What opening a corrupted file raises; netCDF4 says of an attribute that it cannot read that there
 #: is none.
 _UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
-#: Number of netCDF's error for a file that is none.
-_UNKNOWN_FORMAT: Final = -51
+#: First bytes of netCDF files; the library has several errors for other files.
+_MAGIC: Final = (b"\x89HDF", b"CDF")
 #: What is read of global attributes as JSON, and what it must be.
 _JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
 #: Those without which a file is none of ours.
@@ -72,13 +72,11 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
     try:
+        _refuse_others(path, f"Run `rockframe {KINDS[kind].stage}` first and state its output.")
         store = _Declared.open(str(path), mode="r")  # type: ignore[no-untyped-call]
         store.path, store.kind = path, KINDS[kind]
         dataset = xr.open_dataset(store, decode_times=False)
     except _UNREADABLE as error:
-        if getattr(error, "errno", 0) == _UNKNOWN_FORMAT:
-            again = f"Run `rockframe {KINDS[kind].stage}` first and state its output"
-            raise InputError(path, f"is not a netCDF file. {again}.") from error
         raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
     with dataset, damage_named(path, kind):
         if not (dataset.variables or empty):
@@ -89,6 +87,12 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         yield dataset
 
 
+def _refuse_others(path: Path, instead: str) -> None:
+    with path.open("rb") as stream:
+        if not stream.read(4).startswith(_MAGIC):
+            raise InputError(path, f"is not a netCDF file. {instead}")
+
+
 def kind_of(path: Path) -> str:
     """Return the kind of a file, by what it says of itself.
 
@@ -97,7 +101,11 @@ def kind_of(path: Path) -> str:
     InputError
         If the file is missing, corrupted, or of no kind.
     """
+    if not path.is_file():
+        what = "a folder" if path.is_dir() else "no such file"
+        raise InputError(path, f"{what}. Must be the output of a stage.")
     try:
+        _refuse_others(path, "Must be the output of a stage, such as `rockframe ingest`.")
         with netCDF4.Dataset(path) as file:
             kind = str(getattr(file, "rockframe_kind", "unknown"))
     except _UNREADABLE as error:
