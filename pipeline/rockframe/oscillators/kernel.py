@@ -659,6 +659,8 @@ def _kink(  # noqa: C901  one change of branch, step by step
     new_v = (moves[1, 0] * u + moves[1, 1] * v) + (moves[1, 2] * a_0 + moves[1, 3] * a[1])
     bend = abs(a_0 + c * v + k * u)
     jerk = share * (abs(a[1]) + c * bend + k * (abs(v) + h * bend))
+    rate = abs(k * v - c * (a_0 + c * v + k * u))  # of the force; it may vanish where it changes
+    steady = rate > h * (k * (bend + h * jerk) + c * jerk)
     fast = max(abs(v), abs(new_v))
     level = 0.0
     if elastic:
@@ -693,6 +695,8 @@ def _kink(  # noqa: C901  one change of branch, step by step
     end_u, end_v = _ahead(a_1, rest, at_u, at_v, left, top)
     bend_1 = abs(a_1[0] + push + c * at_v + k * at_u)
     jerk_1 = share_after * (abs(a[1]) + c * bend_1 + k * (abs(at_v) + left * bend_1))
+    rate = abs(k * at_v - c * (a_1[0] + push + c * at_v + k * at_u))
+    steady = steady and rate > left * (k * (bend_1 + left * jerk_1) + c * jerk_1)
     if elastic:
         sure = at_v * end_v > 0.0 and min(abs(at_v), abs(end_v)) > 0.125 * left * left * jerk_1
     else:
@@ -701,7 +705,7 @@ def _kink(  # noqa: C901  one change of branch, step by step
         return False, state
     force = push + k * end_u + c * end_v
     at_force = push + k * at_u + c * at_v
-    if c > 0.0:
+    if c > 0.0 and not steady:
         strong = max(abs(force), abs(at_force), abs((z + k_0 * u) + c * v))
         fast = max(fast, abs(end_v))
         rise = (k_0 + k_z) * fast + c * (max(bend, bend_1) + h * max(jerk, jerk_1))
