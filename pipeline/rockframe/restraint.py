@@ -1,4 +1,4 @@
-"""What restrains a rocking frame: tendons and dissipaters, its pivots, and the abutments."""
+"""Restraints of a rocking frame: tendons and dissipaters, its pivots, and the abutments."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Tendon:
 
 @dataclass(frozen=True, kw_only=True)
 class Dissipater:
-    """What yields across each joint of a column: elastic and perfectly plastic, both ways.
+    """Bars that yield across each joint of a column: elastic and perfectly plastic, both ways.
 
     Parameters
     ----------

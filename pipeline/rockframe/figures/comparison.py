@@ -16,7 +16,7 @@ from rockframe.oscillators.comparison import Validity
 _MARGIN: Final = 2.0
 _VISIBLE: Final = 0.1
 _OSCILLATORS: Final = ("isolated", "fixed")
-#: What falls is drawn until its drift is so many times the largest of the others.
+#: Drift over the largest of the others up to which a falling bridge is drawn.
 _FALLING: Final = 1.3
 _PANELS: Final = (
     ("u", 100.0, "drift  u [cm]"),
@@ -77,14 +77,14 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
 
 
 def _largest_drift(histories: xr.Dataset) -> float:
-    """The largest drift of what does not overturn, or of all [m]."""
+    """Return the largest drift of bridges that do not overturn, or of all [m]."""
     peaks = histories["peak_u"].values
     standing = peaks[np.isfinite(peaks)]
     return float(standing.max() if standing.size else np.nanmax(np.abs(histories["u"].values)))
 
 
 def _window(histories: xr.Dataset) -> tuple[float, float]:
-    """From the start to a while after the last visible drift."""
+    """Return the times that are drawn: from the start to a while after the last visible drift."""
     time = histories["time"].values
     drift = np.nan_to_num(np.abs(histories["u"].values))
     rocking = drift[[str(model) not in _OSCILLATORS for model in histories["model"].values]]

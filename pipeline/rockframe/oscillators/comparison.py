@@ -30,7 +30,7 @@ Float = NDArray[np.float64]
 
 
 class Validity(IntEnum):
-    """What ends the validity of a model first; the values of the flag variable `validity`."""
+    """The first end of a model's validity; the values of the flag variable `validity`."""
 
     HOLDS = 0
     OVERTURNS = 1
@@ -254,12 +254,12 @@ def _oscillating(
 
 
 def _known(time: float) -> float:
-    """The time of what happens, infinite if that is between or after the nodes."""
+    """Return a time, infinite for what happens between or after the nodes."""
     return math.inf if math.isnan(time) else time
 
 
 def _first(ends: dict[Validity, float]) -> tuple[Validity, float]:
-    """What ends the validity first, and when: NaN if that is not known."""
+    """Return what ends the validity first, and when: NaN if that is not known."""
     happens = {end: time for end, time in ends.items() if not math.isnan(time)}
     if not happens:
         return Validity.HOLDS, math.nan

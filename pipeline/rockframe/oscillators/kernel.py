@@ -64,10 +64,10 @@ _LEAST_SHARE: Final = 0.25
 _ROOT_TOLERANCE: Final = 1e-13
 #: Relative distance from a root that the next step, of third order, bridges to round-off.
 _NEAR: Final = 1e-4
-#: What exceeds a limit by less has reached it to round-off: without damping it comes there again
+#: Excess over a limit up to which it is just reached, to round-off: without damping that happens
 #: in each cycle.
 _BEYOND: Final = 1.0 + 1e-12
-#: So many changes of branch may follow each other within round-off of one instant.
+#: Most changes of branch that may follow each other within round-off of one instant.
 _MOST_IDLE: Final = 8
 #: An oscillator that still moves after so many steps is taken as it is.
 _MOST_TAIL: Final = 1_000_000
@@ -260,7 +260,7 @@ def _branch(oscillator: Constants, state: State) -> tuple[float, float, float]:
 def _end(
     work: Float, order: int, count: int, oscillator: Constants, state: State
 ) -> tuple[float, float]:
-    """When the branch ends within its series, and the direction of yielding; 0 if it does not.
+    """Return when the branch ends in its series, and the direction of yielding; 0 if it does not.
 
     A yielding branch ends where the velocity vanishes, an elastic one where z reaches q.
     """
@@ -599,7 +599,7 @@ def _located(
     turning: bool,
     top: int,
 ) -> tuple[float, float, float]:
-    """When a branch turns, or reaches a level, between two nodes; and displacement, velocity then.
+    """Return when a branch turns or reaches a level between two nodes; displacement, velocity then.
 
     What is zero then is monotone. The first guess is that of the cubic through values and rates at
     both nodes; each next one is found from the exact state and its first two rates. Zero if that

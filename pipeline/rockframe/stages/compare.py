@@ -107,7 +107,7 @@ def compare_stage(
 
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
-    """The rivals of a structure: those asked for, or else all that are stated."""
+    """Return the rivals of a structure: those asked for, or else all that are stated."""
     whole = entry.whole()
     tendon, dissipater = whole.tendon, whole.dissipater
     if tendon is None and stated.restrained is not None:

@@ -60,7 +60,7 @@ class TendonEntry(Entry):
 
 
 class DissipaterEntry(Entry):
-    """What yields across each joint of a column."""
+    """Bars that yield across each joint of a column."""
 
     stiffness_n_m: Annotated[float, _for_example(5.0e7)]
     """Of all bars across one joint [N/m]."""

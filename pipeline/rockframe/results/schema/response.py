@@ -17,7 +17,7 @@ from rockframe.rocking.margins.perturbed import (
 from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
 from rockframe.rocking.response import Verdict
 
-#: So many safe islands are written with their widths; all are counted.
+#: Most safe islands that are written with their widths; all are counted.
 ISLANDS: Final = 64
 _KEPT_ISLANDS: Final = f"the first {ISLANDS} above the critical scale; NaN beyond their number"
 
@@ -38,7 +38,7 @@ class FateUnderPulse(IntEnum):
 
 
 # fmt: off
-#: What is known of each structure.
+#: Properties of each structure.
 OF_FRAME: Final = (
     Variable("height", "structure", float, "m", "height of a column", "frame", valid="finite"),
     Variable("width", "structure", float, "m", "width of a column", "frame", valid="finite"),
@@ -87,7 +87,7 @@ ROBUST_MARGINS: Final = tuple(
 ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 
 
-#: What the joints must bear.
+#: Demands on the joints.
 OF_CONTACT: Final = optional("contact",
     Variable("base_friction_demand", "record structure", float, "1", "coefficient of friction that the base joints need", "contact", comment="largest at the samples, of all columns together; NaN where the structure overturns"),
     Variable("top_friction_demand", "record structure", float, "1", "coefficient of friction that the joints under the beam need", "contact", comment="as base_friction_demand; NaN without a beam"),
@@ -98,7 +98,7 @@ OF_CONTACT: Final = optional("contact",
 )
 CONTACT: Final = tuple(one.name for one in OF_CONTACT)
 
-#: What tendons and dissipaters went through.
+#: Forces and yielding of tendons and dissipaters.
 OF_RESTRAINT: Final = optional("restraint",
     Variable("peak_tendon_force", "record structure", float, "N", "largest force of a tendon", "restraint", comment="NaN without tendons"),
     Variable("tendon_force_left", "record structure", float, "N", "force of a tendon when the structure stands again", "restraint", comment="less than the prestress if it has flowed; NaN without tendons"),
@@ -108,7 +108,7 @@ OF_RESTRAINT: Final = optional("restraint",
 )
 
 
-#: When the deck reaches its abutments.
+#: Times at which the deck reaches its abutments.
 OF_ABUTMENT: Final = optional("abutment",
     Variable("gap_closed_time", "record structure", float, "s", "when the deck first closes the gap of its abutment", "response", comment="NaN if never during the record, or no gap is stated; from then on the structure is another one"),
     Variable("closing_velocity", "record structure", float, "m s-1", "speed of the deck then", "response"),
