@@ -17,6 +17,7 @@ from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
+from .errors import RockframeWarning as RockframeWarning
 from .frame import RockingFrame as RockingFrame
 from .ingest import ReadOptions as ReadOptions
 from .ingest import read_file as read_file
