@@ -195,6 +195,14 @@ def test_an_unset_time_stays_unknown() -> None:
     assert read_bytes(PATH, sac(fields={NZYEAR: -12345}), IN_G)[0].start_time == ""
 
 
+def test_years_have_four_digits() -> None:
+    """As the search for StationXML needs them."""
+    early = sac(fields={NZYEAR: 995})
+    assert read_bytes(PATH, early, IN_G)[0].start_time == "0995-07-06T03:19:52.000000Z"
+    with pytest.raises(InputError, match=r"no StationXML of CJ\.T001230\.\.HNE at 0995"):
+        read_bytes(PATH, sac(fields={NZYEAR: 995, SCALE: 1000.0}), IN_G)
+
+
 def test_counts_with_a_station_xml(tmp_path: Path) -> None:
     """Data centres write counts, and the sensitivity in SCALE."""
     from .test_miniseed import channel_xml, station_xml

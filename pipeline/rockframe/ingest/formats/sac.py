@@ -298,4 +298,9 @@ def _start_time(file: _Sac) -> str:
         start += timedelta(days=day - 1, seconds=begin)
     except (ValueError, OverflowError):
         return ""
-    return f"{start:%Y-%m-%dT%H:%M:%S.%f}Z" if 1 <= day <= 366 else ""
+    # strftime writes years before 1000 with three digits
+    return (
+        f"{start.replace(tzinfo=None).isoformat(timespec='microseconds')}Z"
+        if 1 <= day <= 366
+        else ""
+    )
