@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -105,10 +106,15 @@ def head_lines(head: bytes) -> list[str]:
     >>> head_lines(b"NPTS= 3, DT= .01 SEC\r\n .1 .2 .3"), head_lines(b"\x00\x01")
     (['NPTS= 3, DT= .01 SEC', ' .1 .2 .3'], [])
     """
+    return list(_head_lines(head))
+
+
+@lru_cache(maxsize=4)  # every format looks at the same head
+def _head_lines(head: bytes) -> tuple[str, ...]:
     head = head.rstrip(b"\0") or head  # some archives pad files to whole blocks
     if is_utf16(head) or b"\0" in head:
-        return []
-    return unify_line_ends(head).decode("latin-1").split("\n")
+        return ()
+    return tuple(unify_line_ends(head).decode("latin-1").split("\n"))
 
 
 def is_number(token: bytes) -> bool:

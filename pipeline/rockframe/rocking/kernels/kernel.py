@@ -138,18 +138,18 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     strongest *= abs(scale)
     limit = math.tan(alpha)
     p2 = p_hat * p_hat
-    pull = 1.0 + strongest  # the strongest acceleration over g, or more
+    most = 1.0 + strongest  # the strongest pull [g], or more
     hold = 0.0
     if len(ties) > 0:
         states = (begun(ties[0], theta_0), begun(ties[1], theta_0))
         for j in range(2):
-            pull += ties[j][0] + abs(ties[j][1]) + (ties[j][2] if ties[j][4] != ELASTIC else 0.0)
+            most += ties[j][0] + abs(ties[j][1]) + (ties[j][2] if ties[j][4] != ELASTIC else 0.0)
             for k in range(TIE_LOG_SIZE):
                 tie_log[j, k] = 0.0
             tie_log[j, YIELD_TIME] = math.nan
             tie_log[j, REST] = math.nan
         hold = uplift_hold(alpha, ties, states)
-    rate = p_hat * math.sqrt(pull)
+    rate = p_hat * math.sqrt(most)
     pieces = max(1, math.ceil(rate * time_step / MAX_STRIDE))
     h = time_step / pieces
 

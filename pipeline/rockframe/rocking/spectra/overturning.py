@@ -227,7 +227,7 @@ def _scan(batch: _Batch) -> Scan:
 
 
 def _intervals_of(frequency_ratio: float) -> int:
-    return _INTERVALS * 2 ** max(0, math.ceil(math.log2(_FEWEST_UP_TO / frequency_ratio)))
+    return _INTERVALS << max(0, math.ceil(math.log2(_FEWEST_UP_TO / frequency_ratio)))
 
 
 @lru_cache(maxsize=16)

@@ -115,12 +115,16 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
         raise InputError(path, "the file contains only blank lines.")
     channels = []
     top = 0
+    ends = [
+        number
+        for number, row in enumerate(lines)
+        if row.lstrip()[:1] in (b"/", b"U", b"u") and _ENDS_SAMPLES.match(row)
+    ]
     while top < len(lines):
         header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
         _require_header(path, header, top + 1)
-        start = end = top + _HEADER_LINES
-        while end < len(lines) and not _ENDS_SAMPLES.match(lines[end]):
-            end += 1
+        start = top + _HEADER_LINES
+        end = next((number for number in ends if number >= start), len(lines))
         channels.append(
             _Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, _FIRST_REALS, lines[start:end])
         )

@@ -6,6 +6,7 @@ states the units: ``time_s,acc_g``, ``t, acceleration [m/s2]``, ``acc_cm_s2``. N
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from collections.abc import Iterable
@@ -201,24 +202,31 @@ def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
 
 
 def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
-    text = (separator or b"\n").join(rows)
-    if separator:
-        ragged = {row.count(separator) for row in rows} != {columns - 1}
-    else:
-        ragged = bool((_tokens_a_line(text + b"\n") != columns).any())
-    if ragged or b"_" in text:
+    text = b"\n".join([*rows, b""])
+    if (_tokens_a_line(text, separator) != columns).any() or b"_" in text:
         raise ValueError("ragged rows, or underscores in numbers")
-    return np.array(text.split(separator), dtype=np.float64).reshape(-1, columns)
+    table: Float = np.loadtxt(
+        io.BytesIO(text),
+        dtype=np.float64,
+        comments=None,
+        delimiter=separator.decode() if separator else None,
+        ndmin=2,
+    )
+    return table
 
 
-def _tokens_a_line(text: bytes) -> NDArray[np.int64]:
+def _tokens_a_line(text: bytes, separator: bytes | None) -> NDArray[np.int64]:
     """Return the number of tokens in each line, shape (lines,)."""
     codes = np.frombuffer(text, dtype=np.uint8)
+    ends = np.flatnonzero(codes == ord("\n"))
+    if separator:
+        return (
+            np.diff(np.searchsorted(np.flatnonzero(codes == ord(separator)), ends), prepend=0) + 1
+        )
     blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
     starts = ~blank
     starts[1:] &= blank[:-1]
-    until: NDArray[np.int64] = np.cumsum(starts)[codes == ord("\n")]
-    return np.diff(until, prepend=0)
+    return np.diff(np.cumsum(starts)[ends], prepend=0)
 
 
 def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:
