@@ -56,6 +56,17 @@ def assert_same(one: OscillatorResponse, other: OscillatorResponse, tolerance: f
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=at, atol=at)
 
 
+def test_ground_that_jumps_at_nodes() -> None:
+    """Peaks are found whatever the ground was before a node: here straight lines do not meet."""
+    frame = FixedFrame(period=1.0, damping_ratio=0.0)
+    for seed in (14, 57, 71):
+        lines = np.random.default_rng(seed).uniform(-3.0, 3.0, (60, 2))
+        lines[:, 1] = (0.2 * lines[:, 1] - lines[:, 0]) / 0.1  # from the first to 0.2 of the second
+        motion = GroundAcceleration(lines, 0.1)
+        coarse, fine = (respond_oscillator(frame, one) for one in (motion, divided(motion, 32)))
+        assert_same(coarse, fine, 1e-10)
+
+
 @each_model
 @pytest.mark.parametrize(("seed", "step"), [(1, 0.01), (2, 0.1), (3, 0.3)])
 def test_another_solver_finds_the_same(

@@ -509,7 +509,6 @@ def _run(  # noqa: C901  one loop, without calls
     curved = rows.shape[1] > 2
     size, damped = abs(scale), c + h * k
     close, jerk = 1.0 / (1.0 - 0.125 * h * h * k), 0.0
-    before = abs(scale * rows[i, 0] + push + c * v + k * u)
     peak, peak_time, peak_force = summary[PEAK], summary[PEAK_TIME], summary[PEAK_FORCE]
     u_u, u_v, u_0, u_1 = moves[0, 0], moves[0, 1], moves[0, 2], moves[0, 3]
     v_u, v_v, v_0, v_1 = moves[1, 0], moves[1, 1], moves[1, 2], moves[1, 3]
@@ -538,7 +537,7 @@ def _run(  # noqa: C901  one loop, without calls
             jerk = share * (size * bounds[i, 1] + damped * at_end + k * speed)
             bend = at_end + h * jerk
         else:
-            bend = close * max(before, at_end)
+            bend = close * max(abs(a_0 + k * u), at_end)
         if speed <= h * bend or (  # u or the force may not be monotone
             c > 0.0
             and (k * speed - c * at_end if curved else abs(k * new_v - c * signed))
@@ -558,7 +557,7 @@ def _run(  # noqa: C901  one loop, without calls
         peak_force = max(peak_force, abs(force))
         if far > peak:
             peak, peak_time = far, time + (i + 1) * h
-        u, v, before = new_u, new_v, at_end
+        u, v = new_u, new_v
         i += 1
         if histories.shape[1] > 0:
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
