@@ -231,8 +231,8 @@ def integrate(  # noqa: C901  one loop over arrays, see above
                     if math.isnan(uplift_time):
                         uplift_time = time + elapsed
                 if len(ties) > 0:
-                    pull = both_held(ties, states)
-                    c = taylor(theta, omega, s, now, lift, alpha, p2, start, pull)
+                    held = both_held(ties, states)
+                    c = taylor(theta, omega, s, now, lift, alpha, p2, start, held)
                 else:
                     c = taylor(theta, omega, s, now, lift, alpha, p2, start, ())
                 ended, t, theta, omega, high, high_time, fast = flight(
