@@ -163,6 +163,15 @@ def test_options_that_cannot_be(options: dict[str, object], message: str) -> Non
         ScreenOptions(**options)
 
 
+def test_limits_of_restraints_need_restraints(screen: Screen) -> None:
+    with pytest.raises(ParameterError, match=r"Missing gap_m of abutments. Must be stated for lim"):
+        screen(site(2), limit_gap_ratio=(1.0,))
+    with pytest.raises(
+        ParameterError, match=r"Missing yield_stress_pa of tendons. Must be stated for"
+    ):
+        screen(site(2), limit_tendon_ratio=(1.0,))
+
+
 def test_words_of_an_outcome_name_the_limit() -> None:
     limit = LimitState.named("u_0.1m")
     assert Outcome.NONE_OVERTURN.sentence_of(limit.words).startswith("no motion reaches u ≥ 0.1 m")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Final, Self
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine, map_batches
+from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
 from rockframe.results.facts import Facts
@@ -77,9 +79,15 @@ class ScreeningRequest:
         Raises
         ------
         ParameterError
-            If a candidate of the design or a member of the ensemble cannot rock.
+            If a candidate of the design or a member of the ensemble cannot rock, or no structure
+            has what a limit is stated for.
         """
         chosen_ensemble(options, frames)
+        yielding = any(one.tendon and one.tendon.yield_force < math.inf for one in frames)
+        if options.limit_tendon_ratio and not yielding:
+            raise invalid("yield_stress_pa", None, "tendons", "stated for limit_tendon_ratio")
+        if options.limit_gap_ratio and not any(one.abutment for one in frames):
+            raise invalid("gap_m", None, "abutments", "stated for limit_gap_ratio")
         design = None
         if options.design is not None:
             lowest, highest = options.design.range
