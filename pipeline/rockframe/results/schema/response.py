@@ -120,7 +120,7 @@ ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
 #: Values of frames before their edges crushed; those after it are in OF_FRAME.
 OF_CRUSHING: Final = optional("crushing",
     Variable("slenderness_before_crushing", "structure", float, "rad", "slenderness before the edges crush", "before_crushing.slenderness", comment="NaN where edges do not crush"),
-    Variable("restitution_before_crushing", "structure", float, "1", "angular velocity after an impact over that before, before the edges crush", "before_crushing.restitution", comment="NaN where edges do not crush; below the restitution after it, for columns on closer pivots lose less"),
+    Variable("restitution_before_crushing", "structure", float, "1", "restitution, sqrt(r), before the edges crush", "before_crushing.restitution", comment="NaN where edges do not crush; below the restitution after it, for columns on closer pivots lose less"),
 )
 
 RESPONSE_NC: Final = FileKind(
