@@ -231,7 +231,7 @@ def test_a_record_that_is_not_the_papers_says_so(
 
 def test_what_an_older_run_wrote_does_not_linger(motion: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    own = ("--units", "g", "--time-step", "0.01", "--output", folder)
+    own = ("--units", "g", "--time-step", "0.01", "--margins", "none", "--output", folder)
     assert run("table1", "--records", motion, *own) == 0
     other = motion.with_name("other.csv")
     motion.rename(other)
