@@ -14,11 +14,15 @@ import time
 import urllib.parse
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from rockframe import RockframeWarning, RockingFrame, Tendon
+from rockframe.cli.explore import _free
 from rockframe.cli.main import main
+from rockframe.errors import ParameterError
 
 from .conftest import Address
 from .test_answer import BENT, unpacked
@@ -254,3 +258,17 @@ def test_a_port_is_a_number(capsys: pytest.CaptureFixture[str]) -> None:
         main(["explore", "--port", "99999"])
     assert stopped.value.code == 2
     assert "Invalid port '99999'. Must be 0 to 65535" in capsys.readouterr().err
+
+
+def test_structures_that_the_page_cannot_show_are_named() -> None:
+    free = RockingFrame(height=9.6, width=1.6, name="free")
+    tied = replace(
+        free,
+        name="tied",
+        column_mass=48e3,
+        tendon=Tendon(area=2.8e-4, modulus=195e9, length=9.6),
+    )
+    with pytest.warns(RockframeWarning, match=r"only: without 'tied'\."):
+        assert _free([free, tied]) == [free]
+    with pytest.raises(ParameterError, match=r"columns only\. .* 'tied' are not"):
+        _free([tied])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import warnings
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
@@ -15,12 +17,13 @@ from rockframe.cli.arguments import (
 )
 from rockframe.cli.console import show_json
 from rockframe.cli.options import whole_number
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, RockframeWarning
 
 if TYPE_CHECKING:
     import socket
 
     from rockframe.explorer.answer import Motion
+    from rockframe.frame import RockingFrame
     from rockframe.options.pulse import PulseOptions
 
 _HIGHEST_PORT: Final = 65535
@@ -60,10 +63,7 @@ def run_explore(options: argparse.Namespace) -> int:
             f"{error.name} is not installed. Must be, for the explorer: "
             "pip install 'rockframe[explorer]'."
         ) from None
-    stated = choose_structures(chosen_structures(options), options.structure)
-    frames = [frame for frame in stated if frame.prismatic]
-    if not frames:
-        raise ParameterError("The explorer shows prismatic columns only, and none is stated.")
+    frames = _free(choose_structures(chosen_structures(options), options.structure))
     with _listening(LOOPBACK, options.port) as listening:
         motions = _motions(options)
         port = listening.getsockname()[1]
@@ -82,6 +82,18 @@ def run_explore(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             print("rockframe: explorer stopped.", file=sys.stderr)
     return 0
+
+
+def _free(stated: Sequence[RockingFrame]) -> list[RockingFrame]:
+    """Return the structures that the page can show; warn of the others."""
+    frames = [frame for frame in stated if frame.prismatic and not frame.restrained]
+    names = ", ".join(repr(frame.name) for frame in stated if frame not in frames)
+    shows = "The explorer shows free frames with prismatic columns only"
+    if not frames:
+        raise ParameterError(f"{shows}. Must be one of the structures: {names} are not.")
+    if names:
+        warnings.warn(f"{shows}: without {names}.", RockframeWarning, stacklevel=2)
+    return frames
 
 
 def _motions(options: argparse.Namespace) -> list[Motion]:
