@@ -121,7 +121,8 @@ def test_the_explorer_does_not_call_safe_what_it_did_not_look_for(folder: Path) 
     with open_records(folder / "records.nc") as records:
         record = records.read(RECORD)
     ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
-    stated = {"section": "rectangular", "scale": "1", "vertical": "0", "from": "0", "to": "99"}
+    stated = {"section": "rectangular", "scale": "1", "vertical": "0", "pulse": "0"}
+    stated |= {"from": "0", "to": "99"}
     for name, height, width, mass_ratio in STRUCTURES:
         values = {"height": height, "width": width, "mass_ratio": mass_ratio}
         asked = {key: str(value) for key, value in values.items()}
