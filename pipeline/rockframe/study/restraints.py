@@ -115,6 +115,12 @@ class IsolatedEntry(Entry):
         if self.strength_ratio is None:
             pendulum = "stated, or radius_m and friction of a pendulum"
             raise invalid("strength_ratio", None, "lead-rubber bearings", pendulum)
+        pair = ("effective_period_s", "design_displacement_m")
+        stated = [key for key in pair if getattr(self, key) is not None]
+        if self.period_s is None and len(stated) < len(pair):
+            raise invalid("period_s", None, "bearings", f"stated, or {' and '.join(pair)}")
+        if self.period_s is not None and stated:
+            raise invalid("period_s", self.period_s, "bearings", f"absent beside {stated[0]}")
         return IsolatedDeck.lead_rubber(
             strength_ratio=self.strength_ratio,
             period=self.period_s,
