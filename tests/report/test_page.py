@@ -196,6 +196,8 @@ def test_only_a_whole_run_is_reported(
     hostile_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "no such folder" in refusal(capsys, str(tmp_path / "nowhere"))
+    (tmp_path / "file").touch()
+    assert "file: is a file. Must be the folder" in refusal(capsys, str(tmp_path / "file"))
     assert "the run did not end" in refusal(capsys, str(tmp_path))
     damaged = Path(shutil.copytree(hostile_run, tmp_path / "run"))
     (damaged / "table.csv").write_text("event\n")

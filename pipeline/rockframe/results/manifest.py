@@ -100,7 +100,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     """
     path = folder / MANIFEST
     if not folder.is_dir():
-        raise InputError(folder, "no such folder. Must be the folder of a run.")
+        what = "is a file" if folder.exists() else "no such folder"
+        raise InputError(folder, f"{what}. Must be the folder of a run.")
     if not path.is_file():
         raise InputError(path, "missing: the run did not end. Must be the folder of a whole run.")
     try:
