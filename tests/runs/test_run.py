@@ -62,6 +62,15 @@ def test_a_run_without_a_terminal_says_each_step_and_the_verdicts(
     assert capsys.readouterr().out.splitlines()[-1] == "complete"
 
 
+def test_a_step_prints_json_as_other_commands_do(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["step", str(home / "run"), "table", "--json"]) == 0
+    stated = json.loads(capsys.readouterr().out)
+    assert stated == {"step": "table", "outputs": ["table.csv"], "rejected": False}
+
+
 def test_a_run_is_whole(made: Path) -> None:
     assert main(["verify", str(made / "run")]) == 0
     assert set(states(made / "run").values()) == {"done", "removed"}

@@ -194,7 +194,10 @@ def run_step(options: argparse.Namespace) -> int:
     require_known("step", options.name, steps)
     step = steps[options.name]
     workers = chosen(options, ExecutionOptions).workers
-    return perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))
+    status = perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))
+    if options.json:
+        show_json({"step": step.name, "outputs": list(step.outputs), "rejected": bool(status)})
+    return status
 
 
 def add_init(parser: argparse.ArgumentParser) -> None:
