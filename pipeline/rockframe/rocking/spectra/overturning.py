@@ -32,8 +32,6 @@ Float = NDArray[np.float64]
 
 #: Edges are known to this share of themselves [1].
 EDGE_TOLERANCE: Final = 1e-9
-#: Step of amplitude between whose values slivers may be missed [1].
-AMPLITUDE_STEP: Final = 0.005
 #: Below it a pulse lasts for hundreds of the frame's periods: it is a static pull, and never ends.
 LEAST_FREQUENCY_RATIO: Final = 0.01
 #: Least number of intervals in a period of the pulse: it is followed to 4e-11 of its amplitude, and
