@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.impulses import impact_friction_demand, least_spacing
-from rockframe.rocking.reactions import Reactions, reactions
+from rockframe.rocking.reactions import Reactions, ground_at_nodes, reactions_under
 from rockframe.rocking.response import Response, Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -69,8 +69,18 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     """
     if response.verdict is Verdict.OVERTURNED or np.isnan(response.theta).any():
         return replace(response, contact=ContactDemand(*[math.nan] * len(fields(ContactDemand))))
-    forces = reactions(response, motion)
     frame = response.frame
+    across, upwards = ground_at_nodes(response.time, motion)
+    if not frame.restrained:
+        nodes = _nodes_that_count(response, across, upwards)
+        across, upwards = across[nodes], upwards[nodes]
+        time, theta, omega = (
+            history[nodes] for history in (response.time, response.theta, response.omega)
+        )
+        few = replace(response, time=time, theta=theta, omega=omega)
+    else:
+        few = response
+    forces = reactions_under(few, across, upwards)
     gamma, pressed = frame.mass_ratio, 0.0
     if frame.tendon is not None and frame.column_mass is not None:
         pressed = frame.tendon.prestress / (frame.column_mass * GRAVITY)
@@ -84,9 +94,25 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
         impact_friction_demand=impact_friction_demand(frame) if response.impacts else math.nan,
         least_base_vertical=least(forces.base_vertical, 1.0 + gamma + pressed),
         least_top_vertical=least(forces.top_vertical, gamma and gamma + pressed),
-        least_spacing=_spacing(response, forces),
+        least_spacing=_spacing(few, forces),
     )
     return replace(response, contact=demand)
+
+
+def _nodes_that_count(
+    response: Response, across: NDArray[np.float64], upwards: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Nodes at which a frame without ties moves or begins to; and two of those at rest.
+
+    At rest its forces are those of a body fixed to the ground: shear over vertical force is largest
+    where the ground's acceleration is over the pull, and the vertical force least where that is.
+    """
+    lean = np.abs(across) / (GRAVITY + upwards)
+    moves = (response.theta != 0.0) | (response.omega != 0.0)
+    moves |= lean > math.tan(response.frame.slenderness)
+    rest = np.flatnonzero(~moves)
+    ends = [lean[rest].argmax(), upwards[rest].argmin()] if rest.size else []
+    return np.append(np.flatnonzero(moves), rest[ends])
 
 
 def _spacing(response: Response, forces: Reactions) -> float:

@@ -136,7 +136,11 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     >>> round(float(forces.base_friction_demand.max()), 4)
     0.1794
     """
-    across, upwards = ground_at_nodes(response.time, motion)
+    return reactions_under(response, *ground_at_nodes(response.time, motion))
+
+
+def reactions_under(response: Response, across: Float, upwards: Float) -> Reactions:
+    """Compute `reactions`, given the ground acceleration at the nodes [m s-2]."""
     gamma = response.frame.mass_ratio
     (column_across, column_upwards), (beam_across, beam_upwards) = _accelerations(
         response, across, upwards
