@@ -270,7 +270,7 @@ class RockingFrame:
     def uplift_acceleration(self) -> float:
         """Ground acceleration at which the frame uplifts [m s-2].
 
-        That is g tan(alpha) of eq (36), and what the prestress of tendons adds.
+        g tan(alpha) of eq (36), plus what the prestress of tendons adds.
         """
         across, upwards = (self.width, self.height) if self.prismatic else self._arms
         hold = 0.0

@@ -205,7 +205,7 @@ class FixedFrame:
     period : float
         Natural period of the elastic frame [s].
     damping_ratio : float
-        Viscous damping over the critical one of the elastic frame [1]; it stays when columns yield.
+        Viscous damping over the critical one of the elastic frame [1]; unchanged by yielding.
     strength_ratio : float
         Force at first yield over the weight of the effective mass [1]; infinite: elastic.
     post_yield_ratio : float

@@ -110,11 +110,11 @@ def test_a_login_is_explained(centre: DataCentre, run: Run, status: int) -> None
         (reply(413), "answered 413: too much at once. Must be less: fewer stations"),
         (Reply(body=b"", content_type=MSEED), "answered 200 with nothing: no data."),
         (Reply(body=b"<html>", content_type="text/html"), "content type 'text/html'"),
-        (Reply(body=b"{}", content_type=MSEED), "no sound miniSEED record at byte 0 of 2."),
+        (Reply(body=b"{}", content_type=MSEED), "no valid miniSEED record at byte 0 of 2."),
         (Reply(body=SOUND[:700], content_type=MSEED), "truncated: the last record ends at byte"),
         (
             Reply(body=SOUND[:520], content_type=MSEED),
-            "no sound miniSEED record at byte 512 of 520.",
+            "no valid miniSEED record at byte 512 of 520.",
         ),
         (
             Reply(body=SOUND, content_type=MSEED, headers={"Content-Encoding": "gzip"}),

@@ -89,7 +89,7 @@ def test_no_cut_is_read(cut: int) -> None:
     if cut % 512 == 0:
         return
     with pytest.raises(
-        InputError, match=r"truncated: the last record|no sound miniSEED record at byte"
+        InputError, match=r"truncated: the last record|no valid miniSEED record at byte"
     ):
         read_whole("x", body[:cut])
 

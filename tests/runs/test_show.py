@@ -96,7 +96,9 @@ def test_file_of_several_records_asks_which(
     words = ["--records", str(bundled_records / "Ridgecrest2019-CCC.V1")]
     assert main(["table1", *words, "--structure", "bridge-bent", "--output", str(tmp_path)]) == 0
     assert main(["show", str(tmp_path), "Ridgecrest2019-CCC.V1"]) == 2
-    assert "a file of 3. Must be one of: Ridgecrest2019-CCC-090, " in capsys.readouterr().err
+    assert (
+        "a file of 3 records. Must be one of: Ridgecrest2019-CCC-090, " in capsys.readouterr().err
+    )
 
 
 def test_table_that_is_gone_is_said(

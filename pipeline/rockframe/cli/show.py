@@ -48,7 +48,7 @@ def _entry(run: Run, asked: str) -> Mapping[str, str]:
     if len(found) > 1:
         names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in found)
         raise ParameterError(
-            f"Invalid record {asked!r}: a file of {len(found)}. Must be one of: {names}."
+            f"Invalid record {asked!r}: a file of {len(found)} records. Must be one of: {names}."
         )
     if not found:
         known = ", ".join(row["record_id"] for row in run.entries if row["record_id"])

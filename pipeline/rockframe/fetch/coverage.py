@@ -41,7 +41,7 @@ def read_whole(name: str, body: bytes) -> Stream:
     --------
     >>> read_whole("CI.CLC.--.HNE.mseed", b"<html>")
     Traceback (most recent call last):
-    rockframe.errors.InputError: CI.CLC.--.HNE.mseed: no sound miniSEED record at byte 0 of 6. \
+    rockframe.errors.InputError: CI.CLC.--.HNE.mseed: no valid miniSEED record at byte 0 of 6. \
 Must be whole records.
     """
     offset = 0
@@ -50,7 +50,7 @@ Must be whole records.
         if length <= 0:
             raise InputError(
                 name,
-                f"no sound miniSEED record at byte {offset} of {len(body)}. Must be whole records.",
+                f"no valid miniSEED record at byte {offset} of {len(body)}. Must be whole records.",
             )
         offset += length
     if offset > len(body):

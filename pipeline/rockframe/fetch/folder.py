@@ -117,7 +117,7 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
     except OSError as error:
         raise InputError(folder, f"cannot be opened: {error.strerror}.") from None
     except ValueError as error:
-        raise InputError(path, f"is not JSON ({error}). Must be as written.") from None
+        raise InputError(path, f"is not JSON ({error}). Must be as `fetch` wrote it.") from None
     return _ledger(path, document, request)
 
 
@@ -126,7 +126,7 @@ def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
     if not isinstance(document, dict) or not all(
         isinstance(document.get(part), dict) for part in parts
     ):
-        raise InputError(path, f"lacks one of {', '.join(parts)}. Must be as written.")
+        raise InputError(path, f"lacks one of {', '.join(parts)}. Must be as `fetch` wrote it.")
     before = document["request"]
     different = sorted(
         key for key in before.keys() | request.keys() if before.get(key) != request.get(key)

@@ -1,4 +1,4 @@
-"""What is matched: the weighted signal and its spectra."""
+"""The weighted signal that wavelets are matched to, and its spectra."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ def energy_growth(signal: Signal) -> Float:
 def strong_stretch(
     signal: Signal, growth: Float, far: tuple[float, float], floor: Float, grid: Fraction
 ) -> tuple[Signal, NDArray[np.intp]]:
-    """Return the stretch in which wavelets can explain as much as `floor`, and of which records.
+    """Cut records to where wavelets can explain as much as `floor`; also return their indices.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def strong_stretch(
 def cut_around(
     signal: Signal, wavelet: str, period: float, time: float, half_cycles: float | None
 ) -> Signal:
-    """Return the samples around a pulse: beyond, its wavelet is zero, and few lines suffice.
+    """Cut a record to the samples around a pulse; its wavelet is zero outside them.
 
     Parameters
     ----------

@@ -42,16 +42,16 @@ class FigureOptions(Options):
     """The figures of single records, of screenings and of spectra."""
 
     most: Annotated[int, Field(ge=0)] = 24
-    """Largest number of figures of single records; of more, those under which a structure stands
-    with the largest rotation. 0 for no figures at all."""
+    """Largest number of figures of single records; 0 for no figures at all. If there are more
+    records, those under which a structure stands with the largest rotation are drawn."""
 
 
 class ReportOptions(Options):
     """The page of the run."""
 
     histories: Annotated[int, Field(ge=1)] = 150
-    """Largest number of histories in the page; of more, those that stand with the largest
-    rotation come first."""
+    """Largest number of histories in the page. If there are more, those of structures that stand
+    with the largest rotation are chosen first."""
     rows: Annotated[int, Field(ge=1)] = 5000
-    """Largest number of rows of the table in the page; of more, the same come first, and all are
-    counted."""
+    """Largest number of rows of the table in the page. If there are more, they are chosen in the
+    same way; the counts still include all of them."""

@@ -79,23 +79,23 @@ class Filters(Options):
     """
 
     magnitude: Annotated[Bounds | None, Field(examples=[(6.0, 8.0)])] = None
-    """Magnitude of the earthquake, from and to."""
+    """Range of the magnitude of the earthquake."""
     epicentral_distance_km: Annotated[Bounds | None, Field(examples=[(0.0, 50.0)])] = None
-    """Epicentral distance, from and to [km]."""
+    """Range of the epicentral distance [km]."""
     distance_rrup_km: Annotated[Bounds | None, Field(examples=[(0.0, 20.0)])] = None
-    """Shortest distance to the rupture, from and to [km]."""
+    """Range of the shortest distance to the rupture [km]."""
     distance_rjb_km: Annotated[Bounds | None, Field(examples=[(0.0, 20.0)])] = None
-    """Joyner-Boore distance, from and to [km]."""
+    """Range of the Joyner-Boore distance [km]."""
     distance_hypocentral_km: Annotated[Bounds | None, Field(examples=[(0.0, 60.0)])] = None
-    """Distance to the hypocentre, from and to [km]."""
+    """Range of the distance to the hypocentre [km]."""
     vs30_m_s: Annotated[Bounds | None, Field(examples=[(360.0, 1500.0)])] = None
-    """Shear-wave velocity of the upper 30 m at the station, from and to [m/s]."""
+    """Range of the shear-wave velocity of the upper 30 m at the station [m/s]."""
     site: Annotated[Site | None, Field(examples=["free-field"])] = None
     """Where the sensor was, as headers and catalogues say."""
     pga_g: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
-    """Peak ground acceleration after processing, from and to [g]."""
+    """Range of the peak ground acceleration after processing [g]."""
     pgv_m_s: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
-    """Peak ground velocity after processing, from and to [m/s]."""
+    """Range of the peak ground velocity after processing [m/s]."""
 
     def bounds(self) -> dict[str, list[float] | str]:
         """Return the stated filters as JSON values."""

@@ -43,7 +43,7 @@ class Ensemble(Options):
     width: _Spread = 0.01
     """Largest deviation of the columns' width, as a share of it."""
     restitution: _Spread = 0.03
-    """Largest loss of the velocity ratio of impacts beyond the stated one, as a share of it."""
+    """Largest reduction of the velocity ratio of impacts below the stated one, as a share of it."""
     amplitude: _Spread = 0.01
     """Largest deviation of the motion's amplitude, as a share of it."""
     seed: Seed = 0
@@ -129,11 +129,11 @@ class ScreenOptions(Options):
     scales at which 10, 25, 50 % of an ensemble of plausible structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()
     pulse_period_s: Annotated[Bounds | None, Field(examples=[(0.5, 5.0)])] = None
-    """Only records whose selected pulse has a period from and to [s]."""
+    """Only records whose selected pulse has a period in this range [s]."""
     pulse_length_m: Annotated[Bounds | None, Field(examples=[(0.1, 9.0)])] = None
-    """Only records whose selected pulse has a length L_p = a_p T_p^2 from and to [m]."""
+    """Only records whose selected pulse has a length L_p = a_p T_p^2 in this range [m]."""
     pulse_like: Annotated[bool | None, Field(examples=[True])] = None
-    """Only records whose pulse is more than chance, or only the others."""
+    """Only records whose pulse passes the test against noise, or only the others."""
     spectral_periods_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5, 1.0)])] = None
     """Periods of spectral accelerations, 5 % damped, as further measures of intensity [s]."""
     limit_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = None
@@ -179,7 +179,7 @@ class ScreenOptions(Options):
 
     @model_validator(mode="after")
     def _site_of_hazard(self) -> Self:
-        """Require a hazard curve for a site, and a place on the earth."""
+        """Require a hazard curve beside a site, and valid coordinates of the site."""
         if self.hazard_site is None:
             return self
         longitude, latitude = self.hazard_site

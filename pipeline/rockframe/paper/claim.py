@@ -78,7 +78,7 @@ def agrees_to_last_digit(printed: str, ours: float) -> Finding:
 
 
 def judged(holds: bool) -> Finding:
-    """Return agrees if a claim holds, else differs."""
+    """Return AGREES if a claim holds, else DIFFERS."""
     return Finding.AGREES if holds else Finding.DIFFERS
 
 

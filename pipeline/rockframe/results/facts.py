@@ -52,7 +52,7 @@ class Facts:
     numbers : dict of str to array, shape (records,)
         `NUMBERS` and, of the best pulse, `PULSE_NUMBERS`, in SI units.
     pulse_like : list of bool or None
-        True if the best pulse is more than chance; None if this is unknown.
+        True if the selected pulse passes the test against noise; None if this is unknown.
     """
 
     names: list[str]
@@ -98,7 +98,7 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
 def _pulses(
     path: Path, records: str, names: list[str]
 ) -> tuple[dict[str, Float], list[bool | None]]:
-    """Return the numbers of the best pulse of each record, and whether it is more than chance."""
+    """Return the numbers of each selected pulse, and whether it passes the test against noise."""
     pulses = loaded_pulses(path)
     if records not in json.loads(pulses.attrs["input_sha256"]).values():
         raise InputError(path, "was made from other records. Must be of the same records.")

@@ -33,7 +33,7 @@ class Ground:
     acceleration : array, shape (samples,)
         Ground acceleration [m s-2].
     pulse : array, shape (samples of the pulse,)
-        Best pulse [m s-2], as far as it reaches; empty if there is none.
+        Selected pulse [m s-2] over its reach; empty if there is none.
     pulse_start : int
         Sample of the record at which it begins.
     """

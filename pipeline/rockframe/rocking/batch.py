@@ -131,7 +131,7 @@ def respond_scenarios(
     Returns
     -------
     Scenarios
-        The same bits whatever else is asked beside a scenario, and in whatever order.
+        The numbers of a scenario do not depend on the others or their order, to the last bit.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def respond_many(
     Returns
     -------
     Peaks
-        The same bits whatever else is in the batch.
+        The numbers of a scenario do not depend on the rest of the batch, to the last bit.
 
     Raises
     ------

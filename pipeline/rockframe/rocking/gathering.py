@@ -130,12 +130,12 @@ class Answers:
 
 
 class Gathered:
-    """Scenarios that are asked for in one thread, answered as the batches are full.
+    """Scenarios that one thread collects; each batch is computed when it is full.
 
     Parameters
     ----------
     answers : Answers
-        What is filled in.
+        Arrays that the results are written to.
     """
 
     def __init__(self, answers: Answers) -> None:

@@ -21,7 +21,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Part:
-    """Motions, structures and scales, of which every combination is asked for.
+    """Motions, structures and scales; every combination is computed.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def responses_of(scenarios: tuple[Scenario, ...]) -> list[Response]:
 
 
 def peaks_of(part: Part) -> Arrays:
-    """Return verdicts and peak rotations of a part.
+    """Return the verdict and peaks of each combination of motion, structure and scale.
 
     Returns
     -------

@@ -34,7 +34,7 @@ class Stamp:
     Parameters
     ----------
     key : str
-        What it depended on.
+        Hash of all that the step depended on.
     outputs : mapping of str to str
         SHA-256 of each file that it wrote.
     """

@@ -51,7 +51,7 @@ class MotherWavelet:
 
     @property
     def core(self) -> float:
-        """|tau| within which its energy lies, but for less than 1e-6 of it."""
+        """Largest |tau| outside of which less than 1e-6 of its energy lies."""
         return self.reach if self.finite else 0.5 * self.reach
 
 

@@ -48,7 +48,7 @@ _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
 
 @dataclass(frozen=True)
 class _Sac:
-    """Header floats, shape (70,), integers, shape (40,), and 192 characters; and the samples."""
+    """A SAC file: the 70 floats, 40 integers and 192 characters of its header, and its samples."""
 
     floats: NDArray[np.float64]
     integers: tuple[int, ...]

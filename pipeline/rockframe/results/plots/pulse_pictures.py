@@ -55,7 +55,7 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
 def scalogram_dataset(
     record: Record, match: PulseMatch, options: PulseOptions, tested: str = ""
 ) -> xr.Dataset:
-    """Return |C| over the root of the record's energy, on ``period`` and ``time``.
+    """Return wavelet coefficients |C| over the root of the record's energy, by period and time.
 
     Parameters
     ----------

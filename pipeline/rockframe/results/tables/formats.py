@@ -52,8 +52,8 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
             _write(frame, partial, table_format)
         except ImportError as error:
             raise ParameterError(
-                f"Tables as {table_format} need packages that are missing ({error.name}). Must be "
-                "installed with: pip install 'rockframe[tables]'."
+                f"Tables as {table_format} need packages that are missing ({error.name}). "
+                "Install them with: pip install 'rockframe[tables]'."
             ) from None
     return len(frame)
 

@@ -3,15 +3,15 @@
 With vertical ground acceleration a_v eq (26) becomes (re-derived: gravity is g + a_v)
 theta'' = -p_hat^2 [(1 + a_v/g) sin(alpha s - theta) + (a_h/g) cos(alpha s - theta)].
 
-Plain arrays in, plain arrays out, no checks: `rockframe.rocking.response` is the shell around it.
-This is the kernel to read, and the reference for the one in lanes, which calls its functions for
-whatever happens seldom.
+Its functions take and return plain arrays, without checks; `rockframe.rocking.response` checks the
+input. Read this kernel first: it is the reference for the vectorised one in `lanes`, which calls
+its functions in rare cases.
 
 Symbols are those of the paper: theta [rad], omega its rate [rad s-1], s = sgn(theta), 0 at rest;
 alpha the slenderness [rad], p_hat the frequency parameter [rad s-1].
 
 A Taylor step is in `steps`, what comes after the motion in `tails`, tendons and dissipaters are in
-`ties`. The longest function is one loop, because arrays that are passed down cost time.
+`ties`. The longest function is one loop, because passing arrays to further functions costs time.
 """
 
 from __future__ import annotations
@@ -111,13 +111,13 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     impacts : array, shape (kept, 2)
         Filled with the first impacts' times [s] and the rates just before them [rad s-1].
     summary : array, shape (SUMMARY_SIZE,)
-        Filled with what the named slots say.
+        Filled with the values that the names of the slots state.
     ties : tuple
         None, or two.
     forces : array, shape (intervals + 1, ties) or (0, ties)
         Filled with the forces of the ties at the nodes, if they have room.
     tie_log : array, shape (ties, TIE_LOG_SIZE)
-        Filled with what the named slots of the ties say.
+        Filled with the values that the names of the ties' slots state.
 
     Returns
     -------
@@ -377,11 +377,11 @@ def integrate_many(
     verdicts : array of int8, shape (scenarios,)
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
-        Filled with what the named slots say.
+        Filled with the values that the names of the slots state.
     tied : NO or YES
         Whether there are ties.
     ties : array, shape (scenarios, 10) or (0, 10)
-        The ties of each scenario, a pair.
+        The pair of ties of each scenario.
     """
     none = np.empty(0)
     no_log = np.empty((0, 2))

@@ -1,14 +1,14 @@
 """The kernel in lanes: many scenarios side by side, as fast as the machine's vectors allow.
 
-The scalar kernel is the reference, and follows whatever happens seldom; the strides and hops of
-`vectors` are the rest. A pool of lanes is filled with scenarios and goes on in rounds: all lanes
-take a stride; those in which something happened wait, and hop by the pack; those at rest are taken
-to the next uplift, and those at the end of their motion make room for the next scenario. So no lane
-waits for another one's motion, and none knows what the others do: the numbers of a scenario have
-the same bits in any company.
+The scalar kernel is the reference, and its functions follow rare cases; the strides and hops of
+`vectors` do the rest. A pool of lanes is filled with scenarios and computed in rounds. In a round,
+all lanes take a stride. Those in which an event happened wait, and hop together; those at rest are
+moved to the next uplift, and those at the end of their motion take the next scenario. So no lane
+waits for another one's motion, and the numbers of a scenario have the same bits whatever the other
+lanes contain.
 
 The longest function is one loop over one set of arrays, for the reason given in the scalar kernel;
-the file is long with what that loop is made of.
+the functions that this loop calls make the file long.
 """
 
 from __future__ import annotations
@@ -353,7 +353,7 @@ def _end(
 def _dies_out(
     pool: Float, q: int, who: int, asked: Float, a: Polynomial, v: Polynomial
 ) -> tuple[float, float]:
-    """How long a lane that just landed goes on to bounce, and how often; NaN if that is not known.
+    """Return how long and how often a lane that just landed still bounces; NaN if unknown.
 
     A flight at the rate omega against a pull f takes 2 omega / f, and lands faster by a share of
     2 omega f' / (3 f^2); the next begins slower by the restitution e, against the other side's
@@ -519,7 +519,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     verdicts : array of int8, shape (scenarios,)
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
-        Filled with what the kernel's named slots say; the time of the peak is not kept.
+        Filled with the values of the kernel's named slots; the time of the peak is not kept.
     ahead : array, shape (nodes, 1 or 2)
         What `fill_ahead` tells of the ground motions for each frequency parameter.
     excursions : array, shape (scenarios, kept, EXCURSION_SIZE)

@@ -54,7 +54,7 @@ CHANGED: Final = 3  # a tie has left its branch
 
 @inlined
 def _push(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
-    """One term of the right-hand side, of a coefficient of the ground and one of sin and cos."""
+    """Return a term of the right-hand side: coefficients of the ground times those of cos and sin."""
     return a * k + v * s if len(lifts) > 0 else a * k
 
 

@@ -39,16 +39,16 @@ def first_overturnings(
     Parameters
     ----------
     grounds, frames : sequence
-        What shakes, and what is shaken.
+        Ground motions and frames.
     ground, frame : array of int, shape (lines,)
-        Which of them belong together.
+        Indices of the ground motion and the frame of each line.
     least, largest : array, shape (lines,)
-        Scales between which is searched [1].
+        Ends of the range of scales that is searched [1].
 
     Returns
     -------
     list of FirstOverturning
-        The same bits whatever the other lines are.
+        The numbers of a line do not depend on the other lines, to the last bit.
     """
     prepared = [Prepared(one) for one in grounds]
     found: dict[int, FirstOverturning] = {}

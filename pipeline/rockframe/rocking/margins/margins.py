@@ -172,8 +172,8 @@ def margins(
     Returns
     -------
     Margin or list of list of Margin
-        For one motion and one frame their margin; for sequences, for each motion those of the
-        frames, the same whatever else is asked for.
+        For one motion and one frame their margin; for sequences, a list of the margins of all
+        frames for each motion. A margin does not depend on the other ones.
 
     Raises
     ------

@@ -60,23 +60,23 @@ def sensitivities(
     Parameters
     ----------
     grounds, frames : sequence
-        What shakes, and what is shaken.
+        Ground motions and frames.
     ground, frame : array of int, shape (lines,)
-        Which of them belong together.
+        Indices of the ground motion and the frame of each line.
     intervals : sequence of array, shape (intervals, 2)
-        For each of these the scales between which it overturns, as far as they are known.
+        Known intervals of scales in which each line overturns.
     largest : array, shape (lines,)
-        Scales that the ground may have at most.
+        Largest scale of each line.
     robust : sequence of RobustMargin or None, shape (lines,)
-        Their robust margins, if they were asked for.
+        Robust margin of each line, if one was requested.
 
     Returns
     -------
     list of Sensitivity
-        By the amplitude: it overturns at some scales within 1 % of 1 and not at others. By the
-        restitution: with some sqrt(r) within 1 %, never beyond eq (43). By the sampling: with the
-        record sampled twice as finely, by band-limited interpolation. By the dimensions: the robust
-        margin contradicts it.
+        One of each line, with the flags of the perturbations that change its verdict. AMPLITUDE:
+        some scales within 1 % of 1. RESTITUTION: some sqrt(r) within 1 % of the stated one and at
+        most that of eq (43). SAMPLING: the record sampled twice as finely, by band-limited
+        interpolation. DIMENSIONS: the robust margin contradicts the verdict.
     """
     once = np.ones(ground.size)
     as_it_is = _overturns(grounds, frames, ground, frame, once)

@@ -110,13 +110,13 @@ def robust_margins(
     ensemble : Ensemble, optional
         Number of members, spreads and seed.
     largest_scale : float
-        Where the search ends [1]; earlier for a vertical acceleration that would then fall faster
-        than gravity.
+        Largest scale searched [1]; less where the vertical acceleration of the scaled motion would
+        fall faster than gravity.
 
     Returns
     -------
     list of list of RobustMargin
-        For each motion those of the frames; the same bits whatever else is asked for.
+        For each motion the margins of all frames; a margin does not depend on the other ones.
 
     Raises
     ------
@@ -272,7 +272,7 @@ class _Family:
 
 
 def _averaged(shares: Float) -> Float:
-    """Means over the neighbours on either side, as far as there are any; along the first axis."""
+    """Return means over the existing neighbours on either side, along the first axis."""
     total = np.concatenate([np.zeros_like(shares[:1]), np.cumsum(shares, axis=0)])
     place = np.arange(len(shares))
     start, end = np.maximum(place - AVERAGED, 0), np.minimum(place + AVERAGED + 1, len(shares))

@@ -56,7 +56,7 @@ EDGE_TOLERANCE: Final = 1e-6
 _WIDTH_TOLERANCE: Final = 0.01
 #: Scales that are sampled between the first overturning and where it prevails.
 _BETWEEN: Final = 32
-#: Coarse scales are asked for so many at a time, until one overturns.
+#: Coarse scales are tried in groups of so many, until one overturns.
 _AT_A_TIME: Final = 16
 _PARTS: Final = 4
 
@@ -71,7 +71,7 @@ class FirstOverturning:
         Ends of the interval of scales that overturn [1]: both overturn. NaN if none was found;
         `upper` is the largest scale if the interval goes on to it.
     prevails_from : float
-        Least scale from which on, up to any larger one, more than half of the scales overturn [1];
+        Least scale above which more than half of the scales overturn, up to any larger scale [1];
         NaN if there is none.
     share_before : float
         Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if there is
@@ -232,7 +232,7 @@ class SliverSearch:
     def _divided(
         self, stands: float, falls: float
     ) -> Generator[Float, Answer, tuple[float, float]]:
-        """Divide the scales between one that stands and one that overturns: the lowest flip."""
+        """Divide the interval from a standing to an overturning scale; return the lowest flip."""
         shares = np.arange(_PARTS + 1) / _PARTS
         within = (1.0 - shares) * stands + shares * falls
         fallen, _, _ = yield from self._at(within[1:-1])

@@ -230,7 +230,7 @@ def _intervals_of(frequency_ratio: float) -> int:
 
 @lru_cache(maxsize=16)
 def _unit_ground(pulse: Pulse, intervals: int) -> GroundAcceleration:
-    """The pulse of amplitude 1 m s-2 and period 1 s, as far as it is not zero to round-off."""
+    """Return the pulse of amplitude 1 m s-2 and period 1 s, over its reach."""
     unit, reach = replace(pulse, a_p=1.0, T_p=1.0, time=0.0), pulse.mother.reach
     number = math.ceil(2.0 * reach * intervals)
     return GroundAcceleration.from_function(

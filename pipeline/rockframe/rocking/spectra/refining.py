@@ -33,7 +33,7 @@ _NEAR: Final = 0.7
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Frames on grounds, as `scan` was asked for them."""
+    """The frames and ground motions of a `scan`."""
 
     grounds: Sequence[GroundAcceleration]
     frames: Sequence[RockingFrame]
@@ -42,7 +42,7 @@ class Lines:
     unit: Float
 
     def at(self, line: Int, amplitude: Float) -> Points:
-        """Return what becomes of lines at amplitudes."""
+        """Return the outcome of lines at amplitudes."""
         found = respond_scenarios(
             self.grounds,
             self.frames,
@@ -71,10 +71,10 @@ class Lines:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Amplitudes and what becomes of the lines there; flat arrays.
+    """Amplitudes of lines and the outcomes there, as flat arrays.
 
-    `nearness` grows towards what is of the other kind: the largest rotation of what stands, the
-    time of the fall of what does not.
+    `nearness` grows toward the other kind of outcome: the largest rotation of a frame that stands,
+    the time of overturning of one that does not.
     """
 
     line: Int
@@ -89,7 +89,7 @@ class Points:
         return Points(*(getattr(self, name)[chosen] for name in _FIELDS))
 
     def and_(self, other: Points) -> Points:
-        """Return both, by line and amplitude."""
+        """Return the points of both, sorted by line and amplitude."""
         both = Points(
             *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FIELDS)
         )

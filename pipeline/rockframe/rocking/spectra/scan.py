@@ -118,20 +118,20 @@ def scan(
     Parameters
     ----------
     grounds, frames : sequence
-        What shakes, and what is shaken.
+        Ground motions and frames.
     ground, frame : array of int, shape (lines,)
-        Which of them make a line.
+        Indices of the ground motion and the frame of each line.
     amplitudes : array, shape (amplitudes,) or (lines, amplitudes)
         What each ground is multiplied by [1], ascending.
     tolerance : float
-        Edges are bisected until they are known to so much, relative to themselves.
+        Relative tolerance to which edges are bisected [1].
     unit : array, shape (lines,), optional
         Multiple of the ground that is an amplitude of 1 [1]; by default the ground itself.
 
     Returns
     -------
     Scan
-        The same bits whatever the other lines are.
+        The numbers of a line do not depend on the other lines, to the last bit.
     """
     every = np.arange(np.size(ground))
     units = np.ones(every.size) if unit is None else unit

@@ -149,7 +149,7 @@ def screen_stage(
 
 
 def _identity(chosen: Motions) -> dict[str, Any]:
-    """Return what identifies the motions: names, and azimuths, which names round."""
+    """Return what identifies the motions: names, and azimuths, which are rounded in the names."""
     return {
         "motions": [motion.name for motion in chosen.motions],
         "azimuths": [motion.azimuth for motion in chosen.motions],
