@@ -54,7 +54,7 @@ CHANGED: Final = 3  # a tie has left its branch
 
 @inlined
 def _push(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
-    """Return a term of the right-hand side: coefficients of the ground times those of cos and sin."""
+    """Return a term of the right-hand side: ground coefficients times those of cos and sin."""
     return a * k + v * s if len(lifts) > 0 else a * k
 
 
