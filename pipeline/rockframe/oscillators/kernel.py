@@ -799,7 +799,7 @@ def integrate(  # noqa: C901  one loop, see above
         histories[:, 0] = 0.0
         if rigid:
             histories[2, 0] = -scale * rows[0, 0]
-    i = 0
+    i = int(np.int64(0))  # a literal would be compiled for by itself
     while i < rows.shape[0]:
         mode, u, v, z = state
         branch = 0 if mode == ELASTIC else 1

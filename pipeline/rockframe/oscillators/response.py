@@ -233,7 +233,8 @@ def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:
     """Return a motion as the kernel takes it: rows, bounds, time step and start."""
     step, coefficients = ground.time_step, ground.coefficients
     powers = np.arange(2 if coefficients.shape[1] <= 2 else 6)
-    rows = np.pad(coefficients, ((0, 0), (0, powers.size - coefficients.shape[1])))
+    padded = np.pad(coefficients, ((0, 0), (0, powers.size - coefficients.shape[1])))
+    rows = np.ascontiguousarray(padded)  # the kernel is compiled for one layout
     parts = rows * step**powers
     bounds = np.column_stack(
         [

@@ -1,0 +1,86 @@
+"""A flame graph of an archive run: `python -m tests.benchmarks.flame RAW PICTURE`.
+
+RAW is what py-spy says of a run:
+
+    py-spy record --subprocesses --function --format raw --output RAW -- \
+        python -m tests.benchmarks.archive --records 300
+
+Each bar is a function of the package, under the one that calls it; its width is the share of all
+samples. Functions of other packages count for those that call them.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Final
+
+from matplotlib.figure import Figure
+
+#: A step of the run in the words of its process, and a function of the package.
+_STEP: Final = re.compile(r"rockframe\S* step \S+ (\w+)")
+_OWN: Final = re.compile(r"(.+) \(rockframe/([\w/]+)\.py:\d+\)$")
+#: Parts of a run that are the same everywhere, and bars too narrow to be drawn.
+_HIDDEN: Final = ("cli/", "runs/", "engines/")
+_LEAST: Final = 0.008
+#: Characters that a bar as wide as the picture has room for.
+_ROOM: Final = 190
+
+
+def read(path: Path) -> dict[tuple[str, ...], int]:
+    """Count the samples of each stack of functions: the step, then the package's own functions."""
+    stacks: dict[tuple[str, ...], int] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        frames, count = line.rsplit(" ", 1)
+        step = _STEP.search(frames)
+        if step is None:
+            continue
+        own = [found for frame in frames.split(";") if (found := _OWN.match(frame))]
+        named = [
+            name.rsplit(".", 1)[-1]
+            for name, place in (found.groups() for found in own)
+            if not place.startswith(_HIDDEN)
+        ]
+        key = (step[1], *(name for name in named if not name.startswith("<")))
+        stacks[key] = stacks.get(key, 0) + int(count)
+    return stacks
+
+
+def draw(stacks: dict[tuple[str, ...], int], path: Path) -> None:
+    """Draw bars, the callers below."""
+    total = sum(stacks.values())
+    figure = Figure(figsize=(11.0, 5.6), layout="constrained")
+    axes = figure.subplots()
+
+    def bars(prefix: tuple[str, ...], start: float) -> None:
+        depth = len(prefix)
+        inside = {stack: n for stack, n in stacks.items() if stack[:depth] == prefix}
+        shares: dict[str, float] = {}
+        for stack, count in inside.items():
+            if len(stack) > depth:
+                shares[stack[depth]] = shares.get(stack[depth], 0.0) + count / total
+        for name, share in sorted(shares.items(), key=lambda one: -one[1]):
+            if share >= _LEAST:
+                axes.barh(
+                    depth,
+                    share,
+                    0.92,
+                    start,
+                    color=f"C{(depth + len(name)) % 10}",
+                    alpha=0.45,
+                    ec="white",
+                )
+                shown = name if len(name) <= _ROOM * share else ""
+                axes.text(start + 0.5 * share, depth, shown, ha="center", va="center", fontsize=6.5)
+                bars((*prefix, name), start)
+                start += share
+
+    bars((), 0.0)
+    axes.set(xlim=(0.0, 1.0), yticks=[], xlabel="share of the processor time of a run")
+    axes.spines[["left", "right", "top"]].set_visible(False)
+    figure.savefig(path, dpi=110)
+
+
+if __name__ == "__main__":
+    draw(read(Path(sys.argv[1])), Path(sys.argv[2]))
