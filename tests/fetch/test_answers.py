@@ -68,7 +68,7 @@ def test_retry_after_may_be_a_date(centre: DataCentre, run: Run) -> None:
 
 def test_pauses_double_and_end(centre: DataCentre, run: Run) -> None:
     centre.before_all = [reply(503, "too busy")] * 9
-    with pytest.raises(ServiceError, match=r"answered 503 \(too busy\). Must be tried again later"):
+    with pytest.raises(ServiceError, match=r"answered 503 \(too busy\). Try again later"):
         run()
     assert len(centre.asked) == 4
 
@@ -80,7 +80,7 @@ def test_pauses_double(centre: DataCentre, run: Run) -> None:
 
 def test_a_long_wait_is_left_to_the_user(centre: DataCentre, run: Run) -> None:
     centre.before_all = [reply(429, Retry_After="3600")]
-    with pytest.raises(ServiceError, match=r"answered 429 and asks to wait 3600 s. Must be tried"):
+    with pytest.raises(ServiceError, match=r"answered 429 and asks to wait 3600 s. Try again"):
         run()
     assert len(centre.asked) == 1
 
@@ -152,14 +152,14 @@ def test_an_answer_always_cut_off_is_refused(centre: DataCentre, run: Run) -> No
 
 def test_a_slow_answer_ends(centre: DataCentre, run: Run) -> None:
     centre.waveforms["CLC", "HNE"] = [Reply(body=SOUND, content_type=MSEED, pause=20.0)]
-    with pytest.raises(ServiceError, match=r"not answered in full within 0.2 s. Must be tried ag"):
+    with pytest.raises(ServiceError, match=r"not answered in full within 0.2 s. Try again"):
         run(timeout=0.2)
     assert len(centre.queries("dataselect")) == 4
 
 
 def test_an_answer_that_drips_ends(centre: DataCentre, run: Run) -> None:
     centre.waveforms["CLC", "HNE"] = [Reply(body=SOUND, content_type=MSEED, drip=0.05)]
-    with pytest.raises(ServiceError, match=r"not answered in full within 0.2 s. Must be tried ag"):
+    with pytest.raises(ServiceError, match=r"not answered in full within 0.2 s. Try again"):
         run(timeout=0.2)
 
 
@@ -186,7 +186,7 @@ def test_a_silent_address(request_of: Make, output: Path) -> None:
     with socket.socket() as nobody:
         nobody.bind(("127.0.0.1", 0))
         request = request_of(url=f"http://127.0.0.1:{nobody.getsockname()[1]}")
-    with pytest.raises(ServiceError, match=r"no answer \(.*refused.*\). Must be tried again later"):
+    with pytest.raises(ServiceError, match=r"no answer \(.*refused.*\). Try again later"):
         fetch(request, output, sleep=Patience())
 
 

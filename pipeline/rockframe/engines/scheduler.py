@@ -141,7 +141,7 @@ def _require_listening(address: str) -> None:
 
 
 def _threads(client: Client, address: str) -> int:
-    """Threads of all workers, which run this very package."""
+    """Return the number of threads of all workers; each must run the same source code."""
     try:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:

@@ -1,4 +1,4 @@
-"""Threads of this process, for work that lets other threads run: what is compiled, arrays."""
+"""Threads of this process, for work that releases the GIL: compiled kernels, large arrays."""
 
 from __future__ import annotations
 

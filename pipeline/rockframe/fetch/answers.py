@@ -14,7 +14,7 @@ from typing import Final
 _LONGEST_WORDS: Final = 200
 #: HTTP statuses for which a retry may succeed.
 _PASSING: Final = frozenset([429, 500, 502, 503, 504])
-_AGAIN: Final = "Must be tried again later: the same command goes on where it stopped."
+_AGAIN: Final = "Try again later: the same command resumes."
 _BY_HAND: Final = (
     "needs a login or a permission, and rockframe sends none. "
     "Must be downloaded by hand from the archive's site, then read with `rockframe ingest`."

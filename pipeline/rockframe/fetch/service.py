@@ -1,4 +1,4 @@
-"""Requests to one FDSN service through obspy's client; each reply is checked before obspy."""
+"""Requests to an FDSN service by the client of obspy, which reads only checked replies."""
 
 from __future__ import annotations
 

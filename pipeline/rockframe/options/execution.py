@@ -35,7 +35,7 @@ class BatchOptions(Options):
     """Batches of records in a run."""
 
     records: Annotated[int, Field(ge=1)] = 50
-    """Number of record files of each batch; with more than 150 batches, the batches are larger."""
+    """Number of record files of each batch; larger if there would be more than 150 batches."""
 
 
 class FigureOptions(Options):

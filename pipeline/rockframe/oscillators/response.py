@@ -195,7 +195,7 @@ def respond_oscillators(
     motions : sequence of Record, Pulse or GroundAcceleration
         Ground motions, as `respond_oscillator` takes them.
     scales : array_like, shape (scales,)
-        What the acceleration is multiplied by [1].
+        Factor of the acceleration [1].
 
     Returns
     -------

@@ -113,7 +113,7 @@ def respond_scenarios(
     *,
     excursions: int = 0,
 ) -> Scenarios:
-    """Compute verdict and peaks of any scenarios: of a frame, under a motion, at a scale.
+    """Compute the verdict and peaks of scenarios; each is a frame under a motion at a scale.
 
     Parameters
     ----------
@@ -124,9 +124,10 @@ def respond_scenarios(
     ground, frame : array_like of int, shape (scenarios,)
         Scenario k is ``frames[frame[k]]`` under ``grounds[ground[k]]``.
     scale : array_like, shape (scenarios,)
-        What horizontal and vertical acceleration are multiplied by [1].
+        Factor of the horizontal and vertical acceleration [1].
     excursions : int
-        Keep at most so many excursions of each scenario; this takes a sixth more time.
+        Largest number of excursions that are kept of each scenario; above 0 the computation takes
+        a sixth more time.
 
     Returns
     -------
@@ -191,7 +192,7 @@ def respond_many(
     frames : sequence of RockingFrame
         The frames; each with its own restitution factor.
     scales : array_like, shape (scales,)
-        What horizontal and vertical acceleration are multiplied by [1].
+        Factor of the horizontal and vertical acceleration [1].
 
     Returns
     -------

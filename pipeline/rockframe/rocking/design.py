@@ -154,7 +154,7 @@ def smallest(values: ArrayLike, shares: ArrayLike, share: float) -> Found:
     values, shares : array_like, shape (steps,)
         Values that were tried, increasing, and the share of motions below the limit at each [1].
     share : float
-        What must be met [1].
+        Required share of motions [1].
 
     Examples
     --------

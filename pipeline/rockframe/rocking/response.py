@@ -62,7 +62,7 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Response(Shown):
-    """Histories of a frame's rocking and what became of it.
+    """Histories of a frame's rocking, and its outcome.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tendons, dissipaters and abutments: what the kernel takes, and what becomes of them."""
+"""Tendons, dissipaters and abutments: the input of the kernel, and their response."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def _opened(folder: Path) -> int:
 
 
 def _taken(descriptor: int) -> bool:
-    """Take the lock; after a moment, because a look of `is_locked` holds it too."""
+    """Take the lock. Retry for a moment, because `is_locked` briefly holds it too."""
     for _ in range(_TRIES):
         try:
             if lock_descriptor(descriptor, blocking=False):

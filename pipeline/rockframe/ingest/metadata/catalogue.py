@@ -51,10 +51,10 @@ _BEFORE, _AFTER = 120.0, 600.0
 
 
 def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, CatalogueEntry]:
-    r"""Return the entries of a catalogue, its own or that of an archive.
+    r"""Return the entries of a catalogue, in the CSV format of this package or that of an archive.
 
-    An own catalogue is CSV with a row for each file; only the column `file` is required. The others
-    are PEER's search results, the flatfiles of NGA-West2 and ESM, a ComCat event, and QuakeML.
+    The CSV has a row for each file; only the column `file` is required. The formats of archives are
+    PEER's search results, the flatfiles of NGA-West2 and ESM, a ComCat event, and QuakeML.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
     Returns
     -------
     dict
-        Entries by file name; those of archives also by ``RSN`` and record number, or another text.
+        Entries by file name. Those of archives also have keys such as ``RSN`` and a record number.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Complete batches of an interrupted run, so that the same run goes on where it stopped."""
+"""Complete batches of an interrupted screening, so that the same command resumes it."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Batches:
     Parameters
     ----------
     output : Path
-        What they will make up.
+        File that the batches will be merged into.
     origin : mapping
-        All that they depend on besides the source code and libraries; JSON values.
+        Inputs and options that they depend on, as JSON values.
 
     Examples
     --------

@@ -133,7 +133,7 @@ def write_screen_tables(
     screen_path : Path
         Output of the screen stage.
     output : Path, optional
-        Beside which path the tables are written; by default the screening.
+        Path beside which the tables are written (default: `screen_path`).
     table_format : str
         One of `TABLE_FORMATS`.
 

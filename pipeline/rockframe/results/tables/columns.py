@@ -62,7 +62,7 @@ class Column:
     wraps: bool = False
 
     def cell(self, row: Cells) -> str:
-        """Return the text of a cell: a dash for an unknown number, nothing without a value.
+        """Return the text of a cell: a dash for an unknown number, empty if the row has no value.
 
         Examples
         --------

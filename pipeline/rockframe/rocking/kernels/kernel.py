@@ -101,7 +101,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     time_step, start_time : float
         Length of an interval, time of the first node [s].
     scale : float
-        What the ground accelerations are multiplied by [1].
+        Factor of the ground accelerations [1].
     alpha, p_hat, restitution : float
         Slenderness [rad], frequency parameter [rad s-1], velocity ratio of an impact, sqrt(r).
     theta_0, omega_0 : float

@@ -290,7 +290,7 @@ def _wait_for_uplift(
 def _file(
     pool: Float, q: int, asked: Float, summaries: Float, peak: float, fast: float, interval: float
 ) -> None:
-    """File what became of a lane's scenario; `interval` is when it overturned, or NaN."""
+    """Store the results of a lane's scenario; `interval` is when it overturned, or NaN."""
     who = _index(pool[q + _WHO])
     h = asked[who, TIME_STEP]
     summaries[who, PEAK_ROTATION] = peak
@@ -312,7 +312,7 @@ def _end(
     tied: Marker,
     tie_log: Float,
 ) -> None:
-    """Let the energy decide what becomes of a lane at the end of its motion, and empty it."""
+    """Decide the outcome of a lane at the end of its motion by its energy, and empty it."""
     who = _index(pool[q + _WHO])
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
     if len(tied) > 0:
@@ -515,7 +515,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     tied : NO or YES
         Whether the frames have ties; none of these yields.
     asked : array, shape (scenarios, ASKED_SIZE)
-        What the named slots say, of each scenario.
+        Values of the named slots of each scenario.
     verdicts : array of int8, shape (scenarios,)
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)

@@ -79,11 +79,10 @@ class RobustMargin:
     responses: int
 
     def contradicts(self, overturns: bool) -> bool:
-        """Return True if the ensemble contradicts what becomes of the stated structure.
+        """Return True if the ensemble contradicts the outcome of the stated structure.
 
-        A structure that stands, though a tenth of the ensemble overturns under the motion or less
-        of it; or that overturns, though half of the ensemble does so only under more, or not at
-        all.
+        It does if the structure stands, but a tenth of the ensemble overturns at a scale of at most
+        1; or if it overturns, but half of the ensemble overturns only at 1 or above, or not at all.
         """
         return not self.s50 < 1.0 if overturns else self.s10 <= 1.0
 

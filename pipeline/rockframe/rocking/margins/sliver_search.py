@@ -122,12 +122,12 @@ Asking: TypeAlias = Generator[Float, Answer, "FirstOverturning"]
 
 @dataclass(eq=False)
 class SliverSearch:
-    """A search that yields the scales it asks for, and is sent what becomes of the frame there.
+    """A search that yields scales and is sent the outcomes of the frame at them.
 
     Parameters
     ----------
     least, largest : float
-        Scales between which is searched [1].
+        Ends of the range of scales that is searched [1].
     frequency_parameter : float
         p_hat of the frame [rad s-1].
     """

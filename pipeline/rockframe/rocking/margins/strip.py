@@ -48,7 +48,7 @@ def strip_of(
     islands: Iterable[tuple[float, float]],
     robust: tuple[float, ...] = (),
 ) -> Strip:
-    """Return the scales that overturn: from the critical scale (NaN if none) but for the islands.
+    """Return the scales that overturn: above the critical scale (NaN if none), without islands.
 
     Examples
     --------

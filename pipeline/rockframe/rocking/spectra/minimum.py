@@ -32,7 +32,7 @@ class OverturningSpectrum(Shown):
     pulses : tuple of Pulse
         The pulses; amplitude, period and time of each do not matter.
     slenderness, mass_ratio, frequency_ratio, amplitude : array
-        What the dimensions are [rad], [1], [1], [1].
+        Coordinates of the dimensions [rad], [1], [1], [1].
     found : Scan
         Verdicts, impacts and intervals of the lines.
     """

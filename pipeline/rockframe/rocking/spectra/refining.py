@@ -57,7 +57,7 @@ class Lines:
         return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
 
     def within(self, three: Sequence[Points]) -> list[Points]:
-        """Return what becomes of lines at and between three points of each, in order."""
+        """Return the outcomes of lines at and between three points of each, in order."""
         shares = np.arange(1, _DIVISIONS) / _DIVISIONS
         tried = [
             (1.0 - share) * a.amplitude + share * b.amplitude

@@ -41,7 +41,7 @@ class RockingSpectrum(Shown):
     Parameters
     ----------
     slenderness, mass_ratio, column_period : array
-        What the last three dimensions are [rad], [1], [s]; the first one is the motions.
+        Coordinates of the last three dimensions [rad], [1], [s]; the first one is the motions.
     verdict : array of int8
         Values of `Verdict`.
     peak_rotation_ratio, peak_velocity : array

@@ -122,7 +122,7 @@ def scan(
     ground, frame : array of int, shape (lines,)
         Indices of the ground motion and the frame of each line.
     amplitudes : array, shape (amplitudes,) or (lines, amplitudes)
-        What each ground is multiplied by [1], ascending.
+        Factors of the ground motion of each line [1], ascending.
     tolerance : float
         Relative tolerance to which edges are bisected [1].
     unit : array, shape (lines,), optional
