@@ -197,7 +197,5 @@ def test_scheduler_that_is_not_there() -> None:
 
 def test_dask_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(
-        EngineError, match=r"Must be, for a scheduler: pip install 'rockframe\[dask"
-    ):
+    with pytest.raises(EngineError, match=r"Install it with: pip install 'rockframe\[dask"):
         list(map_batches(abs, [1], engine=DaskScheduler("tcp://127.0.0.1:1")))

@@ -248,7 +248,7 @@ def test_without_the_extra_the_command_says_what_to_install(
     monkeypatch.delitem(sys.modules, "rockframe.explorer.server", raising=False)
     assert main(["explore"]) == 2
     assert capsys.readouterr().err == (
-        "rockframe: error: uvicorn is not installed. Must be, for the explorer: "
+        "rockframe: error: uvicorn is not installed. Install the explorer with: "
         "pip install 'rockframe[explorer]'.\n"
     )
 

@@ -60,7 +60,7 @@ def run_explore(options: argparse.Namespace) -> int:
         if error.name not in ("starlette", "uvicorn"):
             raise
         raise ParameterError(
-            f"{error.name} is not installed. Must be, for the explorer: "
+            f"{error.name} is not installed. Install the explorer with: "
             "pip install 'rockframe[explorer]'."
         ) from None
     frames = _free(choose_structures(chosen_structures(options), options.structure))

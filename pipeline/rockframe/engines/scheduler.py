@@ -113,7 +113,7 @@ def _connected(address: str) -> Client:
         from distributed import Client
     except ImportError:
         raise EngineError(
-            "Dask is not installed. Must be, for a scheduler: pip install 'rockframe[dask]'."
+            "Dask is not installed. Install it with: pip install 'rockframe[dask]'."
         ) from None
     _require_listening(address)
     try:

@@ -79,7 +79,7 @@ class Rivals:
 
     @property
     def models(self) -> dict[str, RockingFrame | IsolatedDeck | FixedFrame]:
-        """The variants that are there, by name."""
+        """The variants of the bridge that are stated, by name."""
         others = {name: getattr(self, name) for name in RIVALS if getattr(self, name) is not None}
         return {"free": self.frame, **others}
 

@@ -450,10 +450,11 @@ def _sure(
     new: tuple[float, float],
     share: float,
 ) -> bool:
-    """Say if on a branch nothing can happen between two nodes: closer bounds, from both of them.
+    """Return True if nothing can happen between two nodes of a branch, by bounds from both nodes.
 
-    `linear` has the branch's push, damping and stiffness, k_z, and if it is elastic; `limits` q
-    and the peaks. Either u and the force are monotone, or what they reach is within the limits.
+    `linear` contains the push, damping and stiffness of the branch, k_z, and True if it is
+    elastic; `limits` contains q and the peaks. Either u and the force are monotone, or what they
+    reach is within the limits.
     """
     push, c, k, k_z, elastic = linear
     q, peak, peak_force = limits

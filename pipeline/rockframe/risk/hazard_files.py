@@ -250,7 +250,7 @@ def _curve(path: Path, points: _Points) -> HazardCurve:
         kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
         if kept.sum() < 2:
             raise InputError(
-                path, "has fewer than two different rates at this site. Must have a hazard."
+                path, "has fewer than two different rates at this site. Must have two or more."
             )
     for line, x, rate in zip(np.array(points.lines)[kept], printed[kept], rates[kept], strict=True):
         _require_possible(path, int(line), measure, float(x), float(rate))

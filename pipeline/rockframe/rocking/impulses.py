@@ -1,4 +1,4 @@
-"""Impulses at the joints during an impact: eqs (39), (40), and what they ask of the joints."""
+"""Impulses at the joints during an impact: eqs (39), (40), and the friction they need."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from rockframe.runs.state import files_of
 
 
 def finish(folder: Path) -> int:
-    """Hash what went into the run of a folder and what came out, and write ``manifest.json``.
+    """Hash the inputs and outputs of the run in a folder, and write ``manifest.json``.
 
     Parameters
     ----------
@@ -43,7 +43,8 @@ def finish(folder: Path) -> int:
         changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in known]
     for name, reason in changed:
         raise InputError(
-            name, f"{reason} since the run began. Must stay as it is until the end; run again."
+            name,
+            f"{reason} since the run began. Run again, and do not change inputs before the end.",
         )
     last = next(k for k, step in enumerate(plan.steps) if step.stage == "manifest")
     kept = [name for step in plan.steps[:last] if not step.temporary for name in step.outputs]

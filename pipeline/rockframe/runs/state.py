@@ -226,11 +226,11 @@ def remove_listed(plan: Plan, folder: Path, name: str) -> None:
     Parameters
     ----------
     plan : Plan
-        The plan of the run that put it there.
+        The plan of the run.
     folder : Path
         The folder of the run.
     name : str
-        Of the folder in it, with ``/`` at the end.
+        Name of the folder of the step, with ``/`` at the end.
     """
     listed = _of_manifest(plan, folder)
     for step in plan.steps:

@@ -235,9 +235,8 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     upward = beside.get(record.record_id)
     if upward is None:
         raise ParameterError(
-            "no vertical record of the same event, station, start, time step and (but for 5 %) "
-            "length. "
-            "Must be one, to let the ground move vertically."
+            "no vertical record of the same event, station, start and time step has a length "
+            "within 5 %. Add one, or compute without the vertical component."
         )
     sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0
     across = GroundAcceleration.from_samples(record.acceleration, record.time_step)

@@ -219,7 +219,7 @@ def _refused_name(name: str) -> str:
 
 
 def _first(*causes: tuple[object, str, str]) -> str:
-    """Return the first cause that holds, and what is allowed; empty if there is none."""
+    """Return the message of the first cause that holds; empty if none does."""
     return next((f"{what}. Must be {must}." for holds, what, must in causes if holds), "")
 
 

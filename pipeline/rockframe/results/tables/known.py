@@ -27,7 +27,7 @@ class Fact:
     label : str
         Its long name.
     value : float or str
-        A flag is the word that it means; what is not known is NaN or empty.
+        Value; a flag is given as its word, an unknown value as NaN or an empty text.
     units : str
         Unit as CF writes it; ``1`` for a ratio, a count or a text.
     """

@@ -74,7 +74,7 @@ def _linear(tie: Tie, plastic: float) -> TieState:
 
 @compiled
 def begun(tie: Tie, theta: float) -> TieState:
-    """Start a tie at theta: without plastic stretch, or with as much as takes it there."""
+    """Start a tie at theta: without plastic stretch, or with the stretch needed to reach theta."""
     stiffness, force, highest, _, kind = tie
     if stiffness == 0.0:
         return _LINEAR, 0.0, math.inf, NEVER

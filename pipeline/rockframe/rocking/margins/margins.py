@@ -83,7 +83,7 @@ class Margin(Shown):
 
     @property
     def islands(self) -> tuple[tuple[float, float], ...]:
-        """Scales above the critical one between which samples 0.64 to 2.56 % apart stand [1]."""
+        """Intervals above the critical scale in which samples 0.64 to 2.56 % apart stand [1]."""
         return self.first.islands
 
     @property
