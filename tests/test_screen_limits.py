@@ -172,6 +172,18 @@ def test_limits_of_restraints_need_restraints(screen: Screen) -> None:
         screen(site(2), limit_tendon_ratio=(1.0,))
 
 
+@pytest.mark.parametrize(
+    ("quantity", "key"), [("tendon_ratio", "yield_stress_pa"), ("gap_ratio", "gap_m")]
+)
+def test_a_design_for_a_restraint_needs_it_in_every_structure(
+    screen: Screen, quantity: str, key: str
+) -> None:
+    """Otherwise the answer of a structure without it would be that for overturning."""
+    design = {"dimension": "height", "range": (3.0, 6.0), "quantity": quantity, "steps": 2}
+    with pytest.raises(ParameterError, match=f"Missing {key} of frame 'stout'. Must be stated for"):
+        screen(site(2), design=design)
+
+
 def test_words_of_an_outcome_name_the_limit() -> None:
     limit = LimitState.named("u_0.1m")
     assert Outcome.NONE_OVERTURN.sentence_of(limit.words).startswith("no motion reaches u ≥ 0.1 m")

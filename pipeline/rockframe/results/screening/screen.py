@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
@@ -156,6 +157,13 @@ def peaks_of_frames(
     peaks = (ratio, u, v, impact_velocity)
     ratios = {"peak_tendon_ratio": tendons, "peak_gap_ratio": gaps}
     return {"verdict": verdict, **dict(zip(_PEAKS, peaks, strict=True)), **ratios}
+
+
+def limited_in(frame: RockingFrame, quantity: str) -> bool:
+    """Return whether a frame has what a quantity describes: a tendon that yields, or a gap."""
+    if quantity == "tendon_ratio":
+        return frame.tendon is not None and frame.tendon.yield_force < math.inf
+    return quantity != "gap_ratio" or frame.abutment is not None
 
 
 def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:

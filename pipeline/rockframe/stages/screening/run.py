@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Final, Self
@@ -17,7 +16,7 @@ from rockframe.options.respond import ScreenOptions
 from rockframe.results.facts import Facts
 from rockframe.results.screening.batches import Batches
 from rockframe.results.screening.histories import KeptHistory
-from rockframe.results.screening.screen import peaks_of_frames
+from rockframe.results.screening.screen import limited_in, peaks_of_frames
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState
 from rockframe.rocking import (
     Design,
@@ -40,6 +39,11 @@ Task = tuple[str, Callable[[], Part]]
 
 #: Arrays of a batch of peaks.
 _PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
+#: Quantities of restraints, each with the key that it needs and whose it is.
+_RESTRAINED: Final = (
+    ("tendon_ratio", "yield_stress_pa", "tendons"),
+    ("gap_ratio", "gap_m", "abutments"),
+)
 #: Approximate scenarios per batch, at some 0.1 s each: an interruption loses no more.
 _SCENARIOS: Final = 2048
 #: Largest number of motions per batch, which are in memory together.
@@ -79,20 +83,22 @@ class ScreeningRequest:
         Raises
         ------
         ParameterError
-            If a candidate of the design or a member of the ensemble cannot rock, or no structure
-            has what a limit is stated for.
+            If a candidate of the design or a member of the ensemble cannot rock, no structure has
+            what a limit is stated for, or one lacks what the design limits.
         """
         chosen_ensemble(options, frames)
-        yielding = any(one.tendon and one.tendon.yield_force < math.inf for one in frames)
-        if options.limit_tendon_ratio and not yielding:
-            raise invalid("yield_stress_pa", None, "tendons", "stated for limit_tendon_ratio")
-        if options.limit_gap_ratio and not any(one.abutment for one in frames):
-            raise invalid("gap_m", None, "abutments", "stated for limit_gap_ratio")
+        for quantity, key, owner in _RESTRAINED:
+            without = [frame.name for frame in frames if not limited_in(frame, quantity)]
+            if getattr(options, f"limit_{quantity}") and len(without) == len(frames):
+                raise invalid(key, None, owner, f"stated for limit_{quantity}")
+            if without and options.design is not None and options.design.quantity == quantity:
+                stated = f"stated for a design of quantity {quantity}"
+                raise invalid(key, None, f"frame {without[0]!r}", stated)
         design = None
         if options.design is not None:
             lowest, highest = options.design.range
-            stated = {k: v for k, v in options.design if k != "range"}
-            design = Design(lowest=lowest, highest=highest, **stated)
+            others = {k: v for k, v in options.design if k != "range"}
+            design = Design(lowest=lowest, highest=highest, **others)
         candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
         return cls(options, frames, design, candidates, np.array(options.scales))
 
