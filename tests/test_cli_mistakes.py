@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import sys
 from pathlib import Path
 
 import pytest
 from tests.commands import STRUCTURE, ingested, run
 
 import rockframe
+from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.main import parser
 
 
@@ -144,15 +146,48 @@ def test_what_is_written_must_fit_its_name(
     assert not list(tmp_path.iterdir())
 
 
-def test_ingest_never_replaces_a_strange_table(
-    motion: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("table_format", TABLE_FORMATS)
+def test_ingest_replaces_its_own_table_and_no_other(
+    motion: Path, table_format: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    strange = motion.with_name("records.csv")
+    if table_format in ("xlsx", "parquet"):
+        pytest.importorskip("pyarrow", reason="needs the extra tables")
+    strange = motion.with_name("read_me" + TABLE_FORMATS[table_format])
     strange.write_text("name,age\n")
-    words = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name("records.nc"))
-    assert run("ingest", motion, *words) == 2
+    stated = ("--units", "g", "--time-step", "0.01", "--format", table_format)
+    words = ("ingest", motion, *stated, "--output", strange.with_suffix(".nc"))
+    assert run(*words) == 2
     assert "is in the place of the list of inputs" in capsys.readouterr().err
     assert strange.read_text() == "name,age\n"
+    strange.unlink()
+    assert run(*words) == run(*words) == 0
+
+
+@pytest.mark.parametrize(
+    ("verb", "table_format", "package"),
+    [
+        ("ingest", "xlsx", "openpyxl"),
+        ("ingest", "parquet", "pyarrow"),
+        ("table1", "xlsx", "openpyxl"),
+    ],
+)
+def test_a_format_without_its_package_is_refused_before_reading(
+    motion: Path,
+    verb: str,
+    table_format: str,
+    package: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Else the work is done, and its list is missing."""
+    monkeypatch.setitem(sys.modules, package, None)
+    output = motion.with_name("made.nc" if verb == "ingest" else "made")
+    stated = ("--units", "g", "--time-step", "0.01", "--format", table_format)
+    given = [motion] if verb == "ingest" else ["--records", motion]
+    assert run(verb, *given, *stated, "--output", output) == 2
+    must = f"Tables as {table_format} need the package {package}. Install it with: pip install"
+    assert must in capsys.readouterr().err
+    assert list(motion.parent.iterdir()) == [motion]
 
 
 @pytest.mark.parametrize("verb", ["pulse", "respond"])

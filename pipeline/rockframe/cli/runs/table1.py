@@ -109,9 +109,11 @@ def run_table1(options: argparse.Namespace) -> int:
 
 def _require_sound(options: argparse.Namespace) -> None:
     """Validate all options and the structures before anything is computed."""
+    from rockframe.results.tables.formats import require_format
     from rockframe.stages.respond import choose_structures
     from rockframe.study.passport import read_limits
 
+    require_format(Path("table" + TABLE_FORMATS[options.format]))
     ingest = chosen(options, IngestOptions)
     chosen(options, PulseOptions)
     if ingest.limits is not None:

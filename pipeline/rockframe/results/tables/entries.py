@@ -10,11 +10,11 @@ from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Final
 
-from rockframe.cells import TABLE_FORMATS, read_rows
+from rockframe.cells import read_rows
 from rockframe.errors import InputError
 from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES, RESPONSE, SCREEN
-from rockframe.results.tables.formats import write_rows_as
+from rockframe.results.tables.formats import columns_of, require_format, write_rows_as
 from rockframe.signals.passport import Passport
 
 #: First columns of the table.
@@ -113,6 +113,8 @@ def refuse_strange_entries(path: Path) -> None:
     ------
     InputError
         If there is such a file.
+    ParameterError
+        If the format needs packages that are missing.
     """
     refuse_other_table(path, _COLUMNS, "the list of inputs")
 
@@ -140,12 +142,11 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
     ------
     InputError
         If there is a file of other columns.
+    ParameterError
+        If the format needs packages that are missing.
     """
-    if not path.is_file() or path.suffix != TABLE_FORMATS["csv"]:
-        return
-    with path.open("rb") as stream:
-        head = stream.readline().decode("latin-1").strip()
-    if head.split(",")[: len(first)] != list(first):
+    require_format(path)
+    if path.is_file() and columns_of(path)[: len(first)] != list(first):
         raise InputError(path, f"is in the place of {what}, but is another file. Move it away.")
 
 

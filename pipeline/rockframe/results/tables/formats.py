@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -12,6 +13,8 @@ from rockframe.provenance import whole_file
 
 #: Rows of a sheet.
 _MOST_ROWS: Final = 1_048_575
+#: Packages of the extra `tables` that formats need.
+_PACKAGES: Final = {"xlsx": "openpyxl", "parquet": "pyarrow"}
 
 
 def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: str = "") -> int:
@@ -33,8 +36,7 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     ParameterError
         If the format has another ending, or needs packages that are missing.
     """
-    known = {ending: name for name, ending in TABLE_FORMATS.items()}
-    table_format = table_format or known.get(path.suffix.lower(), "csv")
+    table_format = table_format or _format_of(path)
     if path.suffix.lower() != TABLE_FORMATS[table_format]:
         raise ParameterError(
             f"{path}: a table as {table_format}. Must end in {TABLE_FORMATS[table_format]}."
@@ -42,20 +44,58 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     if table_format == "csv":
         with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
             return write_table(stream, rows)
+    require_format(path)
     import pandas as pd  # which takes half a second
 
     frame = pd.DataFrame.from_records(list(rows))
     if table_format == "xlsx" and len(frame) > _MOST_ROWS:
         raise InputError(path, f"has {len(frame)} rows. Must be at most {_MOST_ROWS} for xlsx.")
     with whole_file(path) as partial:
-        try:
-            _write(frame, partial, table_format)
-        except ImportError as error:
-            raise ParameterError(
-                f"Tables as {table_format} need packages that are missing ({error.name}). "
-                "Install them with: pip install 'rockframe[tables]'."
-            ) from None
+        _write(frame, partial, table_format)
     return len(frame)
+
+
+def require_format(path: Path) -> None:
+    """Require the packages that a table with the ending of a format needs.
+
+    Raises
+    ------
+    ParameterError
+        If a package is missing.
+    """
+    table_format = _format_of(path)
+    try:
+        importlib.import_module(_PACKAGES.get(table_format, "csv"))
+    except ImportError:
+        raise ParameterError(
+            f"Tables as {table_format} need the package {_PACKAGES[table_format]}. "
+            "Install it with: pip install 'rockframe[tables]'."
+        ) from None
+
+
+def columns_of(path: Path) -> list[str]:
+    """Return the columns of a table of `write_rows_as`; of another file, words that are not."""
+    ending = path.suffix.lower()
+    try:
+        if ending == ".parquet":
+            schema = importlib.import_module("pyarrow.parquet").read_schema(path)
+            return list(schema.names)
+        if ending == ".xlsx":
+            import pandas as pd
+
+            return [str(name) for name in pd.read_excel(path, nrows=0, engine="openpyxl")]
+    except Exception:  # noqa: BLE001 -- whatever the packages raise, it is no such table
+        return []
+    with path.open("rb") as stream:
+        lines = [stream.readline(4096).decode("latin-1") for _ in range(3)]
+    if ending == ".tex":
+        return lines[2].replace(r"\_", "_").removesuffix("\\\\\n").strip().split(" & ")
+    return lines[0].strip("| \r\n").split(" | " if ending == ".md" else ",")
+
+
+def _format_of(path: Path) -> str:
+    known = {ending: name for name, ending in TABLE_FORMATS.items()}
+    return known.get(path.suffix.lower(), "csv")
 
 
 def _write(frame: Any, path: Path, table_format: str) -> None:
