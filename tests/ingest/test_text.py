@@ -283,3 +283,11 @@ def test_other_spellings_of_units(units: str, plain: str) -> None:
     from rockframe.options.ingest import IngestOptions
 
     assert ReadOptions(units).units == IngestOptions(units=units).units == plain
+
+
+@pytest.mark.parametrize("odd", [b"\xa0", b"\x85", b"\x1c", b"\x1f"])
+@pytest.mark.parametrize("row", [b"0.00%b0.1", b"0.1%b", b"0.00 0.1%b0.5"])
+def test_what_is_a_blank_only_to_some_is_refused(row: bytes, odd: bytes) -> None:
+    data = b"\n".join([row.replace(b"%b", odd)] * 3)
+    with pytest.raises(InputError, match="Must be"):
+        read_bytes("motion.txt", data, ReadOptions("g", 0.01))

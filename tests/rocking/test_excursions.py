@@ -76,6 +76,28 @@ def test_the_highest_are_kept() -> None:
         assert_allclose(kept[nearest, 2], distance[one], rtol=0, atol=1e-4)
 
 
+def test_intervals_of_a_curved_ground_do_not_matter() -> None:
+    """Vertical acceleration included: between the nodes the integral has its right bend."""
+    across, upwards = (
+        Pulse(wavelet=name, a_p=strength * GRAVITY, T_p=1.0)
+        for name, strength in (("symmetric_ricker", 0.4), ("antisymmetric_ricker", 0.1))
+    )
+
+    def kept(intervals: int) -> Float:
+        one, other = (
+            GroundAcceleration.from_function(
+                pulse.acceleration, -3.0, 3.0, intervals=intervals, degree=5
+            )
+            for pulse in (across, upwards)
+        )
+        return responses(one.with_vertical(other), SLENDER, [0.5, 0.8, 1.0], 3).excursions
+
+    coarse, fine = kept(200), kept(1600)
+    high = coarse[:, :, 2] > LEAST_DISTANCE + 0.01
+    assert high.sum() >= 3
+    assert_allclose(coarse[high], fine[high], rtol=0, atol=1e-5)
+
+
 def test_to_keep_them_changes_no_bits() -> None:
     ground = GroundAcceleration.from_samples(noise(7, 600, 0.9), 0.01)
     scales = np.linspace(0.2, 2.0, 64).tolist()

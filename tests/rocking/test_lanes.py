@@ -164,7 +164,7 @@ def test_same_peaks(asked: Asked, field: str, slot: int) -> None:
 def test_same_impacts(asked: Asked) -> None:
     _, summary = asked.scalar()
     same = asked.lanes.impacts == summary[:, kernel.IMPACTS]
-    assert same.mean() > 0.995
+    assert same.mean() > 0.998
 
 
 def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
@@ -179,3 +179,13 @@ def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
     followed = [respond(column, ground.scaled(s)).impacts for s in scale.tolist()]
     assert found.impacts.min() > 200
     np.testing.assert_array_equal(found.impacts, followed)
+
+
+def test_a_bounce_that_is_summed_up_may_be_the_highest() -> None:
+    """Uplifted by next to nothing, against a ground that holds the other side with hardly more."""
+    column = FRAMES[2]
+    push = np.full((40, 1), -0.999 * column.uplift_acceleration)
+    push[0] = (1.0 + 1e-9) * column.uplift_acceleration
+    ground = GroundAcceleration(push, 0.01)
+    found = respond_scenarios([ground], [column], [0], [0], [1.0])
+    assert found.peak_rotation[0] == pytest.approx(respond(column, ground).peak_rotation, rel=1e-6)

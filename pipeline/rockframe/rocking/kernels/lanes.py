@@ -95,8 +95,8 @@ ASKED_SIZE: Final = 11
 COARSE: Final = 16
 
 #: Bounces that die out within an interval are summed up, not followed, if the pull of gravity and
-#: ground changes by no more than this share of itself until then: their number is theirs.
-_EVEN_PULL: Final = 5e-3
+#: ground changes by no more than this share of itself until then: so their number stays right.
+_EVEN_PULL: Final = 1e-2
 
 #: Number of lanes: enough to fill packs while most fly, few enough for the nearest cache.
 _BLOCKS: Final = 6
@@ -352,8 +352,11 @@ def _end(
 @inlined
 def _dies_out(
     pool: Float, q: int, who: int, asked: Float, a: Polynomial, v: Polynomial
-) -> tuple[float, float]:
-    """Return how long and how often a lane that just landed still bounces; NaN if unknown.
+) -> tuple[float, float, float]:
+    """Return how long, how often and how high a lane that just landed still bounces.
+
+    How long is NaN where the sums below do not hold.
+
 
     A flight at the rate omega against a pull f takes 2 omega / f, and lands faster by a share of
     2 omega f' / (3 f^2); the next begins slower by the restitution e, against the other side's
@@ -366,8 +369,8 @@ def _dies_out(
     sine = p2 * math.sin(pool[q + ALPHA])
     cosine = p2 * pool[q + _SIDE] * math.cos(pool[q + ALPHA])
     held = sine * (1.0 + v[0]) + p2 * asked[who, TIE_FORCE]
-    one = held - cosine * a[0]
-    other = held + cosine * a[0]
+    one = held + cosine * a[0]
+    other = held - cosine * a[0]
     least = min(one, other)
     steep = abs(sine * v[1]) + abs(cosine * a[1])
     for k in range(2, 6):
@@ -375,11 +378,12 @@ def _dies_out(
     flights = 2.0 * omega / (1.0 - e * e)
     lasts = flights * (1.0 / one + e / other)
     if least <= 0.0 or lasts * steep > _EVEN_PULL * least or pool[q + ELAPSED] + lasts >= 1.0:
-        return math.nan, 0.0
-    faster = (sine * v[1] - cosine * a[1]) / (one * one)
-    faster += e * (sine * v[1] + cosine * a[1]) / (other * other)
+        return math.nan, 0.0, 0.0
+    faster = (sine * v[1] + cosine * a[1]) / (one * one)
+    faster += e * (sine * v[1] - cosine * a[1]) / (other * other)
     left = math.log(omega / pool[q + _SLOWEST]) + flights / 3.0 * faster
-    return lasts, max(1.0, math.floor(left / -math.log(e)) + 1.0)
+    highest = 0.5 * omega * omega * max(1.0 / one, e * e / other)
+    return lasts, max(1.0, math.floor(left / -math.log(e)) + 1.0), highest
 
 
 @inlined
@@ -415,8 +419,9 @@ def _rebound(
                 pool[q + OMEGA] = 0.0
                 pool[q + _SIDE] = 0.0
         else:
-            lasts, bounces = _dies_out(pool, q, who, asked, a, v)
+            lasts, bounces, highest = _dies_out(pool, q, who, asked, a, v)
             if not math.isnan(lasts):
+                pool[q + PEAK] = max(pool[q + PEAK], highest)
                 pool[q + _COUNT] += bounces
                 pool[q + ELAPSED] += lasts
                 pool[q + OMEGA] = 0.0

@@ -46,6 +46,8 @@ Float = NDArray[np.float64]
 
 #: Number of rows parsed at a time; limits memory.
 _ROWS: Final = 1 << 16
+#: Characters of rows of numbers; to `numpy.loadtxt` some others are blanks.
+_USUAL: Final = bytes({*range(ord(" "), 0x7F), *b"\t\n\v\f\r"} - {*b"_"})
 #: Number of rows before the last whose number of digits is compared with it.
 _ROWS_OF_END: Final = 20
 _STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
@@ -203,8 +205,8 @@ def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
 
 def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
     text = b"\n".join([*rows, b""])
-    if (_tokens_a_line(text, separator) != columns).any() or b"_" in text:
-        raise ValueError("ragged rows, or underscores in numbers")
+    if (_tokens_a_line(text, separator) != columns).any() or text.translate(None, _USUAL):
+        raise ValueError("ragged rows, or characters that are in no number")
     table: Float = np.loadtxt(
         io.BytesIO(text),
         dtype=np.float64,
