@@ -11,14 +11,18 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.conftest import SHARED
-from tests.screening import site
+from tests.screening import STRUCTURES, site, stored, structures
 
 from rockframe import Abutment, RockingFrame, Tendon, respond, respond_many
 from rockframe.errors import ParameterError
+from rockframe.figures.fragility import draw_fragility
 from rockframe.options.respond import DesignOptions, ScreenOptions
-from rockframe.results.screening.screen import peaks_of_frames
+from rockframe.report.screening import screening_content
+from rockframe.results.screening.screen import peaks_of_frames, read_screening
+from rockframe.results.screening.table import screen_summary
 from rockframe.risk import LimitState, Outcome, fit_fragility
 from rockframe.signals.response_spectrum import spectral_acceleration
+from rockframe.stages.screening.screen import screen_stage
 
 Screen = Callable[..., xr.Dataset]
 SCALES = np.geomspace(0.25, 3.0, 8)
@@ -170,6 +174,32 @@ def test_limits_of_restraints_need_restraints(screen: Screen) -> None:
         ParameterError, match=r"Missing yield_stress_pa of tendons. Must be stated for"
     ):
         screen(site(2), limit_tendon_ratio=(1.0,))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_structure_without_a_gap_has_no_fragility_of_it(tmp_path: Path) -> None:
+    """Nor a rate, nor rows in tables and figures: they would be those of overturning."""
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    text = f"{STRUCTURES}[structure.abutment]\ngap_m = 0.05\n"
+    options = {"scales": [0.5, 1.0, 2.0], "hazard": hazard, "limit_gap_ratio": [1.0]}
+    screen_stage(
+        stored(site(6), tmp_path),
+        tmp_path / "screen.nc",
+        ScreenOptions(margins="none", **options),
+        structures_path=structures(tmp_path, text),
+    )
+    found = read_screening(tmp_path / "screen.nc")
+    without = found.sel(structure="stout", limit_state="gap_ratio_1")
+    for name in ("fragility", "fragility_high", "bin_share", "annual_rate", "annual_rate_high"):
+        assert without[name].isnull().all(), name
+    assert found["annual_rate_high"].sel(structure="slender").notnull().all()
+    for row in screen_summary(found):
+        expected = {"overturning"} | ({"gap_ratio_1"} if row["structure"] == "slender" else set())
+        for part in ("fragility", "rates"):
+            assert {one["limit_state"] for one in row[part]} == expected
+    assert "gap" not in draw_fragility(found.sel(structure="stout")).caption
+    assert len(screening_content(found)["fragility"][0][1][0].curves) == 1
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
+from rockframe.results.screening.table import with_its_limits
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 
 
@@ -22,6 +23,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
     screening : Dataset
         As returned by `read_screening`, for one structure.
     """
+    screening = with_its_limits(screening)
     known = [
         measure_of(str(name))
         for name in screening["measure"].values

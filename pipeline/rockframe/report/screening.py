@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.results.screening.table import screen_rows, screen_summary
+from rockframe.results.screening.table import screen_rows, screen_summary, with_its_limits
 from rockframe.risk import LimitState, Outcome, measure_of
 
 #: Size of the plotting area of a curve, and number of motions in the ranking.
@@ -61,7 +61,10 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "reference": float(screening["reference_scale"]),
         "structures": structures,
         "summary": screen_summary(screening),
-        "fragility": [(name, _fragility(screening.sel(structure=name))) for name in structures],
+        "fragility": [
+            (name, _fragility(with_its_limits(screening.sel(structure=name))))
+            for name in structures
+        ],
         "ranking": [rows[i : i + width] for i in range(0, len(rows), width)],
         "design": _design(screening) if "design_share" in screening else None,
         "size": (WIDTH, HEIGHT),

@@ -175,7 +175,7 @@ class Fragility(Shown):
         overturned, or the verdicts are separated, the upper bound follows from the number of
         independent motions that stand at this intensity or above, and the lower bound from the
         number that overturn at it or below, because overturning does not become rarer with
-        intensity. Otherwise the bounds are 0 and 1.
+        intensity. Otherwise the bounds are 0 and 1, or NaN if there is nothing that could reach it.
         """
         x = np.asarray(intensity, dtype=np.float64)
         zero, one = np.zeros_like(x), np.ones_like(x)
@@ -191,7 +191,7 @@ class Fragility(Shown):
             # neither bound holds where one motion stands and another overturns
             low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
             return low, np.where(fall > 0, one, _left_open(stand))
-        return zero, one
+        return (np.full_like(x, np.nan),) * 2 if self.outcome is Outcome.ABSENT else (zero, one)
 
 
 def _left_open(motions: NDArray[np.intp]) -> Float:

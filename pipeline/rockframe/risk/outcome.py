@@ -18,6 +18,7 @@ class Outcome(IntEnum):
     SEPARATED = 3
     NOT_RISING = 4
     UNKNOWN = 5
+    ABSENT = 6
 
     @property
     def sentence(self) -> str:
@@ -40,4 +41,5 @@ _SENTENCES: Final = {
     "maximum, and the curve is a step somewhere between the two",
     Outcome.NOT_RISING: "{state} does not become more frequent with this measure",
     Outcome.UNKNOWN: "the measure is not known, or is the same for all motions",
+    Outcome.ABSENT: "the structure has no such restraint",
 }

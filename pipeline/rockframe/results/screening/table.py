@@ -58,6 +58,12 @@ def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
     return rows_along(ranked, "record structure", columns)
 
 
+def with_its_limits(one: xr.Dataset) -> xr.Dataset:
+    """Return a structure of a screening without limits of restraints that it does not have."""
+    has = (one["fragility_outcome"] != Outcome.ABSENT).all("measure")
+    return one.isel(limit_state=np.flatnonzero(has))
+
+
 def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     """Return the results of each structure: fragility, better measure, rate, design.
 
@@ -68,7 +74,7 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     """
     summary = []
     for structure in screening["structure"].values:
-        one = screening.sel(structure=structure)
+        one = with_its_limits(screening.sel(structure=structure))
         said: dict[str, Any] = {
             "structure": str(structure),
             "fragility": [

@@ -22,11 +22,13 @@ from rockframe.results.screening.facts import (
     motion_values,
     observed_values,
 )
+from rockframe.results.screening.screen import limited_in
 from rockframe.risk import (
     MEASURES,
     Fragility,
     HazardCurve,
     LimitState,
+    Outcome,
     better_measure,
     compared_motions,
     demand_ranks,
@@ -48,6 +50,7 @@ LEVELS: Final = np.linspace(0.0, 1.5, 151)
 _POINTS: Final = 101
 #: Number of intensity classes of the observed shares.
 _CLASSES: Final = 8
+_NO_CLASSES: Final = np.full(_CLASSES, np.nan)
 #: Factor by which the curves extend beyond the intensities tried.
 _BEYOND: Final = 1.25
 
@@ -136,9 +139,15 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
     return values, design_units(screened.design) if screened.design else {}
 
 
-def _by_structure(screened: Screened) -> NDArray[np.bool_]:
-    """Return what is reached, shape (structures, limits, motions, scales)."""
-    return screened.reached.transpose(2, 0, 1, 3)
+def _by_structure(screened: Screened) -> list[list[NDArray[np.bool_] | None]]:
+    """Return what each structure reaches, (motions, scales) by limit; None if it has no such."""
+    return [
+        [
+            reached[:, k] if limited_in(frame, limit.quantity) else None
+            for limit, reached in zip(screened.limits, screened.reached, strict=True)
+        ]
+        for k, frame in enumerate(screened.frames)
+    ]
 
 
 def _asked_besides(
@@ -166,9 +175,11 @@ def _asked_besides(
 def _fits(
     intensities: Mapping[str, Float],
     scales: Float,
-    overturned: NDArray[np.bool_],
+    overturned: NDArray[np.bool_] | None,
     clusters: NDArray[np.int64],
 ) -> dict[str, Fragility]:
+    if overturned is None:
+        return dict.fromkeys(intensities, Fragility(Outcome.ABSENT, 0, 0, 0))
     return {
         name: fit_fragility(values, scales, overturned, clusters)
         for name, values in intensities.items()
@@ -194,7 +205,9 @@ def _observed(
     return [
         [
             {
-                name: observed_shares(values, screened.scales, fell, _CLASSES)
+                name: (_NO_CLASSES,) * 2
+                if fell is None
+                else observed_shares(values, screened.scales, fell, _CLASSES)
                 for name, values in intensities.items()
             }
             for fell in each
