@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, read_catalogue, sorted_out
+from rockframe.ingest import Rejection, collect, read_catalogue, sorted_out
 from rockframe.ingest.metadata.catalogue import facts_of
 from rockframe.record import Record
 
@@ -99,6 +99,39 @@ def test_catalogues_in_an_archive_apply_to_their_folder(tmp_path: Path, at2: At2
     assert "2 columns. Must be 1." in rejection.reason
     records, _ = sorted_out(collect([tmp_path]))
     assert [r.magnitude for r in records] == [6.0, 6.0, 6.0]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_own_catalogues_override_the_others_wherever_they_are(
+    tmp_path: Path, at2: At2, *, packed: bool
+) -> None:
+    """A value of `catalogue.csv` is the user's word; what it leaves empty, the others fill."""
+    others = (
+        f"Result ID,Earthquake Name,Magnitude,Horizontal-1 Acc. Filename\n1,Landers,7.28,{HERE}\n"
+    )
+    (tmp_path / "_SearchResults.csv").write_text(others)
+    own = {"catalogue.csv": b"file,magnitude\n%b,5\n" % HERE.encode(), HERE: at2()}
+    if packed:
+        own = {"a.zip": zipped(*own.items())}
+    for name, data in own.items():
+        (tmp_path / name).write_bytes(data)
+    [record], rejections = sorted_out(collect([tmp_path]))
+    assert not rejections
+    assert (record.magnitude, record.event) == (5.0, "Landers")
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_misspelt_name_in_a_catalogue_is_not_lost(
+    tmp_path: Path, at2: At2, *, packed: bool
+) -> None:
+    files = {"catalogue.csv": b"file,magnitude\nx.AT2,5\ny.AT2,6\n", "x.AT2": at2()}
+    if packed:
+        files = {"a.zip": zipped(*files.items())}
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    [record], rejections = sorted_out(collect([tmp_path]))
+    assert record.magnitude == 5.0
+    assert rejections == [Rejection("a.zip:y.AT2" if packed else "y.AT2", "no such file.")]
 
 
 def test_nga_west2_flatfile(catalogues: Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rockframe.engines.pool import Limits
 from rockframe.errors import InputError
@@ -61,10 +62,10 @@ def collect(
     ------
     Record, Rejection or Unread
         In the order of the paths. Files are rejected if their format is unknown, they are
-        corrupted, their record identifier is already in use, or the catalogue of a folder names
-        them but they are missing. Catalogues, StationXML, other files of `rockframe fetch`, hidden
-        files and outputs are skipped. If two files differ only in their extensions or folders, the
-        identifiers of the second contain its whole name.
+        corrupted, their record identifier is already in use, or the catalogue of a folder or an
+        archive names them but they are missing. Catalogues, StationXML, other files of `rockframe
+        fetch`, hidden files and outputs are skipped. If two files differ only in their extensions
+        or folders, the identifiers of the second contain its whole name.
 
     Raises
     ------
@@ -177,9 +178,10 @@ def _assign_ids(
 ) -> list[Record] | list[Rejection | Unread]:
     """Return the outcome of a file under its display name, and register new identifiers."""
     if not isinstance(outcome, Rejection | Unread):
-        named = _changed_since_fetch(outcome, source) or _unused_ids(outcome, source, owners)
+        records = [record for record, _ in outcome]
+        named = _changed_since_fetch(records, source) or _unused_ids(records, source, owners)
         if not isinstance(named, Rejection):
-            return [_finished(r, n, source) for r, n in zip(outcome, named, strict=True)]
+            return [_finished(*r, n, source) for r, n in zip(outcome, named, strict=True)]
         outcome = named
     elif isinstance(outcome, Unread) and source.asked and outcome.file == source.name:
         outcome = Rejection(outcome.file, outcome.reason, outcome.line)
@@ -207,20 +209,25 @@ def _display_name(file: str, source: Source) -> str:
     return source.name + file.removeprefix(printable(source.path.name))
 
 
-def _finished(record: Record, record_id: str, source: Source) -> Record:
-    """Return the record with its identifier, display names and metadata from a catalogue."""
+def _finished(record: Record, own: dict[str, Any], record_id: str, source: Source) -> Record:
+    """Return the record with its identifier, display names and metadata from catalogues.
+
+    Those of archives come first, then the `catalogue.csv` within an archive, and that beside it.
+    """
     folder, _, _ = source.name.rpartition("/")
     instrument = record.instrument_file
     within = instrument.startswith(f"{printable(source.path.name)}:")
     if folder and instrument and (within or (source.path.parent / instrument).is_file()):
         instrument = f"{folder}/{instrument}"
-    names = [source.path.name, *record.source_file.rpartition(":")[2].split("/")[-1:]]
+    file = record.source_file.rpartition(":")[2].split("/")[-1]
+    names = dict.fromkeys([source.path.name, file])
+    facts = facts_of(source.others, record, names) | own
     return replace(
         record,
         record_id=record_id,
         source_file=_display_name(record.source_file, source),
         instrument_file=instrument,
-        **facts_of(source.catalogue, record, dict.fromkeys(names)),
+        **(facts | facts_of(source.catalogue, record, names)),
     )
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rockframe.errors import InputError, OtherQuantityError, RockframeError
 from rockframe.ingest.metadata.catalogue import CATALOGUE, facts_of, read_catalogue
@@ -72,7 +73,8 @@ class Unread:
     line: int | None = None
 
 
-Outcome = list[Record] | Rejection | Unread
+#: Records, each with what the `catalogue.csv` of its archive states, or why there is none.
+Outcome = list[tuple[Record, dict[str, Any]]] | Rejection | Unread
 #: Catalogues in an archive by the folder or inner archive to whose files they apply.
 _Catalogues = dict[str, dict[str, CatalogueEntry]]
 
@@ -96,8 +98,11 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
         within = companions(path, data)
         options = with_archived(options, path, within)
         catalogues, faults = _catalogues(within)
+        names = []
         for content in contents(path, data):
+            names.append(content.name)
             yield faults.get(content.name) or _outcome(content, options, catalogues)
+        yield from _missing(catalogues, names)
     except RockframeError as error:
         yield rejection(printable(path.name), error)
 
@@ -117,6 +122,16 @@ def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, Rejec
             else:
                 found[folder] = {**found.get(folder, {}), **entries}
     return dict(sorted(found.items())), faults
+
+
+def _missing(catalogues: _Catalogues, names: Iterable[str]) -> Iterator[Rejection]:
+    """Yield what the `catalogue.csv` of an archive names and the archive does not hold."""
+    for folder, entries in catalogues.items():
+        within = [name.removeprefix(folder) for name in names if name.startswith(folder)]
+        present = {part for name in within for part in re.split("[:/]", name)}
+        for missing in entries if folder else ():
+            if missing not in present:
+                yield Rejection(folder + printable(missing), "no such file.")
 
 
 def rejection(name: str, error: RockframeError) -> Rejection:
@@ -141,10 +156,11 @@ def _outcome(content: Content, options: ReadOptions, catalogues: _Catalogues) ->
         return Unread(content.name, error.reason, error.line)
     except RockframeError as error:
         return rejection(content.name, error)
-    known: dict[str, CatalogueEntry] = {}
+    own: dict[str, CatalogueEntry] = {}
     for folder, entries in catalogues.items():
-        known |= entries if content.name.startswith(folder) else {}
-    if not known:
-        return records
-    names = dict.fromkeys(re.split("[:/]", content.name))
-    return [replace(record, **facts_of(known, record, names)) for record in records]
+        own |= entries if folder and content.name.startswith(folder) else {}
+    names, others = dict.fromkeys(re.split("[:/]", content.name)), catalogues.get("", {})
+    return [
+        (replace(record, **facts_of(others, record, names)), facts_of(own, record, names))
+        for record in records
+    ]

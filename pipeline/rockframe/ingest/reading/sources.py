@@ -53,6 +53,8 @@ class Source:
         preceded by the name of that folder if several paths were requested.
     catalogue : mapping of str to CatalogueEntry
         Metadata of the file, and of other files.
+    others : mapping of str to CatalogueEntry
+        Metadata of the catalogues of archives, which every `catalogue.csv` overrides.
     note : str
         Why the file is skipped; empty if it is not.
     refusal : str
@@ -70,6 +72,7 @@ class Source:
     refusal: str = ""
     sha256: str = ""
     asked: bool = False
+    others: Catalogue = field(default_factory=dict)
 
     @property
     def is_read(self) -> bool:
@@ -168,7 +171,7 @@ def _files_in(
     """Yield the files of a folder, then those of its subfolders."""
     present = {path.name for path in entries}
     own, others, faults = _catalogues(entries if catalogue is None else [])
-    known = {**others, **own, **(catalogue or {})}
+    known = {**own, **(catalogue or {})}
     received = _fetched_sha256(folder / _REQUEST)
     folders = []
     for path in entries:
@@ -177,7 +180,9 @@ def _files_in(
         if not (note or refusal) and path.is_dir():
             folders.append(path)
         else:
-            yield Source(path, name, known, note, refusal, received.get(path.name, ""))
+            yield Source(
+                path, name, known, note, refusal, received.get(path.name, ""), others=others
+            )
     # Metadata under a misspelt file name must not be lost silently.
     for missing in {**own, **received}:
         if missing not in present:
