@@ -23,6 +23,7 @@ for module, names in ((os, "fork forkpty killpg getpgid geteuid getuid"),
                       (signal, "SIGALRM setitimer alarm SIGHUP SIGUSR1 pthread_sigmask")):
     for name in names.split():
         vars(module).pop(name, None)
+open(os.path.join(os.path.dirname(__file__), "loaded"), "w").close()
 """
 
 
@@ -31,15 +32,17 @@ def test_a_run_needs_nothing_that_only_posix_has(tmp_path: Path) -> None:
     study = make_study(tmp_path, 3, FEW)
     (tmp_path / "site").mkdir()
     (tmp_path / "site" / "sitecustomize.py").write_text(ELSEWHERE, encoding="utf-8")
+    path = [str(tmp_path / "site"), os.environ.get("PYTHONPATH")]
     words = [sys.executable, "-m", "rockframe", "run", str(study), "--workers", "2"]
     done = subprocess.run(
         [*words, "--output", str(tmp_path / "there")],
-        env=os.environ | {"PYTHONPATH": str(tmp_path / "site")},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, path))},
         capture_output=True,
         text=True,
         check=False,
     )
     assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert (tmp_path / "site" / "loaded").exists()
     assert run(study, tmp_path / "here") == 0
     there, here = contents(tmp_path / "there"), contents(tmp_path / "here")
     assert there.keys() == here.keys()

@@ -211,12 +211,18 @@ def test_folder_in_the_place_of_an_output_is_one_line(
     assert f"table.csv: cannot be written: {why}" in capsys.readouterr().err
 
 
-def test_status_does_not_write(home: Path) -> None:
+def test_status_does_not_write(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A colleague may look at a run that only its owner may change."""
-    lock = home / "run" / ".rockframe" / "lock"
     assert not is_locked(home / "run")
+    real = os.open
+
+    def of_another(path: Path, flags: int, *mode: int) -> int:  # as root too
+        if flags & os.O_RDWR:
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return real(path, flags, *mode)
+
     with locked(home / "run"):
-        lock.chmod(0o444)
+        monkeypatch.setattr(os, "open", of_another)
         assert is_locked(home / "run")
 
 
@@ -257,6 +263,22 @@ def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
     step = Step("merge", "merge", ("response.nc",), ("table.csv",))
     with pytest.raises(RuntimeError, match=r"(?s)MemoryError: all gone"):
         perform_apart(Work(step, home / "run"))
+
+
+def test_a_run_on_nfs_is_seen(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """NFS locks only what is open for writing: a look that only reads would see no run."""
+    fcntl = pytest.importorskip("fcntl")
+    flock = fcntl.flock
+
+    def on_nfs(descriptor: int, how: int) -> None:
+        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
+            raise OSError(errno.EBADF, "Bad file descriptor")
+        flock(descriptor, how)
+
+    monkeypatch.setattr(fcntl, "flock", on_nfs)
+    with locked(home / "run"):
+        assert is_locked(home / "run")
+    assert not is_locked(home / "run")
 
 
 def test_file_system_without_locks_is_no_other_run(

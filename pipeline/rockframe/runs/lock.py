@@ -49,7 +49,10 @@ def is_locked(folder: Path) -> bool:
     if not path.is_file():
         return False
     try:
-        descriptor = os.open(path, os.O_RDONLY)  # also of a folder that is another's
+        try:
+            descriptor = os.open(path, os.O_RDWR)  # which NFS needs to lock a file
+        except OSError:  # of a folder that is another's
+            descriptor = os.open(path, os.O_RDONLY)
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
     try:
