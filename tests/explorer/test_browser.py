@@ -168,11 +168,14 @@ def test_the_window_follows_the_rocking_until_one_is_chosen(page: Any, explorer:
     page.wait_for_function(
         "to => Math.abs(document.getElementById('graphs').dataset.to - to) > 1", arg=slender[1]
     )
+    fitted = window()
     page.click("#zoom-in")
-    page.wait_for_timeout(50)
+    page.wait_for_function(
+        "to => Number(document.getElementById('graphs').dataset.to) !== to", arg=fitted[1]
+    )
     chosen = window()
     slide(page, "scale", 1.0)
-    page.wait_for_timeout(50)
+    page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
     assert window() == chosen
 
 
