@@ -119,6 +119,7 @@ def test_what_is_missing_or_wrong_is_named(
 DISSIPATER = RIVALS.partition("[compare.isolated]")[0].replace(
     "compare.hybrid", "structure.dissipater"
 )
+SLIDING = "[structure.isolated]\nradius_m = 2.5\nfriction = 0.05\n"
 PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
 
 
@@ -139,10 +140,23 @@ PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
         (RIVALS.replace("3.0\n", "3.0\neffective_period_s = 2.5\n"),
          "15: compare.isolated.period_s 3.0. Must be absent beside effective_period_s"),
         (RIVALS + "strength_ratio = 0.0\n", "19: compare.fixed.strength_ratio 0.0. Must be"),
+        (RIVALS.replace("period_s", "radius_m"),
+         "16: compare.isolated.strength_ratio 0.05. Must be absent beside a pendulum"),
+        (SLIDING + "yield_displacement_m = 0.02\n",
+         "12: structure.isolated.yield_displacement_m 0.02. Must be absent beside a pendulum"),
+        (SLIDING + "design_displacement_m = 0.2\n",
+         "12: structure.isolated.design_displacement_m 0.2. Must be absent beside a pendulum"),
+        (SLIDING.replace("radius_m", "#"),
+         "9: key 'structure.isolated.radius_m' missing. Must be stated beside friction."),
+        ("top_width_m = 1e160\n", "2: a value of this table is too large or too small to"),
+        ("[structure.isolated]\nstrength_ratio = 0.05\neffective_period_s = 1e-160\n"
+         "design_displacement_m = 0.2\n", "9: a value of this table is too large or too small"),
+        ("[structure.fixed]\nmodulus_pa = 1e-308\ncracked_stiffness_ratio = 1e-308\n",
+         "9: a value of this table is too large or too small"),
         ("[structure.abutment]\ngap_m = 0.0\n", "10: structure.abutment.gap_m 0.0. Must be pos"),
         (PIVOT.replace("30.0e6", "1.0e6"),
-         "10: structure.pivot.compressive_strength_pa 1000000.0. Must be at least 2.47e+06 Pa at "
-         "this depth: its block of 1.97 m is longer than half the width"),
+         "10: structure.pivot.compressive_strength_pa 1000000.0. Must be larger; 2.48e+06 Pa is "
+         "enough at this depth: its block of 1.97 m is longer than half the width"),
     ],
 )  # fmt: skip
 def test_each_wrong_value_of_a_table_is_named_with_its_place(
@@ -152,6 +166,15 @@ def test_each_wrong_value_of_a_table_is_named_with_its_place(
     with pytest.raises(InputError) as wrong:
         read_structures(structures(tmp_path, BENT + text))
     assert f"bridge.toml:{said}" in str(wrong.value)
+
+
+@pytest.mark.parametrize("tendon", ["", TENDON.replace("prestress_n = 1.0e5", "prestress_n = 9e6")])
+def test_the_strength_said_to_be_enough_is_enough(tmp_path: Path, tendon: str) -> None:
+    """Also after rounding, and with the force that a tendon adds."""
+    with pytest.raises(InputError) as wrong:
+        read_structures(structures(tmp_path, BENT + PIVOT.replace("30.0e6", "1.0e6") + tendon))
+    enough = str(wrong.value).split("larger; ")[1].split(" Pa")[0]
+    read_structures(structures(tmp_path, BENT + PIVOT.replace("30.0e6", enough) + tendon))
 
 
 def test_ties_without_a_mass_are_refused(tmp_path: Path) -> None:
@@ -249,7 +272,7 @@ def test_a_file_states_what_crushing_costs(records: Path, tmp_path: Path) -> Non
 
 
 def test_crushed_columns_are_not_varied(tmp_path: Path) -> None:
-    """Under each height the pivots would be others."""
+    """Each height would have other pivots."""
     (bent,) = read_structures(structures(tmp_path, BENT + PIVOT))
     with pytest.raises(ParameterError, match="rocks on pivots that crush"):
         Design(dimension="height", lowest=5.0, highest=9.0).candidates(bent)

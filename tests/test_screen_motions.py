@@ -207,5 +207,7 @@ def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> 
 
 
 def test_azimuths_beyond_a_circle_warn() -> None:
-    with pytest.warns(RockframeWarning, match="azimuth 370 degrees is beyond 360: taken as 10"):
+    with pytest.warns(
+        RockframeWarning, match="azimuth 370 degrees is beyond 360: taken modulo 360, as 10"
+    ):
         ScreenOptions(azimuths_degree=(0.0, 370.0))

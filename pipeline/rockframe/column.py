@@ -140,7 +140,8 @@ def hollow(
     else:
         if depth is None or inner_depth is None:
             missing = "depth" if depth is None else "inner_depth"
-            raise invalid(missing, None, "a hollow rectangular column", "stated: walls have weight")
+            stated = "stated beside an inner width, unless the section is circular"
+            raise invalid(missing, None, "a hollow rectangular column", stated)
         _require_positive(depth=depth, inner_depth=inner_depth)
         _require_below(inner_depth, depth, "inner_depth")
         area = depth * width - inner_depth * inner_width

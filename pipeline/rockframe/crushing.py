@@ -14,8 +14,9 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
     """Return a frame on the pivots that are left when its edges have crushed.
 
     Each pivot moves inwards by half the length of the block that bears the column with its share of
-    the beam and the tendon, whose force is taken where |theta| is the slenderness (it depends on
-    the pivots: iterated). `RockingFrame.before_crushing` of the result is the frame itself.
+    the beam and the force of the tendon. That force is the one at which |theta| is the slenderness
+    on the new pivots, so both are found by iteration. `RockingFrame.before_crushing` of the result
+    is the frame itself.
 
     Raises
     ------
@@ -39,8 +40,11 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
         over = max(4.0 * base / frame.width, 4.0 * top / frame.top_contact_width)
         if over > 1.0:
             strength = pivot.compressive_strength
+            narrowest = min(frame.width, frame.top_contact_width)
+            over += 4.0 * pivot.inset(frame.tension(frame.slenderness) - tension) / narrowest
+            enough = 1.006 * over * strength  # no less when rounded to three digits
             needed = f"its block of {2.0 * base:.3g} m is longer than half the width"
-            allowed = f"at least {over * strength:.3g} Pa at this depth: {needed}"
+            allowed = f"larger; {enough:.3g} Pa is enough at this depth: {needed}"
             raise invalid("compressive_strength", strength, f"the pivot of {owner}", allowed)
         found = _on_pivots(frame, frame.width - 2.0 * base, frame.top_contact_width - 2.0 * top)
         before, tension = tension, found.tension(found.slenderness)

@@ -173,7 +173,8 @@ class ScreenOptions(Options):
                 raise PydanticCustomError(RULE, message)
         for stated in self.azimuths_degree or ():
             if abs(stated) > 360.0:
-                words = f"azimuth {stated:g} degrees is beyond 360: taken as {stated % 360.0:g}."
+                taken = f"taken modulo 360, as {stated % 360.0:g}"
+                words = f"azimuth {stated:g} degrees is beyond 360: {taken}."
                 warnings.warn(words, RockframeWarning, stacklevel=2)
         return self
 

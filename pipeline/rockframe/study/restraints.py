@@ -6,9 +6,10 @@ import math
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from rockframe.errors import invalid
-from rockframe.options.model import Options
+from rockframe.options.model import RULE, Options
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.units import GRAVITY
@@ -23,7 +24,11 @@ class Entry(Options):
 
     @model_validator(mode="after")
     def _checked(self) -> Self:
-        self.made()
+        try:
+            self.made()
+        except ArithmeticError:
+            message = "a value of this table is too large or too small to compute with"
+            raise PydanticCustomError(RULE, f"{message}. Check units and values") from None
         return self
 
     def made(self) -> Any:
@@ -101,12 +106,14 @@ class IsolatedEntry(Entry):
     def made(self) -> IsolatedDeck:
         """Return the deck on its isolators."""
         if self.radius_m is not None or self.friction is not None:
-            for key in ("strength_ratio", "period_s", "effective_period_s"):
-                if getattr(self, key) is not None:
-                    raise invalid(key, getattr(self, key), "isolators", "absent beside a pendulum")
-            for key in ("radius_m", "friction"):
+            pair = ("radius_m", "friction")
+            for key, field in type(self).model_fields.items():
+                value = getattr(self, key)
+                if key not in (*pair, "damping_ratio") and value != field.default:
+                    raise invalid(key, value, "isolators", "absent beside a pendulum")
+            for key, other in (pair, pair[::-1]):
                 if getattr(self, key) is None:
-                    raise invalid(key, None, "friction pendulums", "stated with the other")
+                    raise invalid(key, None, "friction pendulums", f"stated beside {other}")
             return IsolatedDeck.friction_pendulum(
                 radius=self.radius_m,  # type: ignore[arg-type]
                 friction=self.friction,  # type: ignore[arg-type]
@@ -200,6 +207,6 @@ class AbutmentEntry(Entry):
     uplift_allowance_m: float | None = None
 
     def made(self) -> Abutment:
-        """Return the joint; without an allowance the deck may lift as it likes."""
+        """Return the joint; without an allowance nothing limits how far the deck lifts."""
         allowance = math.inf if self.uplift_allowance_m is None else self.uplift_allowance_m
         return Abutment(gap=self.gap_m, uplift_allowance=allowance)
