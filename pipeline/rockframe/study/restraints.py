@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
@@ -31,9 +32,9 @@ class Entry(Options):
             raise PydanticCustomError(RULE, f"{message}. Check units and values") from None
         return self
 
+    @abstractmethod
     def made(self) -> Any:
         """Return what the table describes."""
-        raise NotImplementedError
 
 
 class TendonEntry(Entry):

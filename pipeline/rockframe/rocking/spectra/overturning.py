@@ -35,10 +35,10 @@ EDGE_TOLERANCE: Final = 1e-9
 #: Below it a pulse lasts for hundreds of the frame's periods: it is a static pull, and never ends.
 LEAST_FREQUENCY_RATIO: Final = 0.01
 #: Least number of intervals in a period of the pulse: it is followed to 4e-11 of its amplitude, and
-#: edges to 1e-11. Twice, four times ... as many where that leaves a frame no longer steps.
+#: edges to 1e-9. Twice, four times ... as many where that leaves a frame no longer steps.
 _INTERVALS: Final = 50
 _FEWEST_UP_TO: Final = 4.0
-#: Responses in a batch: two seconds on one core.
+#: Responses in a batch: enough that few rounds of the search for edges are small.
 _BATCH: Final = 320_000
 
 
