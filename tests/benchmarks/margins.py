@@ -37,9 +37,9 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
-from rockframe.rocking.gathering import Prepared
 from rockframe.rocking.margins.first_overturning import first_overturnings
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
+from rockframe.rocking.scenario_packing import Prepared
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, bundled_records, read_structures
 from rockframe.wavelets.pulse import Pulse

@@ -29,7 +29,7 @@ from rockframe.rocking import (
     respond_many,
     robust_margins,
 )
-from rockframe.rocking.margins.perturbed import resampled
+from rockframe.rocking.margins.sensitivity import resampled
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.units import GRAVITY

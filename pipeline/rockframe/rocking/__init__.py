@@ -21,14 +21,16 @@ from rockframe.rocking.margins.ensemble import chosen_ensemble as chosen_ensembl
 from rockframe.rocking.margins.margins import Margin as Margin
 from rockframe.rocking.margins.margins import margins as margins
 from rockframe.rocking.margins.margins import with_margins as with_margins
-from rockframe.rocking.margins.perturbed import Sensitivity as Sensitivity
 from rockframe.rocking.margins.robust import RobustMargin as RobustMargin
 from rockframe.rocking.margins.robust import robust_margins as robust_margins
+from rockframe.rocking.margins.sensitivity import Sensitivity as Sensitivity
 from rockframe.rocking.margins.sliver_search import FirstOverturning as FirstOverturning
 from rockframe.rocking.margins.strip import Strip as Strip
 from rockframe.rocking.portrait import barrier_rate as barrier_rate
 from rockframe.rocking.portrait import restoring_moment as restoring_moment
 from rockframe.rocking.portrait import trajectory as trajectory
+from rockframe.rocking.pulse_only_response import ToPulse as ToPulse
+from rockframe.rocking.pulse_only_response import with_pulse as with_pulse
 from rockframe.rocking.reactions import ColumnForces as ColumnForces
 from rockframe.rocking.reactions import Reactions as Reactions
 from rockframe.rocking.reactions import angular_acceleration as angular_acceleration
@@ -52,5 +54,3 @@ from rockframe.rocking.stated_verdict import MARGIN_LEGEND as MARGIN_LEGEND
 from rockframe.rocking.stated_verdict import VERDICT_RULE as VERDICT_RULE
 from rockframe.rocking.stated_verdict import StatedVerdict as StatedVerdict
 from rockframe.rocking.stated_verdict import VerdictKind as VerdictKind
-from rockframe.rocking.surrogate import ToPulse as ToPulse
-from rockframe.rocking.surrogate import with_pulse as with_pulse

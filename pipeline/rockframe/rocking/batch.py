@@ -15,10 +15,16 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.gathering import AT_A_TIME, Answers, Gathered, Prepared, constants_of
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.kernels.excursions import DISTANCE
 from rockframe.rocking.response import as_ground, refuse_flight
+from rockframe.rocking.scenario_packing import (
+    AT_A_TIME,
+    Answers,
+    Prepared,
+    ScenarioPacker,
+    constants_of,
+)
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -157,12 +163,12 @@ def respond_scenarios(
     answers = Answers(factors.size, excursions)
 
     def answer(part: Index) -> None:
-        gathered = Gathered(answers)
+        packer = ScenarioPacker(answers)
         for asked in np.split(part, np.flatnonzero(np.diff(which[part])) + 1):
             motion = grounds[which[asked[0]]]
             ready = motion if isinstance(motion, Prepared) else Prepared(as_ground(motion))
-            gathered.ask(asked, ready, factors[asked], constants[whose[asked]])
-        gathered.complete()
+            packer.ask(asked, ready, factors[asked], constants[whose[asked]])
+        packer.complete()
 
     on_threads(answer, _parts(order))
     return Scenarios(

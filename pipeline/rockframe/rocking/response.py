@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from rockframe.rocking.contact import ContactDemand
     from rockframe.rocking.margins.margins import Margin
-    from rockframe.rocking.surrogate import ToPulse
+    from rockframe.rocking.pulse_only_response import ToPulse
 
 Float = NDArray[np.float64]
 

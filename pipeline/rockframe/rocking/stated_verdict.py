@@ -13,11 +13,12 @@ from rockframe.rocking.response import Verdict
 #: show verdicts state it.
 VERDICT_RULE: Final = (
     "A verdict is undecided if it changes when the amplitude of the motion or the restitution of "
-    "impacts changes by up to 1 %, or when the record is sampled twice as finely (amplitude, "
-    "restitution, sampling); or if the robust margin contradicts it: the structure stands, but 10 "
-    "% of the ensemble overturn under the motion or less of it, or it overturns, but half of the "
-    "ensemble overturn only under more (dimensions). Any other verdict is that of the response to "
-    "the motion itself: no uplift, safe or overturned."
+    "impacts changes by up to 1 % (amplitude, restitution), or when the record is sampled twice "
+    "as finely (sampling). It is also undecided if the robust margin contradicts it (dimensions): "
+    "the structure stands, but 10 % of the ensemble overturn at 1 times the motion or less; or "
+    "the structure overturns, but half of the ensemble overturn only at 1 times the motion or "
+    "more, or not at all. Any other verdict is that of the response to the motion itself: no "
+    "uplift, safe or overturned."
 )
 #: Values that the tables show beside the verdict.
 MARGIN_LEGEND: Final = (

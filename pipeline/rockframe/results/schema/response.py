@@ -9,7 +9,7 @@ import numpy as np
 
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
-from rockframe.rocking.margins.perturbed import (
+from rockframe.rocking.margins.sensitivity import (
     AMPLITUDE_PERTURBATION,
     RESTITUTION_PERTURBATION,
     Sensitivity,

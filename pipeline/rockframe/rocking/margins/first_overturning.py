@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.gathering import Prepared
 from rockframe.rocking.margins.sliver_search import (
     KEPT,
     FirstOverturning,
     SliverSearch,
 )
 from rockframe.rocking.response import Verdict
+from rockframe.rocking.scenario_packing import Prepared
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]

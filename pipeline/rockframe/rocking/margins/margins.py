@@ -18,9 +18,9 @@ from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.first_overturning import first_overturnings
-from rockframe.rocking.margins.perturbed import Sensitivity, sensitivities
 from rockframe.rocking.margins.robust import RobustMargin, robust_margins
 from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
+from rockframe.rocking.margins.sensitivity import Sensitivity, sensitivities
 from rockframe.rocking.margins.sliver_search import FirstOverturning
 from rockframe.rocking.margins.strip import Strip, strip_of
 from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
@@ -101,11 +101,12 @@ class Margin(Shown):
         """Return the verdict, given that of the response to the motion itself.
 
         A verdict is undecided if it changes when the amplitude of the motion or the restitution of
-        impacts changes by up to 1 %, or when the record is sampled twice as finely (amplitude,
-        restitution, sampling); or if the robust margin contradicts it: the structure stands, but 10
-        % of the ensemble overturn under the motion or less of it, or it overturns, but half of the
-        ensemble overturn only under more (dimensions). Any other verdict is that of the response to
-        the motion itself: no uplift, safe or overturned.
+        impacts changes by up to 1 % (amplitude, restitution), or when the record is sampled twice
+        as finely (sampling). It is also undecided if the robust margin contradicts it (dimensions):
+        the structure stands, but 10 % of the ensemble overturn at 1 times the motion or less; or
+        the structure overturns, but half of the ensemble overturn only at 1 times the motion or
+        more, or not at all. Any other verdict is that of the response to the motion itself: no
+        uplift, safe or overturned.
         """
         return Verdict.UNDECIDED if self.undecided_by else unperturbed
 

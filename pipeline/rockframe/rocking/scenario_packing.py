@@ -129,7 +129,7 @@ class Answers:
         self.excursions[:, :, DISTANCE] = -np.inf
 
 
-class Gathered:
+class ScenarioPacker:
     """Scenarios that one thread collects; each batch is computed when it is full.
 
     Parameters
