@@ -1,1 +1,1 @@
-"""Margins of a verdict: first overturning, sensitivity, robust margins."""
+"""Margins against overturning: first overturning, sensitivity, robust margins."""

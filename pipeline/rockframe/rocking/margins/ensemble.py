@@ -1,4 +1,4 @@
-"""Members of an ensemble of plausible structures and motions."""
+"""Ensembles of plausible structures and amplitudes of the motion."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ Float = NDArray[np.float64]
 def draws(ensemble: Ensemble) -> Float:
     """Return factors of height, width, restitution and amplitude [1], shape (members, 4).
 
+    The four factors are drawn by Latin hypercube sampling.
+
     Examples
     --------
     >>> draws(Ensemble(seed=1)).shape
@@ -33,12 +35,12 @@ def draws(ensemble: Ensemble) -> Float:
 
 
 def members(ensemble: Ensemble, frame: RockingFrame) -> list[RockingFrame]:
-    """Return the members' structures.
+    """Return the structure of each member.
 
     Raises
     ------
     ParameterError
-        If one of them does not rock.
+        If a member cannot rock.
     """
     try:
         return [
@@ -57,12 +59,12 @@ def members(ensemble: Ensemble, frame: RockingFrame) -> list[RockingFrame]:
 def chosen_ensemble(
     options: RespondOptions | ScreenOptions, frames: Sequence[RockingFrame] = ()
 ) -> Ensemble | None:
-    """Return the ensemble of the robust margins; None if they are not asked for.
+    """Return the ensemble of the robust margins; None if the options do not request them.
 
     Raises
     ------
     ParameterError
-        If it has a member, of one of the frames, that does not rock.
+        If a member of the ensemble of one of the frames cannot rock.
     """
     if options.margins != "robust":
         return None

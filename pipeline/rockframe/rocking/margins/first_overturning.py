@@ -1,4 +1,4 @@
-"""First overturnings of many frames on many grounds: their searches side by side, in one batch."""
+"""First overturnings of many frames under many motions, searched in common batches."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ def first_overturnings(
     least: Float,
     largest: Float,
 ) -> list[FirstOverturning]:
-    """Find the first overturning of frames on grounds.
+    """Find the first overturning of each pair of a frame and a ground motion.
 
     Parameters
     ----------
     grounds, frames : sequence
         Ground motions and frames.
     ground, frame : array of int, shape (lines,)
-        Indices of the ground motion and the frame of each line.
+        Indices of the ground motion and the frame of each pair (line).
     least, largest : array, shape (lines,)
         Ends of the range of scales that is searched [1].
 
     Returns
     -------
     list of FirstOverturning
-        The numbers of a line do not depend on the other lines, to the last bit.
+        The result of a line is the same, to the last bit, whichever other lines are computed.
     """
     prepared = [Prepared(one) for one in grounds]
     found: dict[int, FirstOverturning] = {}
@@ -89,7 +89,7 @@ def advance(
     wanted: dict[int, Wanted],
     found: dict[int, Found],
 ) -> None:
-    """Resume a search with an answer until it asks for more, or has found what it sought."""
+    """Send an answer to a search; store its next request in `wanted` or its result in `found`."""
     try:
         wanted[line] = next(search) if answer is None else search.send(answer)
     except StopIteration as end:

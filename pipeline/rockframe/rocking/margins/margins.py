@@ -1,4 +1,4 @@
-"""Critical scales, at which a verdict changes, and verdicts that are undecided."""
+"""Margins against overturning: critical scales, sensitivity of the verdict, robust margins."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class Margin(Shown):
     Parameters
     ----------
     first : FirstOverturning
-        The first overturning that was found, and how the frame fares above it.
+        The first overturning that was found, and the outcome at larger scales.
     largest_scale : float
         Largest multiple of the motion that was searched [1].
     undecided_by : Sensitivity
         Perturbations that change the verdict under the motion itself.
     robust : RobustMargin, optional
-        The scales at which 10, 25 and 50 % of an ensemble overturn, if they were asked for.
+        The scales at which 10, 25 and 50 % of an ensemble overturn, if they were requested.
     """
 
     first: FirstOverturning
@@ -54,7 +54,7 @@ class Margin(Shown):
     robust: RobustMargin | None = None
 
     def facts(self) -> dict[str, str]:
-        """Return the critical scale and what surrounds it, for the table in notebooks."""
+        """Return critical scale, safe islands and sensitivity, for the table in notebooks."""
         least, by = self.critical_scale, self.undecided_by
         none = math.isnan(least)
         return {
@@ -64,12 +64,12 @@ class Margin(Shown):
         }
 
     def draw(self, axes: Axes) -> None:
-        """Draw into axes the scales at which the frame stands and overturns."""
+        """Draw the scales at which the frame stands and those at which it overturns."""
         least = self.critical_scale
         end = self.largest_scale if math.isnan(least) else min(self.largest_scale, 3.0 * least)
         axes.axvspan(0.0, end, color="C2", alpha=0.3, label="stands")
         for k, (low, high) in enumerate(self.strip.overturning):
-            if low < end:  # a line of some width shows slivers too
+            if low < end:  # the edge line keeps slivers visible that are thinner than a pixel
                 label = "_" * (k > 0) + "overturns"
                 axes.axvspan(low, min(high, end), color="C3", linewidth=0.8, label=label)
         axes.axvline(1.0, color="black", linewidth=0.8, label="the motion itself")
@@ -83,17 +83,20 @@ class Margin(Shown):
 
     @property
     def islands(self) -> tuple[tuple[float, float], ...]:
-        """Intervals above the critical scale in which samples 0.64 to 2.56 % apart stand [1]."""
+        """Intervals above the critical scale in which the frame stands [1].
+
+        They are found from scales 0.64 to 2.56 % apart.
+        """
         return self.first.islands
 
     @property
     def safe_islands(self) -> int:
-        """Number of these islands; finer samples would show more."""
+        """Number of `islands`; more closely spaced scales would show more."""
         return len(self.first.islands)
 
     @property
     def strip(self) -> Strip:
-        """The scales that overturn and the robust margin, as figures and pages show them."""
+        """Scales that overturn and the robust margin, for figures and pages."""
         robust = self.robust and (self.robust.s10, self.robust.s25, self.robust.s50)
         return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
 
@@ -153,10 +156,11 @@ def margins(
 ) -> Margin | list[list[Margin]]:
     """Search for the first overturning of each frame under each motion.
 
-    Stability is not monotone in the scale of the motion: below the scale from which on a frame
-    overturns for good there are slivers where it does too, above it islands where it stands. The
-    search finds 99 of 100 slivers that are at least a ten-thousandth of the scale wide, and thinner
-    ones by chance; the critical scale is the lower edge of the lowest, bisected to a share of 1e-6.
+    Stability is not monotone in the scale of the motion. A frame may overturn in narrow intervals
+    of scale (slivers) and stand again at larger scales; and above the scale from which it mostly
+    overturns there may be islands where it stands. The search finds 99 of 100 slivers whose width
+    is at least 1e-4 of the scale, and thinner ones only by chance. The critical scale is the lower
+    edge of the lowest interval that was found, bisected to a relative tolerance of 1e-6.
 
     Parameters
     ----------
@@ -165,23 +169,22 @@ def margins(
     frames : RockingFrame, or sequence of RockingFrame
         The frames.
     largest_scale : float
-        Where the search ends [1]; earlier for a vertical acceleration that would then fall faster
-        than gravity.
+        Largest scale that is searched [1]. The search ends earlier if the ground would fall faster
+        than gravity at a smaller scale.
     ensemble : Ensemble, optional
-        Find the robust margins too, of this ensemble.
+        Compute the robust margins of this ensemble too.
 
     Returns
     -------
     Margin or list of list of Margin
-        For one motion and one frame their margin; for sequences, a list of the margins of all
-        frames for each motion. A margin does not depend on the other ones.
+        The margin, for one motion and one frame. For sequences: for each motion, the list of the
+        margins of all frames. A margin does not depend on the other motions and frames.
 
     Raises
     ------
     ParameterError
         If there is no motion or frame, the largest scale is below 1 or not finite, a vertical
-        acceleration falls faster than gravity, or the ensemble's spreads leave a frame that does
-        not rock.
+        acceleration falls faster than gravity, or a member of the ensemble cannot rock.
 
     Examples
     --------
@@ -240,7 +243,7 @@ def with_margins(
     motion: Record | Pulse | GroundAcceleration,
     ensemble: Ensemble | None = None,
 ) -> list[Response]:
-    """Add margins to responses; a verdict that small changes would turn becomes undecided.
+    """Add margins to responses; a verdict that small changes would reverse becomes undecided.
 
     Parameters
     ----------
@@ -249,13 +252,13 @@ def with_margins(
     motion : Record, Pulse or GroundAcceleration
         The motion of all of them.
     ensemble : Ensemble, optional
-        Find the robust margins too, of this ensemble.
+        Compute the robust margins of this ensemble too.
 
     Raises
     ------
     ParameterError
-        If its vertical acceleration falls faster than gravity, or the ensemble's spreads leave a
-        frame that does not rock.
+        If the vertical acceleration falls faster than gravity, or a member of the ensemble cannot
+        rock.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Robust margins: scales at which given shares of an ensemble of plausible structures overturn.
 
-A critical scale moves when the structure changes by a thousandth. What share of structures that
-differ by a hundredth overturns at a scale changes little, and is what an engineer can count on.
+A critical scale changes when the structure changes by a thousandth. The share of an ensemble that
+overturns at a scale changes little, so an engineer can rely on it.
 """
 
 from __future__ import annotations
@@ -33,24 +33,26 @@ Int = NDArray[np.int64]
 
 #: Shares of the ensemble whose scales are found [1].
 SHARES: Final = (0.10, 0.25, 0.50)
-#: Each scale that is tried is larger than the one before by this share [1].
+#: Relative step from one scale to the next [1].
 SCALE_STEP: Final = 0.01
-#: A share is the mean over so many scales on either side: one scale shows the noise of the members.
+#: Number of scales on either side over which the share is averaged, to reduce sampling noise.
 AVERAGED: Final = 4
-#: A scale is the mean of those at which so many shares are reached, within so much of the stated
-#: one [1]: where the share hardly rises, one is reached far from the next.
+#: The scale of a share is the mean of the scales at which `_LEVELS` shares are reached, spaced
+#: evenly within `_NEAR` of the stated share [1]. Where the share hardly rises with the scale, a
+#: single crossing would be uncertain.
 _LEVELS: Final = 9
 _NEAR: Final = 0.03
-#: Where overturning begins is sought with every so many-th member, other ones at each scale, in so
-#: many steps at a time: a peak |theta| / alpha of so much first, then one that overturns.
+#: The scale at which overturning begins is searched with one member in `_EVERY`, other members at
+#: each scale: first in steps of `_TO_ROCK` for a peak |theta| / alpha above `_ROCKS`, then in steps
+#: of `_TO_FALL` for overturning.
 _EVERY: Final = 16
 _TO_ROCK: Final = 8
 _ROCKS: Final = 0.3
 _TO_FALL: Final = 2
-#: Scales that are asked for at a time, by all members and by some.
+#: Number of scales in one request for all members, and in one request for some of them.
 _BLOCK: Final = 3
 _SOME: Final = 8
-#: Ensembles that are drawn from the members again, for the sampling error.
+#: Number of bootstrap samples of the members, for the sampling error.
 _RESAMPLED: Final = 100
 
 
@@ -61,13 +63,14 @@ class RobustMargin:
     Parameters
     ----------
     s10, s25, s50 : float
-        Least multiple of the motion at which 10, 25 and 50 % overturn [1], as the mean over the
-        scales within 4 % and over shares within 3 % of the members; NaN if so many do at none.
+        Least multiple of the motion at which 10, 25 and 50 % overturn [1]. The share is averaged
+        over scales within 4 %, and the scale over shares within 3 % of the members. NaN if the
+        share is not reached at any scale.
     error10, error25, error50 : float
-        Their sampling errors as a share of them [1]: half the range that holds the middle 68 % of
-        the ensembles that are drawn again from the members. NaN where the scale is.
+        Relative sampling errors of these scales [1]: half the width of the central 68 % interval
+        over ensembles drawn again from the members (bootstrap). NaN where the scale is NaN.
     responses : int
-        Responses that were computed.
+        Number of responses that were computed.
     """
 
     s10: float
@@ -81,8 +84,9 @@ class RobustMargin:
     def contradicts(self, overturns: bool) -> bool:
         """Return True if the ensemble contradicts the outcome of the stated structure.
 
-        It does if the structure stands, but a tenth of the ensemble overturns at a scale of at most
-        1; or if it overturns, but half of the ensemble overturns only at 1 or above, or not at all.
+        There are two cases. The structure stands, but 10 % of the ensemble overturn at a scale of 1
+        or less. Or it overturns, but half of the ensemble overturn only at a scale of 1 or more, or
+        not at all.
         """
         return not self.s50 < 1.0 if overturns else self.s10 <= 1.0
 
@@ -96,9 +100,10 @@ def robust_margins(
 ) -> list[list[RobustMargin]]:
     """Find the scales at which 10, 25 and 50 % of an ensemble of each frame overturn.
 
-    The draws of the ensemble are the same for all frames, motions and scales. Overturning is first
-    sought in steps of 2 % with a sixteenth of the members, other ones at each step; from there on
-    all members are tried in steps of 1 %, until half of them overturn.
+    The draws of the ensemble are the same for all frames, motions and scales. A coarse search, in
+    steps of 2 % with a sixteenth of the members (other members at each step), finds the scale at
+    which overturning begins. From there all members are tried in steps of 1 %, until half of them
+    overturn.
 
     Parameters
     ----------
@@ -109,19 +114,20 @@ def robust_margins(
     ensemble : Ensemble, optional
         Number of members, spreads and seed.
     largest_scale : float
-        Largest scale searched [1]; less where the vertical acceleration of the scaled motion would
-        fall faster than gravity.
+        Largest scale that is searched [1]. The search ends earlier if the ground would fall faster
+        than gravity at a smaller scale.
 
     Returns
     -------
     list of list of RobustMargin
-        For each motion the margins of all frames; a margin does not depend on the other ones.
+        For each motion the margins of all frames. A margin does not depend on the other motions
+        and frames.
 
     Raises
     ------
     ParameterError
-        If the spreads leave a frame that does not rock, the largest scale is below 1 or not finite,
-        or a vertical acceleration falls faster than gravity.
+        If a member of the ensemble cannot rock, the largest scale is below 1 or not finite, or a
+        vertical acceleration falls faster than gravity.
 
     Examples
     --------
@@ -148,7 +154,7 @@ def robust_margins(
     return found
 
 
-#: What a search asks for: members and scales; and what it is answered: verdicts and peaks.
+#: A search yields members and scales, and is sent the verdicts and peaks of these scenarios.
 Answer: TypeAlias = tuple[Bool, Float]
 Asking: TypeAlias = Generator[tuple[Int, Float], Answer, RobustMargin]
 _Tried: TypeAlias = Generator[tuple[Int, Float], Answer, Answer]
@@ -157,7 +163,7 @@ _Tried: TypeAlias = Generator[tuple[Int, Float], Answer, Answer]
 def _side_by_side(
     ground: Prepared, families: list[list[RockingFrame]], searches: list[Asking]
 ) -> list[RobustMargin]:
-    """Perform the searches on one ground in common batches."""
+    """Run the searches under one ground motion in common batches."""
     frames = [*chain(*families)]
     count = len(families[0])
     found: dict[int, RobustMargin] = {}
@@ -188,7 +194,7 @@ class _Family:
     responses: int = 0
 
     def search(self) -> Asking:
-        """Walk up from where overturning begins until half of the members overturn."""
+        """Increase the scale from where overturning begins until half of the members overturn."""
         growth = math.log1p(SCALE_STEP)
         last = math.floor(math.log(self.largest / self.amplitude.max()) / growth)
         lowest = yield from self._beginning(last)
@@ -199,17 +205,20 @@ class _Family:
             top = lowest + len(falls)
             more = yield from self._all(top, min(top + _BLOCK, last + 1))
             falls = np.concatenate([falls, more])
-            while self._cut(falls) and self._scale(lowest) > self.least:
+            while self._starts_too_high(falls) and self._scale(lowest) > self.least:
                 lowest -= _BLOCK
                 more = yield from self._all(lowest, lowest + _BLOCK)
                 falls = np.concatenate([more, falls])
             if (_averaged(falls.mean(axis=1))[:-AVERAGED] >= SHARES[-1] + _NEAR).any():
                 break
-        return self._told(lowest, falls)
+        return self._margin(lowest, falls)
 
     @staticmethod
-    def _cut(falls: Bool) -> bool:
-        """Say if the least share is reached before, or just after, all neighbours are known."""
+    def _starts_too_high(falls: Bool) -> bool:
+        """Return True if the least share is reached so early that smaller scales are needed.
+
+        The averages at the first scales lack neighbours on their lower side.
+        """
         shares = _averaged(falls.mean(axis=1))[: AVERAGED + 1]
         return bool((shares >= SHARES[0] - _NEAR).any())
 
@@ -217,19 +226,19 @@ class _Family:
         return math.exp(math.log1p(SCALE_STEP) * power)
 
     def _tried(self, powers: Int, member: Int) -> _Tried:
-        """Return verdicts of members and their peaks over alpha [1]; shape (powers, members)."""
+        """Request verdicts and peaks |theta| / alpha [1]; return both, shape (powers, members)."""
         scale = np.exp(math.log1p(SCALE_STEP) * powers)[:, None] * self.amplitude[member]
         self.responses += scale.size
         fallen, peaks = yield np.broadcast_to(member, scale.shape).ravel(), scale.ravel()
         return fallen.reshape(scale.shape), peaks.reshape(scale.shape)
 
     def _all(self, start: int, end: int) -> Generator[tuple[Int, Float], Answer, Bool]:
-        """Return which of all members overturn at powers from start to end."""
+        """Return which members overturn at powers from start to end, shape (powers, members)."""
         falls, _ = yield from self._tried(np.arange(start, end), np.arange(self.amplitude.size))
         return falls
 
     def _beginning(self, last: int) -> Generator[tuple[Int, Float], Answer, int | None]:
-        """A power below which members hardly overturn; None if they do at none."""
+        """Return a power below which members hardly overturn; None if none ever overturns."""
         if not self.least < self.largest:
             return None
         start = math.floor(math.log(self.least) / math.log1p(SCALE_STEP))
@@ -240,7 +249,7 @@ class _Family:
     def _first(
         self, start: int, last: int, step: int, peak: float
     ) -> Generator[tuple[Int, Float], Answer, int | None]:
-        """The first power, in steps, at which a member overturns or exceeds a peak over alpha."""
+        """Return the first power at which a tried member overturns or exceeds a peak ratio."""
         count = self.amplitude.size
         some = np.arange(0, count, _EVERY)
         for low in range(start, last + 1, _SOME * step):
@@ -251,27 +260,27 @@ class _Family:
                 return int(powers[found.argmax()])
         return None
 
-    def _told(self, lowest: int, falls: Bool) -> RobustMargin:
-        """Find the scales, and their errors by drawing from the members again."""
+    def _margin(self, lowest: int, falls: Bool) -> RobustMargin:
+        """Return the scales of the three shares, with their bootstrap errors."""
         count = self.amplitude.size
         rng = np.random.default_rng(self.seed)
         again = rng.multinomial(count, np.full(count, 1.0 / count), _RESAMPLED)
         weights = np.concatenate([np.ones((1, count)), again]) / count
         shares = _averaged(falls.astype(np.float64) @ weights.T)
-        told = []
+        found = []
         for share in SHARES:
             crossing = _crossing(shares, share)
             low, high = np.quantile(np.nan_to_num(crossing[1:], nan=len(falls)), (0.16, 0.84))
             error = self._scale(0.5 * float(high - low)) - 1.0
-            found = not math.isnan(crossing[0])
-            scale = self._scale(lowest + float(crossing[0])) if found else math.nan
-            told.append((scale, error if found else math.nan))
-        (s10, error10), (s25, error25), (s50, error50) = told
+            reached = not math.isnan(crossing[0])
+            scale = self._scale(lowest + float(crossing[0])) if reached else math.nan
+            found.append((scale, error if reached else math.nan))
+        (s10, error10), (s25, error25), (s50, error50) = found
         return RobustMargin(s10, s25, s50, error10, error25, error50, self.responses)
 
 
 def _averaged(shares: Float) -> Float:
-    """Return means over the existing neighbours on either side, along the first axis."""
+    """Return means over up to AVERAGED neighbours on either side, along the first axis."""
     total = np.concatenate([np.zeros_like(shares[:1]), np.cumsum(shares, axis=0)])
     place = np.arange(len(shares))
     start, end = np.maximum(place - AVERAGED, 0), np.minimum(place + AVERAGED + 1, len(shares))
@@ -280,7 +289,7 @@ def _averaged(shares: Float) -> Float:
 
 
 def _crossing(shares: Float, share: float) -> Float:
-    """Locate where each column reaches a share, as the mean over shares near it; NaN if nowhere."""
+    """Return the mean place at which each column reaches shares near `share`; NaN if never."""
     levels = share + np.linspace(-_NEAR, _NEAR, _LEVELS)
     places = np.array([_first_place(shares, level) for level in levels])
     last: Float = np.nan_to_num(places, nan=len(shares) - 1.0).mean(axis=0)
@@ -288,7 +297,7 @@ def _crossing(shares: Float, share: float) -> Float:
 
 
 def _first_place(shares: Float, share: float) -> Float:
-    """Locate where each column first reaches a share, between its rows; NaN if nowhere."""
+    """Return the interpolated row at which each column first reaches a share; NaN if never."""
     reached = shares >= share
     first = reached.argmax(axis=0)
     column = np.arange(shares.shape[1])

@@ -1,4 +1,4 @@
-"""Multiples of a motion between which a frame may overturn."""
+"""Limits of the multiples of a motion that are searched for overturning."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from rockframe.units import GRAVITY
 
 #: Largest multiple of the motion at which overturning is searched [1].
 LARGEST_SCALE: Final = 10.0
-#: The ground may fall with nearly the acceleration of gravity [1].
+#: Largest downward acceleration of the ground that is allowed, as a share of gravity [1].
 _NEARLY: Final = 1.0 - 1e-9
 
 
 def largest_scale_of(ground: GroundAcceleration, largest_scale: float) -> float:
-    """Return where a search ends: before the vertical motion falls faster than gravity.
+    """Return the largest scale of a search, at which the ground falls more slowly than gravity.
 
     Parameters
     ----------
     ground : GroundAcceleration
         The motion.
     largest_scale : float
-        Where it ends if there is no vertical motion [1].
+        Largest scale if there is no vertical motion [1].
 
     Raises
     ------
@@ -40,7 +40,7 @@ def largest_scale_of(ground: GroundAcceleration, largest_scale: float) -> float:
 
 
 def least_scale_of(ground: GroundAcceleration, frame: RockingFrame) -> float:
-    """Return a scale below which the frame does not uplift; infinite if the ground is still."""
+    """Return a scale below which the frame cannot uplift; infinite if the ground is still."""
     powers = ground.time_step ** np.arange(ground.coefficients.shape[1])
     strongest = float((np.abs(ground.coefficients) * powers).sum(axis=1).max())
     tangent = frame.uplift_acceleration / GRAVITY

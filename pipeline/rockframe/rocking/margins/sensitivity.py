@@ -1,4 +1,4 @@
-"""Verdicts that small changes of the motion, the impacts, the sampling or the dimensions turn."""
+"""Small changes of motion, impacts, sampling or dimensions that change a verdict."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 Bool = NDArray[np.bool_]
 
-#: A verdict is undecided if it changes with the amplitude within this share of it [1].
+#: Largest relative change of the amplitude that is tried [1].
 AMPLITUDE_PERTURBATION: Final = 0.01
-#: A verdict is undecided if it changes with the velocity ratio of impacts within this share [1].
+#: Largest relative change of the velocity ratio of impacts that is tried [1].
 RESTITUTION_PERTURBATION: Final = 0.01
-#: Number of values of both that are tried on either side, beside the edges that are known.
+#: Number of values tried above the stated amplitude or velocity ratio, and the same number below.
 _VALUES: Final = 10
-#: Number of them where less than 1 + AMPLITUDE_PERTURBATION is known to overturn: there some
-#: twentieth of the scales may stand, one here and one there.
+#: Number of amplitudes tried on either side if an amplitude below 1 + AMPLITUDE_PERTURBATION is
+#: known to overturn the frame: near it, scattered scales that stand may be as few as 1 in 20.
 _AMPLITUDES: Final = 50
 
-#: Half the length [samples] and the shape of the window of the interpolation between samples: up
-#: to 0.9 of the highest frequency that is sampled it is exact to 1e-4.
+#: Half length [samples] and shape parameter of the Kaiser window of the interpolation. Its error
+#: is at most 1e-4 up to 0.9 of the Nyquist frequency.
 _TAPS: Final = 32
 _KAISER: Final = 8.0
 
@@ -62,7 +62,7 @@ def sensitivities(
     grounds, frames : sequence
         Ground motions and frames.
     ground, frame : array of int, shape (lines,)
-        Indices of the ground motion and the frame of each line.
+        Indices of the ground motion and the frame of each pair (line).
     intervals : sequence of array, shape (intervals, 2)
         Known intervals of scales in which each line overturns.
     largest : array, shape (lines,)
@@ -73,31 +73,31 @@ def sensitivities(
     Returns
     -------
     list of Sensitivity
-        One of each line, with the flags of the perturbations that change its verdict. AMPLITUDE:
-        some scales within 1 % of 1. RESTITUTION: some sqrt(r) within 1 % of the stated one and at
-        most that of eq (43). SAMPLING: the record sampled twice as finely, by band-limited
-        interpolation. DIMENSIONS: the robust margin contradicts the verdict.
+        For each line, the flags of the perturbations that change its verdict. AMPLITUDE: a scale
+        within 1 % of 1. RESTITUTION: a velocity ratio sqrt(r) within 1 % of the stated one and not
+        above eq (43). SAMPLING: the record, sampled twice as finely by band-limited interpolation.
+        DIMENSIONS: the robust margin contradicts the verdict.
     """
     once = np.ones(ground.size)
-    as_it_is = _overturns(grounds, frames, ground, frame, once)
+    unperturbed = _overturns(grounds, frames, ground, frame, once)
     finer = _overturns([resampled(one) for one in grounds], frames, ground, frame, once)
     line, near = _amplitudes(intervals, largest)
-    scaled = _overturns(grounds, frames, ground[line], frame[line], near)
+    rescaled = _overturns(grounds, frames, ground[line], frame[line], near)
     others = [_with_other_impacts(one) for one in frames]
     count = np.array([len(each) for each in others])
     start = np.cumsum(count) - count
     place = np.concatenate([np.arange(count[k]) + start[k] for k in frame.tolist()])
     of = np.repeat(np.arange(ground.size), count[frame])
-    duller = _overturns(grounds, [*chain(*others)], ground[of], place, np.ones(of.size))
+    other_impacts = _overturns(grounds, [*chain(*others)], ground[of], place, np.ones(of.size))
     changed = {
         Sensitivity.AMPLITUDE: np.array([_splits(found) for found in intervals], dtype=bool)
-        | _differ(scaled, as_it_is, line),
-        Sensitivity.RESTITUTION: _differ(duller, as_it_is, of),
-        Sensitivity.SAMPLING: finer != as_it_is,
+        | _differ(rescaled, unperturbed, line),
+        Sensitivity.RESTITUTION: _differ(other_impacts, unperturbed, of),
+        Sensitivity.SAMPLING: finer != unperturbed,
         Sensitivity.DIMENSIONS: np.array(
             [
                 one is not None and one.contradicts(overturns)
-                for one, overturns in zip(robust, as_it_is.tolist(), strict=True)
+                for one, overturns in zip(robust, unperturbed.tolist(), strict=True)
             ]
         ),
     }
@@ -108,7 +108,7 @@ def sensitivities(
 
 
 def _amplitudes(intervals: Sequence[Float], largest: Float) -> tuple[Int, Float]:
-    """Lines and the scales near 1 that are tried for each."""
+    """Return the scales near 1 that are tried, and the line of each."""
     known = [each.size > 0 and each[0, 0] <= 1.0 + AMPLITUDE_PERTURBATION for each in intervals]
     steps = [_steps(_AMPLITUDES if one else _VALUES) for one in known]
     line = np.repeat(np.arange(len(steps)), [each.size for each in steps])
@@ -119,9 +119,9 @@ def _steps(values: int) -> Float:
     return np.arange(-values, values + 1) / values
 
 
-def _differ(overturns: Bool, as_it_is: Bool, line: Int) -> Bool:
-    """Mark lines with scenarios that do not end as the motion and frame themselves do."""
-    counts = np.bincount(line[overturns != as_it_is[line]], minlength=as_it_is.size)
+def _differ(overturns: Bool, unperturbed: Bool, line: Int) -> Bool:
+    """Return which lines have a perturbed scenario whose outcome differs from the unperturbed."""
+    counts = np.bincount(line[overturns != unperturbed[line]], minlength=unperturbed.size)
     return np.asarray(counts > 0)
 
 
@@ -137,14 +137,14 @@ def _overturns(
 
 
 def _splits(intervals: Float) -> bool:
-    """Say if some of the scales near 1 are within an interval, and some are not."""
+    """Return True if some of the scales near 1 are within an interval and others are not."""
     low, high = 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION
     near = intervals[(intervals[:, 0] <= high) & ~(intervals[:, 1] < low)]
     return len(near) > 0 and not (len(near) == 1 and near[0, 0] <= low and not near[0, 1] < high)
 
 
 def _with_other_impacts(frame: RockingFrame) -> list[RockingFrame]:
-    """Frames whose velocity ratio of impacts is within 1 %, and at most that of eq (43)."""
+    """Return frames with velocity ratios within 1 % of the frame's and not above eq (43)."""
     factors = frame.restitution_factor * (1.0 + RESTITUTION_PERTURBATION * _steps(_VALUES))
     return [
         replace(frame, restitution_factor=factor)
@@ -153,12 +153,12 @@ def _with_other_impacts(frame: RockingFrame) -> list[RockingFrame]:
 
 
 def resampled(ground: GroundAcceleration) -> GroundAcceleration:
-    """Return a record sampled twice as finely; a continuous function is returned as it is.
+    """Return a sampled motion with half the time step; return a continuous motion unchanged.
 
     Parameters
     ----------
     ground : GroundAcceleration
-        Straight lines between samples, or polynomials of higher degree.
+        The motion. Only a piecewise linear one is resampled.
 
     Examples
     --------
@@ -184,7 +184,7 @@ def resampled(ground: GroundAcceleration) -> GroundAcceleration:
 
 
 def _interleaved(samples: Float) -> Float:
-    """Samples and what lies half-way between them, by the sampling theorem with a Kaiser window."""
+    """Return samples and values half-way between them, by Kaiser-windowed sinc interpolation."""
     distance = np.arange(-_TAPS, _TAPS) + 0.5
     window = np.i0(_KAISER * np.sqrt(1.0 - (distance / _TAPS) ** 2)) / np.i0(_KAISER)
     weights = np.sinc(distance) * window

@@ -1,9 +1,9 @@
-"""The search for the first overturning of one frame on one ground, over the scale of the motion.
+"""Search over the scale of a motion for the first overturning of one frame.
 
-Below the scale from which on a frame overturns for good there may be slivers, where it overturns
-within a ten-thousandth of the scale or less. They lie where the response is irregular: where an
-excursion that comes near the separatrix at one scale has no counterpart at the next. Only there
-the scales are sampled densely.
+A frame may overturn in slivers: intervals of scale no wider than 1e-4 of the scale, with safe
+scales on both sides. Slivers occur where the response is irregular: an excursion that comes near
+the separatrix at one sampled scale has no counterpart at the next. Only there are the scales
+sampled densely.
 """
 
 from __future__ import annotations
@@ -21,21 +21,22 @@ from rockframe.rocking.kernels.excursions import compare
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-#: All scales that are sampled are powers of exp of this, times the least at which a frame uplifts.
+#: All sampled scales are on a lattice: place k is the least scale times exp(k * _LATTICE_STEP).
 _LATTICE_STEP: Final = 1e-4
-#: Steps of the lattice in which rocking is looked for, the least |theta| / alpha that it is, and
-#: how many of these steps below it the search begins.
+#: The search first looks for rocking, a peak |theta| / alpha above `_ROCKS`, in steps of `_OUTSET`
+#: places. It then samples from `_BELOW` of these steps below the first place that rocks.
 _OUTSET: Final = 256
 _ROCKS: Final = 0.1
 _BELOW: Final = 6
-#: Steps of the lattice between the scales that are sampled whatever the response: below the first
-#: that overturns, and above it.
+#: Places between the scales that are sampled in any case: up to the first that overturns, and
+#: above it.
 _COARSE: Final = 64
 _COARSE_STEPS_ABOVE: Final = 256
-#: At each level the intervals that are so many steps wide are halved if an excursion without a
-#: counterpart begins near the separatrix: above the first distance [alpha] in one of so many
-#: neighbours on either side, or above the second in one of so few. Chosen on 860 pairs, 8 lattices
-#: each; `tests/benchmarks/margins.py` measures what is found.
+#: Levels of refinement: (width, (distance, neighbours), (distance, neighbours)). An interval of
+#: this width [places] is halved if an excursion without a counterpart, in it or in one of the given
+#: number of intervals on either side, begins above the distance [alpha] from the separatrix. One
+#: of the two conditions is enough. The values were chosen on 860 pairs, 8 lattices each;
+#: `tests/benchmarks/margins.py` measures which share of the slivers is found.
 _LEVELS: Final = (
     (64, (-0.05, 36), (-0.18, 1)),
     (32, (-0.15, 44), (-0.20, 1)),
@@ -44,45 +45,47 @@ _LEVELS: Final = (
     (4, (-0.22, 22), (-0.35, 0)),
     (2, (0.00, 1), (-0.18, 0)),
 )
-#: Excursions of a response that are compared; more of them change nothing.
+#: Number of excursions of each response that are compared; more do not change the result.
 KEPT: Final = 12
-#: Counterparts are on one side, begin within this time times p_hat [1] of each other, and differ by
-#: less than this in their distance [alpha].
+#: Two excursions are counterparts if they are on the same side, begin within `_SAME_TIME` / p_hat
+#: of each other [s], and their distances from the separatrix differ by less than `_SAME_DISTANCE`
+#: [alpha].
 _SAME_TIME: Final = 0.2
 _SAME_DISTANCE: Final = 0.12
-#: The critical scale is bisected until it is known to this share of itself [1].
+#: Relative tolerance of the critical scale [1].
 EDGE_TOLERANCE: Final = 1e-6
-#: The interval's other end is known to this share of the interval's width.
+#: Tolerance of the interval's upper end, as a share of the interval's width [1].
 _WIDTH_TOLERANCE: Final = 0.01
-#: Scales that are sampled between the first overturning and where it prevails.
+#: Number of scales sampled between the first overturning and the scale from which it prevails.
 _BETWEEN: Final = 32
-#: Coarse scales are tried in groups of so many, until one overturns.
+#: Number of coarse scales that are computed at a time.
 _AT_A_TIME: Final = 16
+#: Number of parts into which bisection divides an interval.
 _PARTS: Final = 4
 
 
 @dataclass(frozen=True)
 class FirstOverturning:
-    """The first overturning that was found, and what is above it.
+    """The lowest interval of overturning that was found, and the outcome at larger scales.
 
     Parameters
     ----------
     lower, upper : float
-        Ends of the interval of scales that overturn [1]: both overturn. NaN if none was found;
-        `upper` is the largest scale if the interval goes on to it.
+        Ends of the interval of scales that overturn [1]. The frame overturns at both ends. NaN if
+        no interval was found. `upper` is the largest scale if the interval reaches it.
     prevails_from : float
-        Least scale above which more than half of the scales overturn, up to any larger scale [1];
-        NaN if there is none.
+        Least scale from which overturning prevails: of the scales from it up to any larger scale,
+        more than half overturn [1]. NaN if there is none.
     share_before : float
-        Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if there is
-        nothing between them.
+        Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if the two
+        are equal.
     islands : tuple of (float, float)
-        Scales above `lower` between which the frame stands, as far as samples 0.64 to 2.56 % apart
-        show them.
+        Intervals of scale above `lower` in which the frame stands [1], found from samples 0.64 to
+        2.56 % apart.
     standing_share : float
-        Share of the scales above `lower` at which it stands, up to the largest [1].
+        Share of the scales from `lower` to the largest at which the frame stands [1].
     responses : int
-        Responses that were computed.
+        Number of responses that were computed.
     """
 
     lower: float
@@ -96,7 +99,7 @@ class FirstOverturning:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Responses of one line at places of its lattice, in ascending order."""
+    """Outcomes at places of the lattice, in ascending order."""
 
     place: Int
     fallen: NDArray[np.bool_]
@@ -115,14 +118,14 @@ class _Samples:
         ).take(np.unique(place, return_index=True)[1])
 
 
-#: What a search asks for: scales; and what it is answered: verdicts, peaks, excursions.
+#: A search yields scales, and is sent the verdicts, peaks and excursions of the frame at them.
 Answer: TypeAlias = tuple[NDArray[np.bool_], Float, Float]
 Asking: TypeAlias = Generator[Float, Answer, "FirstOverturning"]
 
 
 @dataclass(eq=False)
 class SliverSearch:
-    """A search that yields scales and is sent the outcomes of the frame at them.
+    """A search that yields scales and is sent the outcomes at them.
 
     Parameters
     ----------
@@ -150,7 +153,7 @@ class SliverSearch:
         return _Samples(place, fallen, excursions)
 
     def search(self) -> Asking:
-        """Sample coarsely, then more and more finely where slivers may be; bisect; look above."""
+        """Sample coarsely, refine where slivers may be, bisect the first, sample above it."""
         span = math.log(self.largest / self.least) if self.least < self.largest else -1.0
         last = math.ceil(span / _LATTICE_STEP)
         samples = yield from self._coarse(last)
@@ -175,7 +178,7 @@ class SliverSearch:
         return FirstOverturning(nan, nan, nan, nan, (), nan, self.responses)
 
     def _coarse(self, last: int) -> Generator[Float, Answer, _Samples | None]:
-        """Sample coarsely from where the frame begins to rock to the first that overturns."""
+        """Sample coarsely from where the frame begins to rock to the first scale that overturns."""
         start = None
         for places in _portions(np.arange(0, last + 1, _OUTSET)):
             _, peaks, _ = yield from self._at(self._scales(places))
@@ -193,7 +196,7 @@ class SliverSearch:
         return samples
 
     def _irregular(self, samples: _Samples, width: int, *limits: tuple[float, int]) -> Int:
-        """Middles of the intervals of a width in which, or near which, slivers may be."""
+        """Return the middles of the intervals of a width that may contain slivers."""
         if samples.fallen.any():
             samples = samples.take(np.arange(int(np.argmax(samples.fallen)) + 1))
         single, paired = np.full((2, samples.place.size - 1), -np.inf)
@@ -209,7 +212,7 @@ class SliverSearch:
         return middles
 
     def _edges(self, samples: _Samples) -> Generator[Float, Answer, tuple[float, float]]:
-        """Bisect both ends of the first interval."""
+        """Bisect both ends of the first interval that overturns."""
         scales = self._scales(samples.place)
         first = int(np.argmax(samples.fallen))
         stands, falls = float(scales[first - 1]), float(scales[first])
@@ -224,7 +227,7 @@ class SliverSearch:
     def _edge(
         self, stands: float, falls: float, tolerance: float
     ) -> Generator[Float, Answer, float]:
-        """Return where an interval ends that overturns, known to a tolerance."""
+        """Bisect one end of an interval to a tolerance; return the scale that overturns."""
         while abs(falls - stands) > tolerance:
             stands, falls = yield from self._divided(stands, falls)
         return falls
@@ -232,7 +235,10 @@ class SliverSearch:
     def _divided(
         self, stands: float, falls: float
     ) -> Generator[Float, Answer, tuple[float, float]]:
-        """Divide the interval from a standing to an overturning scale; return the lowest flip."""
+        """Divide the interval between a standing and an overturning scale; return one part.
+
+        Of the parts whose ends differ in outcome, the one at the lowest scales is returned.
+        """
         shares = np.arange(_PARTS + 1) / _PARTS
         within = (1.0 - shares) * stands + shares * falls
         fallen, _, _ = yield from self._at(within[1:-1])
@@ -244,12 +250,12 @@ class SliverSearch:
     def _above(
         self, even: _Samples, lower: float, upper: float
     ) -> Generator[Float, Answer, FirstOverturning]:
-        """Tell how the frame fares above the first overturning."""
+        """Summarise the outcomes above the first interval of overturning."""
         scales = self._scales(even.place)
         here = scales > upper
         scales = np.concatenate([[lower, upper], scales[here], [self.largest]])
         fallen = np.concatenate([[True, True], even.fallen[here]])
-        # each sample stands for the scales from it to the next one
+        # each sample represents the scales from itself to the next sample
         lengths = np.diff(np.log(scales))
         span = float(lengths.sum())
         prevails = _prevails(fallen, lengths)
@@ -277,7 +283,7 @@ def _portions(places: Int) -> list[Int]:
 
 
 def _prevails(fallen: NDArray[np.bool_], lengths: Float) -> int | None:
-    """Return from which sample on more than half of any length overturns."""
+    """Return the sample from which overturning prevails (see `FirstOverturning`), or None."""
     balance = np.where(fallen, lengths, -lengths)
     worst, found = 0.0, None
     for k in range(balance.size - 1, -1, -1):
@@ -288,10 +294,10 @@ def _prevails(fallen: NDArray[np.bool_], lengths: Float) -> int | None:
 
 
 def _islands(scales: Float, fallen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """Runs of samples that stand; their ends are half-way to the next that overturn."""
+    """Return runs of samples that stand; they end half-way to the next sample that overturns."""
     changes = np.flatnonzero(fallen[1:] != fallen[:-1]) + 1
     ends = np.sqrt(scales[changes - 1] * scales[changes])
     if changes.size and changes[0] == 2:
-        ends[0] = scales[1]  # where the first interval ends is known
+        ends[0] = scales[1]  # the upper end of the first interval was bisected
     ends = np.append(ends, scales[-1])[: 2 * ((changes.size + 1) // 2)]
     return tuple((float(a), float(b)) for a, b in ends.reshape(-1, 2))

@@ -1,4 +1,4 @@
-"""Scales of a motion at which a frame overturns: the strips of figures and pages."""
+"""Intervals of scale at which a frame overturns, drawn as strips in figures and pages."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ class Strip:
     Parameters
     ----------
     overturning : tuple of (float, float)
-        Intervals of scales found to overturn it [1], increasing.
+        Intervals of scale that were found to overturn the frame [1], increasing.
     largest_scale : float
         Largest scale that was searched [1].
     robust : tuple of float
-        Scales at which 10, 25 and 50 % of the ensemble overturn [1], NaN if they do at none; empty
-        if they were not asked for.
+        Scales at which 10, 25 and 50 % of the ensemble overturn [1]; NaN if that share never
+        overturns. Empty if robust margins were not requested.
     """
 
     overturning: tuple[tuple[float, float], ...]
@@ -48,7 +48,7 @@ def strip_of(
     islands: Iterable[tuple[float, float]],
     robust: tuple[float, ...] = (),
 ) -> Strip:
-    """Return the scales that overturn: above the critical scale (NaN if none), without islands.
+    """Return the strip of a critical scale (NaN if none was found) and the islands above it.
 
     Examples
     --------
