@@ -211,7 +211,7 @@ def test_a_rotated_pair_finds_its_vertical() -> None:
 @pytest.mark.parametrize(
     ("stated", "words"),
     [
-        ({"azimuth_degree": 1.0, "strike_degree": 2.0}, "both stated. Must be one of them"),
+        ({"azimuth_degree": 1.0, "strike_degree": 2.0}, "both stated. State only one of them"),
         ({"azimuth_degree": math.inf}, "azimuth_degree inf. Must be a finite number"),
     ],
 )

@@ -162,4 +162,4 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         main([*words, "--azimuth", "nan"])
     assert capsys.readouterr().err.count("\n") == 1
     assert main([*words, "--azimuth", "1", "--strike", "2"]) == 2
-    assert "Must be one of them" in capsys.readouterr().err
+    assert "State only one of them" in capsys.readouterr().err

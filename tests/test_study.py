@@ -63,7 +63,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
         ("1.6", "10.0", r"Invalid slenderness 46.17 degrees .* Must be below 45.56 degrees"),
         ('"bent"', '"a bent"', r":3: name 'a bent'. Must be 1 to 64 letters"),
         ('"bent"', "7", r":3: name 7. Must be text"),
-        ("[[structure]]", "[structure]", r":2: no \[\[structure\]\] table. Must hold one or more"),
+        ("[[structure]]", "[structure]", r":2: no \[\[structure\]\] table. State at least one"),
         ("[[structure]]", "[[structures]]", r":2: unknown key 'structures'. Must be one of"),
         ("[[structure]]", "x = 3\n[[structure]]", r":2: unknown key 'x'. Must be one of"),
         ("9.6", "9.6.1", r"is not TOML"),
@@ -106,7 +106,7 @@ def test_a_name_stated_twice_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["structure = []", "", "structure = 3"])
 def test_no_structure_at_all_is_refused(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InputError, match=r"no \[\[structure\]\] table. Must hold one or more"):
+    with pytest.raises(InputError, match=r"no \[\[structure\]\] table. State at least one"):
         read_structures(written(tmp_path, text))
 
 

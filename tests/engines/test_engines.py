@@ -176,7 +176,7 @@ def test_one_worker_is_this_process() -> None:
 
 
 def test_workers_and_scheduler_exclude_each_other() -> None:
-    with pytest.raises(ParameterError, match="--workers given with --scheduler"):
+    with pytest.raises(ParameterError, match="--workers and --scheduler both given"):
         choose_engine(2, "tcp://localhost:8786")
 
 

@@ -1,1 +1,1 @@
-"""Batches of work in one process, in a pool of them, or on a Dask cluster: the same results."""
+"""Compute batches in one process, in a pool of processes, or on a Dask cluster."""

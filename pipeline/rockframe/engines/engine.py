@@ -1,4 +1,4 @@
-"""Engines: where batches are computed. What comes out is the same, bit for bit."""
+"""Engines, which compute batches; all of them give the same results, bit for bit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Batch = TypeVar("Batch")
 Result = TypeVar("Result")
 Submitted = TypeVar("Submitted")
 
-#: What the start of a pool costs: Python, numba and the compiled kernels in each worker [s].
+#: Time that a pool needs to start: Python, numba and compiled kernels in each worker [s].
 _START: Final = 2.0
 
 
@@ -48,18 +48,18 @@ def in_order(
 def serve(
     function: Callable[..., Result], batches: Iterable[Any], workers: int, first: int = 1
 ) -> Generator[Result, None, None]:
-    """Call a function in worker processes, and give its results in the order of the batches.
+    """Call a function in worker processes, and yield its results in the order of the batches.
 
     Parameters
     ----------
     function : callable
-        Of a module that the workers can import.
+        A function of a module that the workers can import.
     batches : iterable
-        Taken as they are needed.
+        Taken one by one, when a worker needs the next.
     workers : int
-        Processes, 1 or more.
+        Number of processes, 1 or more.
     first : int
-        Number of the first batch, for errors.
+        Number of the first batch, for error messages.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def serve(
     EngineError
         If a batch kills its workers.
     RuntimeError
-        If the function raises anything else: with the worker's traceback.
+        If the function raises anything else; the message contains the worker's traceback.
 
     Examples
     --------
@@ -87,23 +87,23 @@ def serve(
                     raise RuntimeError(failed) from None
                 raise EngineError(
                     f"batch {number} ended its worker {ATTEMPTS} times (the last: {death.how}). "
-                    "Must leave it running: is there memory for so many workers?"
+                    "Check that there is enough memory, or use fewer workers."
                 ) from None
 
 
 class Engine(ABC):
-    """Computes batches: one of `OneProcess`, `ProcessPool`, `DaskScheduler`."""
+    """Base class of `OneProcess`, `ProcessPool` and `DaskScheduler`."""
 
     @abstractmethod
     def map(
         self, function: Callable[[Batch], Result], batches: Iterable[Batch]
     ) -> Generator[Result, None, None]:
-        """Give the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the batches."""
 
 
 @dataclass(frozen=True)
 class OneProcess(Engine):
-    """The process that asks.
+    """The current process.
 
     Examples
     --------
@@ -114,25 +114,24 @@ class OneProcess(Engine):
     def map(
         self, function: Callable[[Batch], Result], batches: Iterable[Batch]
     ) -> Generator[Result, None, None]:
-        """Give the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the batches."""
         for batch in batches:
             yield function(batch)
 
 
 @dataclass(frozen=True)
 class ProcessPool(Engine):
-    """Worker processes of one thread each, started when there is enough to do for them.
+    """Worker processes of one thread each, started only if there is enough work.
 
-    A worker that is killed costs its batch, which another one repeats; the death of this process
-    ends them.
+    If a worker is killed, another worker repeats its batch. The workers end with this process.
 
     Parameters
     ----------
     workers : int, optional
-        Processes; by default one for each core that this process may use.
+        Number of processes; by default one for each core that this process may use.
     patience : float
-        So long this process computes by itself before it starts the others [s]; by default as long
-        as their start takes.
+        Time that this process computes alone before it starts workers [s]; by default the time that
+        their start takes.
 
     Raises
     ------
@@ -155,7 +154,7 @@ class ProcessPool(Engine):
     def map(
         self, function: Callable[[Batch], Result], batches: Iterable[Batch]
     ) -> Generator[Result, None, None]:
-        """Give the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the batches."""
         workers = cores() if self.workers is None else self.workers
         total = len(batches) if isinstance(batches, Sized) else None
         rest, spent, done = iter(batches), 0.0, 0
@@ -180,17 +179,17 @@ class ProcessPool(Engine):
 def map_batches(
     function: Callable[[Batch], Result], batches: Iterable[Batch], *, engine: Engine | None = None
 ) -> Generator[Result, None, None]:
-    """Call a function on each batch, and give its results in the order of the batches.
+    """Call a function on each batch, and yield its results in the order of the batches.
 
-    Batches are taken, and results kept, a few at a time: memory does not grow with their number.
+    Only a few batches and results are kept at a time, so memory does not grow with their number.
 
     Parameters
     ----------
     function : callable
-        Of the top level of a module that every worker can import. Batches and results can be
-        pickled. It opens no netCDF file: a Dask worker may run several threads.
+        A top-level function of a module that every worker can import. Batches and results can be
+        pickled. The function opens no netCDF file, because a Dask worker may run several threads.
     batches : iterable
-        Each worth about 0.1 to 1 s; of a list it is known how much is left to do.
+        Batches of about 0.1 to 1 s each. For a list, the engine knows how much work is left.
     engine : Engine, optional
         By default a `ProcessPool`.
 
@@ -199,7 +198,7 @@ def map_batches(
     RockframeError
         If the function raises one.
     EngineError
-        If a batch kills its workers again and again, or the scheduler is not there.
+        If a batch kills its workers repeatedly, or the scheduler cannot be reached.
 
     Examples
     --------

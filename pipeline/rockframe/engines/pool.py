@@ -20,7 +20,7 @@ from rockframe.errors import ParameterError
 T = TypeVar("T")
 P = ParamSpec("P")
 
-#: How a reply of a worker begins: a further value, the end, a `RockframeError`, a traceback.
+#: First item of a worker's reply: a further value, the end, a `RockframeError`, a traceback.
 VALUE: Final = 0
 DONE: Final = 1
 REFUSED: Final = 2
@@ -29,10 +29,10 @@ FAILED: Final = 3
 OUT_OF_MEMORY: Final = 86
 _MEGABYTE: Final = 1 << 20
 _KILLED: Final = -getattr(signal, "SIGKILL", 9)
-#: Number of attempts at a call whose worker dies: the call may not be the cause.
+#: Number of attempts at a call whose worker dies: the cause may lie outside the call.
 ATTEMPTS: Final = 3
 _LONGEST_REASON: Final = 200
-#: The pool is the parallel part; threads of libraries below it would only fight for the cores.
+#: Each worker uses one thread: more threads in libraries would only compete for the cores.
 _ONE_THREAD: Final = {
     "NUMBA_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -93,13 +93,13 @@ class WorkerDiedError(Exception):
 
     @property
     def how(self) -> str:
-        """Return how the process ended, in words."""
+        """Return a description of how the process ended."""
         if self.status < 0:
             return f"signal {-self.status}, {signal.strsignal(-self.status)}"
         return f"exit status {self.status}"
 
     def reason(self, limits: Limits) -> str:
-        """Return the cause in words, for a call that reads a file."""
+        """Return a description of the cause, for a call that reads a file."""
         if self.status == -getattr(signal, "SIGALRM", 0):
             return f"timed out after {limits.seconds:g} s while reading."
         if self.status == OUT_OF_MEMORY:
@@ -111,7 +111,7 @@ class WorkerDiedError(Exception):
 class WorkerPool(Executor):
     """An executor of worker processes; a call whose worker is killed is repeated in a new one.
 
-    The death of this process ends the workers, however it dies.
+    The workers end when this process ends, even if it is killed.
 
     Parameters
     ----------
@@ -139,8 +139,8 @@ class WorkerPool(Executor):
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Schedule a call; function, arguments and results can be pickled.
 
-        The future raises a `RockframeError` of the function as it is, and `WorkerDiedError` if
-        the function raises anything else, or the worker ends otherwise.
+        If the function raises a `RockframeError`, the future raises the same error. If the function
+        raises anything else, or the worker ends early, the future raises `WorkerDiedError`.
         """
         return self._threads.submit(self._call, partial(fn, *args, **kwargs))
 
@@ -158,7 +158,7 @@ class WorkerPool(Executor):
             self._idle.put(worker)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers; with `cancel_futures` also those that are at work."""
+        """End the workers; with `cancel_futures` also those that are busy."""
         self._threads.shutdown(wait=wait and not cancel_futures, cancel_futures=cancel_futures)
         for worker in self._team:
             worker.close()
@@ -178,11 +178,11 @@ class _Worker:
         self._process: subprocess.Popen[bytes] | None = None
 
     def may_repeat(self, death: WorkerDiedError) -> bool:
-        """Return True if a call may not be the cause of a death; of files only a kill."""
+        """Return True if the cause may lie outside the call; when reading files, only a kill."""
         return death.status == _KILLED if self._limits else not death.said
 
     def call(self, function: partial[Any]) -> Any:
-        """Return the result of a call, or with limits the list of its values."""
+        """Return the result of a call; with limits, the list of its values."""
         process, values = self._started(), list[Any]()
         if process.stdin is None or process.stdout is None:
             raise WorkerDiedError(_KILLED)
@@ -221,13 +221,13 @@ class _Worker:
                 limits = self._limits
                 words = [] if limits is None else [str(limits.seconds), str(limits.memory)]
                 self._process = subprocess.Popen(
-                    # -P: a module of the user's folder must not stand in for one of Python's.
+                    # -P: a module in the user's folder must not replace a standard module.
                     [sys.executable, "-P", "-m", "rockframe.engines.worker", *words],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=None if limits is None else subprocess.DEVNULL,
                     env={**os.environ, **_ONE_THREAD},
-                    # Ctrl-C is for the parent, which ends its workers.
+                    # The parent handles Ctrl-C and ends its workers.
                     process_group=0,
                     creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
                 )

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 Batch = TypeVar("Batch")
 Result = TypeVar("Result")
 
-#: So long a scheduler may take to answer, and to have a worker, when work begins [s].
+#: Longest wait for a scheduler to answer, and to have a worker, when work begins [s].
 _PATIENCE: Final = 5.0
-#: How often a scheduler is asked, during a wait for a result, whether it has workers [s].
+#: Interval at which the client checks, while it waits, that the scheduler has workers [s].
 _PAUSE: Final = 1.0
 #: Batches that the cluster holds at a time, for each of its threads.
 _AHEAD: Final = 2
@@ -37,15 +37,15 @@ class DaskScheduler(Engine):
     Parameters
     ----------
     address : str
-        As ``dask scheduler`` prints it: ``tcp://10.0.0.1:8786``.
+        The address that ``dask scheduler`` prints: ``tcp://10.0.0.1:8786``.
     patience : float
         Longest time without any worker, once work has begun [s]: a cluster may replace its workers.
 
     Raises
     ------
     EngineError
-        From `map`: if Dask is not installed, nothing answers there, it has no workers or loses
-        them all, or they run another version of this package.
+        From `map`: if Dask is not installed, the address does not answer, the cluster has no
+        workers or loses all of them, or a worker runs another version of this package.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class DaskScheduler(Engine):
         """Give the results of a function in the order of the batches."""
         with _connected(self.address) as client:
             ahead = _AHEAD * _threads(client, self.address)
-            # pure: equal batches would share one result, at the price of hashing each
+            # with pure=True Dask would hash every batch, to share results of equal batches
             submit = partial(client.submit, function, pure=False)
             for number, future in enumerate(in_order(submit, ((b,) for b in batches), ahead), 1):
                 yield self._result(client, number, future)
@@ -77,14 +77,14 @@ class DaskScheduler(Engine):
             return future.result()
         except KilledWorker as error:
             raise EngineError(
-                f"batch {number} ended its worker at {self.address} again and again ({error}). "
-                "Must leave it running."
+                f"batch {number} ended its worker at {self.address} repeatedly ({error}). "
+                "Check the memory of the workers."
             ) from None
         except CancelledError:
             raise self._lost() from None
 
     def _wait(self, client: Client, future: Any) -> None:
-        """Wait for a result as long as there are workers: Dask would wait for others for ever."""
+        """Wait for a result while there are workers; without workers Dask would wait for ever."""
         seen = monotonic()
         while not future.done():
             try:
@@ -105,7 +105,7 @@ class DaskScheduler(Engine):
             raise self._lost() from None
 
     def _lost(self) -> EngineError:
-        return EngineError(f"{self.address}: scheduler lost. Must stay until the end.")
+        return EngineError(f"{self.address}: lost the connection to the scheduler before the end.")
 
 
 def _connected(address: str) -> Client:
@@ -125,7 +125,7 @@ def _connected(address: str) -> Client:
 
 
 def _require_listening(address: str) -> None:
-    """Refuse an address where nothing listens at once: Dask would try again for seconds."""
+    """Reject an address without a server at once; Dask would retry for seconds."""
     try:
         parts = urlsplit(address)
         host, port = parts.hostname, parts.port
@@ -145,12 +145,12 @@ def _threads(client: Client, address: str) -> int:
     try:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:
-        raise EngineError(f"scheduler {address} has no workers. Must have one or more.") from None
+        raise EngineError(f"scheduler {address} has no workers. Start at least one.") from None
     for worker, found in client.run(_code_of_worker).items():
         if found != source_code_hash():
             raise EngineError(
-                f"Dask worker {worker} runs another version of rockframe. Must be the same, for "
-                "the same results."
+                f"Dask worker {worker} runs another version of rockframe. Install the same "
+                "version on all workers, for the same results."
             )
     threads: int = sum(client.nthreads().values())
     return max(1, threads)
@@ -161,14 +161,14 @@ def _code_of_worker() -> str:
 
 
 def choose_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return the engine that the options of a command state.
+    """Return the engine for the options of a command.
 
     Parameters
     ----------
     workers : int, optional
-        Processes: 1 is this one alone; by default one for each core.
+        Number of processes; 1 uses only this process; by default one for each core.
     scheduler : str, optional
-        Address of a Dask scheduler instead.
+        Address of a Dask scheduler to use instead of processes.
 
     Raises
     ------
@@ -184,6 +184,6 @@ def choose_engine(workers: int | None = None, scheduler: str | None = None) -> E
     """
     if scheduler is not None:
         if workers is not None:
-            raise ParameterError("--workers given with --scheduler. Must be one of them.")
+            raise ParameterError("--workers and --scheduler both given. State only one of them.")
         return DaskScheduler(scheduler)
     return OneProcess() if workers == 1 else ProcessPool(workers)

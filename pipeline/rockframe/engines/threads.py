@@ -11,14 +11,14 @@ from typing import Final, TypeVar
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 
-#: What pools, Dask's nannies and Snakemake state for each of their processes, and users do for one.
+#: Variable by which pools, Dask, Snakemake and users limit the threads of a process.
 _STATED: Final = "OMP_NUM_THREADS"
-#: What a thread of `on_threads` knows of itself.
+#: Marks the threads of `on_threads`.
 _OF_THREAD: Final = threading.local()
 
 
 def cores() -> int:
-    """Return how many cores this process may use.
+    """Return the number of cores that this process may use.
 
     Examples
     --------
@@ -30,10 +30,10 @@ def cores() -> int:
 
 
 def threads() -> int:
-    """Return how many threads may compute for the one that asks.
+    """Return the number of threads that the caller may use.
 
-    As many as ``OMP_NUM_THREADS`` says: 1 in the workers of a pool. Where it is not set, one for
-    each core. Within a thread of `on_threads` 1, for the cores are in use.
+    This is the value of ``OMP_NUM_THREADS``, which is 1 in the workers of a pool; if it is not set,
+    the number of cores. Within a thread of `on_threads` it is 1, because the cores are in use.
 
     Examples
     --------
@@ -47,14 +47,14 @@ def threads() -> int:
 
 
 def on_threads(function: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
-    """Call a function on each part, on as many threads as there may be.
+    """Call a function on each part, on the available threads.
 
     Parameters
     ----------
     function : callable
-        Releases Python's lock for most of its time, and changes nothing that others see.
+        Releases Python's global lock for most of its time, and has no side effects.
     parts : sequence
-        As many as `threads`, or more.
+        Arguments of the calls; to use all threads, at least `threads()` of them.
 
     Returns
     -------

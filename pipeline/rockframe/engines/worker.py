@@ -1,9 +1,9 @@
 """`python -m rockframe.engines.worker [SECONDS BYTES]`: calls for the pool that started it.
 
-Requests arrive on standard input, pickled twice. Replies are pairs: ``DONE`` and the result,
-``REFUSED`` and an error that the user can correct, or ``FAILED`` and the traceback of any other
-error. With limits, each value of the result is sent as ``VALUE`` first. The process ends when its
-input ends, even during a call: the system closes the input when the parent dies.
+Requests arrive on standard input; each is pickled twice. Replies are pairs: ``DONE`` and the
+result, ``REFUSED`` and an error that the user can correct, or ``FAILED`` and the traceback of any
+other error. With limits, each value of the result is sent as ``VALUE`` first. The process ends when
+its input ends, even during a call: the system closes the input when the parent dies.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def main() -> None:
     try:
         while True:
             call = pickle.loads(requests.get())  # noqa: S301 - from our own parent
-            if seconds and not limited:  # once all is imported
+            if seconds and not limited:  # after all imports, which take memory themselves
                 _limit_memory(int(sys.argv[2]))
                 limited = True
             _answer(call, reply, seconds)
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def _listen(source: BinaryIO, requests: SimpleQueue[bytes]) -> None:
-    """Take requests while the main thread computes, so that the parent's death is noticed."""
+    """Receive requests while the main thread computes, so that the parent's death is noticed."""
     while True:
         try:
             requests.put(pickle.load(source))  # noqa: S301 - from our own parent
@@ -82,7 +82,7 @@ def _answer(call: Callable[[], Any], reply: Callable[[int, object], None], secon
 
 
 def _set_alarm(seconds: float) -> None:
-    """Let the system end this process after some time, even within compiled code."""
+    """Let the system end this process after this time, even within compiled code."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)
 

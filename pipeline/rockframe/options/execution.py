@@ -24,8 +24,8 @@ class ExecutionOptions(Options):
     """Options of the processes or the cluster that compute a stage."""
 
     workers: Annotated[int, Field(ge=1, le=_MOST_WORKERS)] | None = None
-    """Largest number of processes that compute at once; by default one for each core. One alone
-    uses as many threads as OMP_NUM_THREADS says."""
+    """Largest number of processes that compute at once; by default one for each core. A single
+    process uses the number of threads that OMP_NUM_THREADS states."""
     scheduler: str | None = None
     """Compute on the Dask cluster of this scheduler instead, tcp://HOST:PORT (needs the extra
     `dask`)."""
@@ -43,15 +43,15 @@ class FigureOptions(Options):
 
     most: Annotated[int, Field(ge=0)] = 24
     """Largest number of figures of single records; 0 for no figures at all. If there are more
-    records, those under which a structure stands with the largest rotation are drawn."""
+    records, those with the largest rotations without overturning are drawn."""
 
 
 class ReportOptions(Options):
     """The page of the run."""
 
     histories: Annotated[int, Field(ge=1)] = 150
-    """Largest number of histories in the page. If there are more, those of structures that stand
-    with the largest rotation are chosen first."""
+    """Largest number of histories in the page. If there are more, the largest rotations without
+    overturning are chosen first."""
     rows: Annotated[int, Field(ge=1)] = 5000
     """Largest number of rows of the table in the page. If there are more, they are chosen in the
     same way; the counts still include all of them."""

@@ -18,12 +18,12 @@ _CODES: Final = re.compile(r"[A-Za-z0-9?*-]{1,8}(,[A-Za-z0-9?*-]{1,8})*")
 
 
 def utc(text: str) -> str:
-    """Return an ISO 8601 time in UTC with microseconds; a time without a zone is in UTC.
+    """Convert an ISO 8601 time to UTC, with microseconds; a time without a zone is already UTC.
 
     Raises
     ------
     ValueError
-        If it is not a time.
+        If the text is not an ISO 8601 time.
 
     Examples
     --------
@@ -79,8 +79,8 @@ class FetchOptions(Options):
     event: Annotated[str, Field(title="ID")] = ""
     """Event identifier of the service."""
     origin: Time | None = None
-    """Instead of an event identifier: origin time (UTC), such as 2019-07-06T03:19:53, with
-    latitude and longitude."""
+    """Origin time (UTC), such as 2019-07-06T03:19:53, with latitude and longitude; replaces the
+    event identifier."""
     latitude: Annotated[Degrees, Field(ge=-90.0, le=90.0)] | None = None
     """Latitude of the epicentre [degree], with origin."""
     longitude: Annotated[Degrees, Field(ge=-180.0, le=180.0)] | None = None
@@ -90,7 +90,7 @@ class FetchOptions(Options):
     event_name: str = ""
     """Name of the event, with origin."""
     start: Time | None = None
-    """Instead of an event: start of a time span (UTC)."""
+    """Start of a time span (UTC); replaces the event."""
     end: Time | None = None
     """End of the time span (UTC)."""
     network: Codes = "*"
@@ -104,13 +104,13 @@ class FetchOptions(Options):
     radius_km: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
     """Largest epicentral distance [km], along the WGS84 geodesic."""
     min_radius: Annotated[Degrees, Field(ge=0.0)] | None = None
-    """Instead of a radius in kilometres: least epicentral distance, in degrees of arc."""
+    """Smallest epicentral distance in degrees of arc; replaces the radius in kilometres."""
     max_radius: Annotated[Degrees, Field(ge=0.0)] | None = None
-    """Instead of a radius in kilometres: largest epicentral distance, in degrees of arc."""
+    """Largest epicentral distance in degrees of arc; replaces the radius in kilometres."""
     before: Seconds = 30.0
-    """Time before the origin time that is requested [s]."""
+    """Length of the requested records before the origin time [s]."""
     after: Seconds = 300.0
-    """Time after the origin time that is requested [s]."""
+    """Length of the requested records after the origin time [s]."""
     timeout: Positive = 120.0
     """Longest wait for one response [s]."""
 

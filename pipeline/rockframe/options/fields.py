@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from rockframe.options.model import VALUE
 from rockframe.units import ACCELERATION_UNITS, plain_units
 
-#: Largest number of values in a list; more are hardly intended.
+#: Largest number of values in a list; a longer list is probably a mistake.
 MOST_NUMBERS: Final = 2_000
 #: Limit of the ends of a span, so that values between them can be computed without overflow.
 _HUGE: Final = 1e300
@@ -43,7 +43,7 @@ def evenly(first: float, last: float, count: int) -> list[float]:
 
 
 def _listed(stated: Any) -> Any:
-    """Return the list that a table of ends and count describes; anything else unchanged."""
+    """Return the numbers described by a table of two ends and a count; other values unchanged."""
     if not isinstance(stated, dict):
         return stated.tolist() if hasattr(stated, "tolist") else stated
     match stated:
@@ -109,7 +109,7 @@ Numbers = Annotated[
         }
     ),
 ]
-#: The same for numbers that are zero or positive, and for positive numbers.
+#: `Numbers` that are all zero or positive, and `Numbers` that are all positive.
 NumbersFromZero = Annotated[Numbers, AfterValidator(_from_zero)]
 PositiveNumbers = Annotated[Numbers, AfterValidator(_above_zero)]
 
@@ -181,7 +181,7 @@ Wavelets = Annotated[
 ]
 #: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]
-#: Where a sensor was.
+#: Site of a sensor.
 Site = Literal["free-field", "structure", "borehole", "unknown"]
 #: Margins of verdicts: none, the first overturning, or also robust margins.
 Margins = Literal["none", "first", "robust"]

@@ -19,10 +19,11 @@ class IngestOptions(Options):
     """Acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2 (a file
     that states other units is rejected)."""
     time_step_s: Annotated[Positive | None, Field(examples=[0.01])] = None
-    """Time step of text files that do not state it [s] (a file that states another is rejected)."""
+    """Time step of text files that do not state it [s] (a file that states another time step is
+    rejected)."""
     column: Annotated[str | None, Field(examples=["acc_x"])] = None
     """Name or number of the column of acceleration in text files; by default the columns whose
-    names say so."""
+    names mean acceleration."""
     station_xml: Annotated[File | None, Field(examples=["station.xml"])] = None
     """StationXML of miniSEED and SAC files; by default every .xml file beside each file or in its
     archive."""
@@ -43,19 +44,20 @@ class IngestOptions(Options):
     azimuth_degree: Annotated[Finite | None, Field(examples=[30.0])] = None
     """Replace the two horizontals of each station by the motion toward this azimuth [degree]."""
     strike_degree: Annotated[Finite | None, Field(examples=[120.0])] = None
-    """Replace them by the motions normal and parallel to a fault of this strike [degree]."""
+    """Replace the two horizontals of each station by the motions normal and parallel to a fault of
+    this strike [degree]."""
 
     @model_validator(mode="after")
     def _one_rotation(self) -> Self:
         if self.azimuth_degree is not None and self.strike_degree is not None:
             raise PydanticCustomError(
-                RULE, "azimuth_degree and strike_degree both stated. Must be one of them"
+                RULE, "azimuth_degree and strike_degree both stated. State only one of them"
             )
         return self
 
     @property
     def azimuths(self) -> tuple[float, ...]:
-        """Azimuths of the rotated motions [degree], none if records stay as they are.
+        """Azimuths of the rotated motions [degree]; empty if records are not rotated.
 
         Examples
         --------
@@ -68,7 +70,7 @@ class IngestOptions(Options):
 
 
 class Filters(Options):
-    """Filters of records; a record for which a value is unknown is filtered out by its filter.
+    """Filters of records. A record whose value is unknown does not pass a filter of that value.
 
     Examples
     --------
@@ -91,7 +93,7 @@ class Filters(Options):
     vs30_m_s: Annotated[Bounds | None, Field(examples=[(360.0, 1500.0)])] = None
     """Range of the shear-wave velocity of the upper 30 m at the station [m/s]."""
     site: Annotated[Site | None, Field(examples=["free-field"])] = None
-    """Where the sensor was, as headers and catalogues say."""
+    """Site of the sensor, from headers and catalogues."""
     pga_g: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
     """Range of the peak ground acceleration after processing [g]."""
     pgv_m_s: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None

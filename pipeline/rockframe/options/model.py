@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
     from pydantic_core import ErrorDetails
 else:
-    ModelMetaclass = type(BaseModel)  # which has no public name
+    ModelMetaclass = type(BaseModel)  # pydantic does not export this class
 
 #: Type of an error raised by a model: a complete sentence without its full stop.
 RULE: Final = "rule"
@@ -84,7 +84,7 @@ class Options(BaseModel, metaclass=_OneLine):
 
 
 def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
-    """Return one line with an invalid value and what is allowed; `named` gives names of fields."""
+    """Return one line with the invalid value and what is allowed; `named` translates names."""
     kind = error["type"]
     if kind == RULE:
         return f"{error['msg']}."

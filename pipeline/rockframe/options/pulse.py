@@ -11,11 +11,11 @@ from pydantic_core import PydanticCustomError
 from rockframe.options.fields import Range, Seed, Wavelet, Wavelets
 from rockframe.options.model import RULE, VALUE, Options
 
-#: Fewest surrogates with which p can reach the significance level, 5 %.
+#: Smallest number of surrogates for which p can be as low as the significance level, 5 %.
 FEWEST_SURROGATES: Final = 19
-#: Most surrogates: p can reach 1/10000, far below the significance level.
+#: Largest number of surrogates: p can be as low as 1/10000, far below the significance level.
 _MOST_SURROGATES: Final = 9_999
-#: Interval between the numbers of half cycles of the search.
+#: Step between the numbers of half cycles in the search.
 _HALF_CYCLE_STEP: Final = 0.25
 
 
@@ -41,18 +41,20 @@ class PulseOptions(Options):
     """
 
     periods_s: Range = (0.2, 5.0)
-    """Range of pulse periods that is searched [s]; it is cut to what the record resolves."""
+    """Range of pulse periods that is searched [s], reduced to the periods that the record
+    resolves."""
     wavelet: Wavelets = get_args(Wavelet)
     """Wavelets that are matched."""
     pulse_wavelet: Annotated[Wavelet | None, Field(examples=["symmetric_ricker"])] = None
-    """Wavelet of the selected pulse; by default the Ricker wavelet, symmetric or antisymmetric,
-    that explains more."""
+    """Wavelet of the selected pulse; by default the symmetric or antisymmetric Ricker wavelet,
+    whichever explains more of the record."""
     weighting: Literal["energy", "area", "none", "velocity"] = "energy"
-    """Power of the period before the inner product; energy as in the paper."""
+    """Power of the period that weights the inner product; the paper uses energy."""
     most_half_cycles: Annotated[float, Field(ge=1.0, le=10.0)] = 3.0
     """Largest number of half cycles in the search with mavroeidis_papageorgiou."""
     runners_up: Annotated[int, Field(ge=0, le=100)] = 2
-    """Number of further pulses of the selected wavelet, found in the residual of the others."""
+    """Number of further pulses of the selected wavelet, each found in the residual of those before
+    it."""
     surrogates: Annotated[int, Field(ge=0, le=_MOST_SURROGATES), AfterValidator(_enough)] = 99
     """Largest number of surrogates that a record is compared with; 0 for no comparison."""
     scrambling: Literal["envelope", "plain"] = "envelope"

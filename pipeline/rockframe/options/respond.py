@@ -26,7 +26,7 @@ _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
 
 
 class Ensemble(Options):
-    """Plausible structures and motions about the stated ones, for robust margins.
+    """Plausible structures and motions close to the stated ones, for robust margins.
 
     The members are drawn uniformly within the spreads, stratified in each (a Latin hypercube).
 
@@ -39,13 +39,13 @@ class Ensemble(Options):
     members: Annotated[int, Field(ge=32, le=10_000)] = 64
     """Number of members, at least 32."""
     height: _Spread = 0.01
-    """Largest deviation of the columns' height, as a share of it."""
+    """Largest deviation of the columns' height, as a fraction of the height."""
     width: _Spread = 0.01
-    """Largest deviation of the columns' width, as a share of it."""
+    """Largest deviation of the columns' width, as a fraction of the width."""
     restitution: _Spread = 0.03
-    """Largest reduction of the velocity ratio of impacts below the stated one, as a share of it."""
+    """Largest reduction of the velocity ratio of impacts, as a fraction of the stated ratio."""
     amplitude: _Spread = 0.01
-    """Largest deviation of the motion's amplitude, as a share of it."""
+    """Largest deviation of the motion's amplitude, as a fraction of the amplitude."""
     seed: Seed = 0
     """Random seed of the members."""
 
@@ -71,8 +71,8 @@ class DesignOptions(Options):
     """The smallest dimension that keeps the rotation below a limit."""
 
     dimension: Annotated[Literal["height", "width", "mass_ratio"], Field(examples=["height"])]
-    """Varied dimension: height (slenderness kept), width (height kept), or mass ratio. All values
-    are tried, because demand is not monotone in size."""
+    """Varied dimension: height (at constant slenderness), width (at constant height), or mass
+    ratio. All values are tried, because demand is not monotone in size."""
     range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
     """Range that is searched, in m for height and width."""
     quantity: Literal[
@@ -113,7 +113,7 @@ class ScreenOptions(Options):
         *(0.5, 0.75, 1.0, 1.25),
         *(1.5, 2.0, 2.5, 3.0),
     )
-    """Multiples of the records, increasing."""
+    """Factors on the accelerations of the records, increasing."""
     azimuths_degree: Annotated[
         Numbers | None, Field(examples=[{"from": 0.0, "to": 170.0, "count": 18}])
     ] = None
@@ -124,7 +124,7 @@ class ScreenOptions(Options):
     """Scenarios whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
     margins: Margins = "first"
-    """Margins of the verdicts under the records as they are: none; first (critical scales, safe
+    """Margins of the verdicts under the unscaled records: none; first (critical scales, safe
     islands and undecided verdicts; some 50 ms for each record and structure); or robust (also the
     scales at which 10, 25, 50 % of an ensemble of plausible structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()
@@ -133,11 +133,12 @@ class ScreenOptions(Options):
     pulse_length_m: Annotated[Bounds | None, Field(examples=[(0.1, 9.0)])] = None
     """Only records whose selected pulse has a length L_p = a_p T_p^2 in this range [m]."""
     pulse_like: Annotated[bool | None, Field(examples=[True])] = None
-    """Only records whose pulse passes the test against noise, or only the others."""
+    """Only records whose pulse passes the test against noise (true), or only the others (false)."""
     spectral_periods_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5, 1.0)])] = None
     """Periods of spectral accelerations, 5 % damped, as further measures of intensity [s]."""
     limit_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = None
-    """Limits of theta/alpha: damage states that have fragilities and rates beside overturning."""
+    """Limits of theta/alpha: damage states that get fragilities and rates in addition to
+    overturning."""
     limit_u_m: Annotated[PositiveNumbers | None, Field(examples=[(0.2,)])] = None
     """Limits of the drift u, such as the width of a seat or a joint [m]."""
     limit_v_m: Annotated[PositiveNumbers | None, Field(examples=[(0.05,)])] = None
@@ -154,14 +155,15 @@ class ScreenOptions(Options):
     hazard_site: Annotated[
         tuple[Finite, Finite] | None, Field(strict=False, examples=[(23.73, 37.98)])
     ] = None
-    """Longitude and latitude of the site in a file of several [degree]: the nearest within 1 km."""
+    """Longitude and latitude of the site in a file of several [degree]: the nearest site within 1
+    km is used."""
     seed: Seed = 0
     """Random seed of the bootstrap."""
     design: DesignOptions | None = None
 
     @model_validator(mode="after")
     def _azimuths(self) -> Self:
-        """Require different azimuths, and no filters by the pulse, which rotated motions lack."""
+        """Require different azimuths, without filters by pulse: rotated motions have no pulse."""
         azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
         for azimuth in azimuths:
             if azimuths.count(azimuth) > 1:
@@ -169,7 +171,7 @@ class ScreenOptions(Options):
                 raise PydanticCustomError(RULE, message)
         for name in self.pulse_filters():
             if azimuths:
-                message = f"{name} beside azimuths_degree. Must be one of them"
+                message = f"{name} and azimuths_degree both stated. State only one of them"
                 raise PydanticCustomError(RULE, message)
         for stated in self.azimuths_degree or ():
             if abs(stated) > 360.0:

@@ -25,19 +25,20 @@ class SpectrumOptions(Options):
     wavelet: Annotated[Wavelets, Field(examples=[("mavroeidis_papageorgiou",)])]
     """Wavelets of the pulses."""
     slenderness_degree: Annotated[PositiveNumbers, Field(examples=[(10.0, 14.0)])]
-    """Slenderness of the columns, which are rectangular [degree]."""
+    """Slenderness of the rectangular columns [degree]."""
     mass_ratio: NumbersFromZero = (0.0,)
     """Mass of the beam over that of all columns; 0 is a column alone."""
     frequency_ratio: Annotated[
         PositiveNumbers, Field(examples=[{"from": 1.0, "to": 8.0, "count": 71}])
     ]
-    """omega_p / p, p of the column alone."""
+    """Frequency ratio omega_p / p, with p of the column alone."""
     max_amplitude: Annotated[float, Field(gt=1.0, le=1e4)] = 30.0
-    """Largest amplitude that is searched, a_p / (g tan slenderness)."""
+    """Largest amplitude a_p / (g tan slenderness) in the search."""
     amplitude_step: Positive = 0.005
-    """Step of the search in the amplitude; edges are refined, thinner slivers may be missed."""
+    """Step of the amplitude in the search. The ends of each range of overturning are refined; a
+    range narrower than the step may be missed."""
     phase_degree: Finite = 0.0
-    """Phase of wavelets that have one [degree]."""
+    """Phase, for wavelets that have a phase [degree]."""
     half_cycles: Annotated[Finite | None, Field(examples=[2.0])] = None
     """Number of half cycles of mavroeidis_papageorgiou."""
 

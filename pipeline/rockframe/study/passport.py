@@ -35,23 +35,24 @@ class PassportLimits(Options):
     Parameters
     ----------
     peak_acceleration_warn, peak_acceleration_reject : float
-        Largest peak after processing [m s-2]. Few records exceed 2 g, and none in the archives 5 g;
-        10 g means that values in gal were read as g, or that it is no ground motion.
+        Largest peak after processing [m s-2]. Few records exceed 2 g, and no record in the archives
+        exceeds 5 g; 10 g means that values in gal were read as g, or that the file contains no
+        ground motion.
     time_step_warn, time_step_reject : float
         Largest interval between samples [s]. Accelerographs take ten samples per second or more;
-        a step of seconds is a number of milliseconds or of samples per second misread.
+        a step of seconds is a misread number of milliseconds, or of samples per second.
     not_free_field_warn, not_free_field_reject : float
         Largest value of the flag [1]: 1 if the header says that the sensor stood in a structure or
         a borehole, 0 on free ground. A motion amplified by a structure, or recorded at depth, is
         not the base motion of another structure. Never rejects by default; the limit 0 does.
     azimuth_warn, azimuth_reject : float
-        Largest azimuth that header or name of the component state [degree]. Beyond 360, one in a
-        header counts modulo 360, and one that is the name leaves the azimuth unstated.
+        Largest azimuth stated by the header or by the name of the component [degree]. An azimuth
+        above 360 in a header is taken modulo 360; a name above 360 is not taken as an azimuth.
     stated_peak_warn, stated_peak_reject : float
         Largest difference between the peak of the samples and the peak that the header states,
-        relative to the latter [1]; signs count if the header has one. Readers already reject a
-        difference beyond the last printed digit. One percent more is a coarse header, and half
-        means that the header belongs to another record.
+        relative to the stated peak [1]; signs are compared if the header states one. Readers
+        already reject a difference beyond the last printed digit. One percent more means a coarse
+        header, and half means that the header belongs to another record.
     clipped_samples_warn, clipped_samples_reject : float
         Longest run of equal samples at an extreme [1]. Three or four result from rounding (few
         digits, many samples per period); a run of 25 is a flat top.
@@ -61,8 +62,8 @@ class PassportLimits(Options):
         matters for rocking.
     opening_share_warn, opening_share_reject : float
         Largest ratio of the peak in the first 0.1 s to the peak [1]. Above 0.1 the trigger was
-        late. Never rejects by default, because most analogue records are like that, and
-        mathematical pulses start at once.
+        late. Never rejects by default, because most analogue records start late, and mathematical
+        pulses start at once.
     closing_share_warn, closing_share_reject : float
         Largest ratio of the peak in the last 0.1 s to the peak [1]. Above 0.1 the record was cut
         or lost its end. Never rejects by default, because a record cut late is still useful.
@@ -71,8 +72,8 @@ class PassportLimits(Options):
         a drifting baseline. Never rejects by default, because a half-sine pulse ends moving.
     end_displacement_share_warn, end_displacement_share_reject : float
         Largest ratio of the final displacement to its peak [1]. Records near a fault may keep a
-        true offset, so the limit is wide: above 0.9 the displacement is only drift, or only fling.
-        Never rejects by default.
+        true offset, so the limit is wide: above 0.9 the displacement consists only of drift, or
+        only of fling. Never rejects by default.
     signal_to_noise_warn, signal_to_noise_reject : float
         Smallest ratio of the peak to the root mean square of the noise before the event [1]. Noise
         alone peaks at about 4 times its root mean square; at 20, a fifth of the peak is noise.
@@ -82,8 +83,8 @@ class PassportLimits(Options):
     significant_duration_warn, significant_duration_reject : float
         Smallest D5-95 [s]. A shorter record is a spike or a fragment.
     arias_intensity_warn, arias_intensity_reject : float
-        Smallest Arias intensity [m s-1]. One second at 0.003 g gives 1e-4 m/s; only instruments
-        feel less.
+        Smallest Arias intensity [m s-1]. One second at 0.003 g gives 1e-4 m/s; people do not feel
+        less.
     signal_to_noise_ratio : float
         Ratio of Fourier amplitudes above which a frequency is usable [1]; 3 is usual.
 
@@ -139,7 +140,7 @@ class PassportLimits(Options):
 
     @model_validator(mode="after")
     def _warns_first(self) -> Self:
-        """Require that every rejected value would also warn."""
+        """Require that every value that is rejected would also warn."""
         for name in type(self).model_fields:
             check, _, kind = name.rpartition("_")
             if kind != "warn":

@@ -1,4 +1,4 @@
-"""Tables of what restrains a structure, and of its rivals, in files of structures and studies."""
+"""Tables of restraints and rivals, in files of structures and studies."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _for_example(value: float) -> Any:
 
 
 class Entry(Options):
-    """A table whose values are checked by what they describe."""
+    """A table that is checked by building the object that it describes."""
 
     @model_validator(mode="after")
     def _checked(self) -> Self:
@@ -34,7 +34,7 @@ class Entry(Options):
 
     @abstractmethod
     def made(self) -> Any:
-        """Return what the table describes."""
+        """Return the object that the table describes."""
 
 
 class TendonEntry(Entry):
@@ -49,9 +49,10 @@ class TendonEntry(Entry):
     prestress_n: float = 0.0
     """Force at rest [N]."""
     yield_stress_pa: Annotated[float | None, _for_example(1.6e9)] = None
-    """Stress at which it yields [Pa]; by default it never does."""
+    """Yield stress [Pa]; by default the tendon never yields."""
     loses_prestress: bool = False
-    """Let it flow when it yields, and lose prestress; otherwise only the time is reported."""
+    """Model the loss of prestress when the tendon yields; otherwise only the time of yielding is
+    reported."""
 
     def made(self, height: float = 1.0) -> Tendon:
         """Return the tendon; by default as long as the column is high."""
@@ -69,11 +70,11 @@ class DissipaterEntry(Entry):
     """Bars that yield across each joint of a column."""
 
     stiffness_n_m: Annotated[float, _for_example(5.0e7)]
-    """Of all bars across one joint [N/m]."""
+    """Stiffness of all bars across one joint [N/m]."""
     yield_force_n: Annotated[float, _for_example(1.0e5)]
-    """Of all bars across one joint [N]."""
+    """Yield force of all bars across one joint [N]."""
     lever_arm_m: Annotated[float, _for_example(0.8)]
-    """From the pivot to the bars [m]."""
+    """Distance from the pivot to the bars [m]."""
 
     def made(self) -> Dissipater:
         """Return the dissipater."""
@@ -90,19 +91,19 @@ class IsolatedEntry(Entry):
     strength_ratio: Annotated[float | None, _for_example(0.05)] = None
     """Characteristic strength of lead-rubber bearings over the weight of the deck."""
     period_s: Annotated[float | None, _for_example(3.0)] = None
-    """Period on their stiffness after yielding [s]."""
+    """Period from the stiffness of lead-rubber bearings after yielding [s]."""
     effective_period_s: Annotated[float | None, _for_example(2.5)] = None
-    """Instead of it, the period of the secant stiffness at the design displacement [s]."""
+    """Period from the secant stiffness at the design displacement [s]; replaces period_s."""
     design_displacement_m: Annotated[float | None, _for_example(0.25)] = None
-    """That displacement [m]."""
+    """Design displacement [m]."""
     yield_displacement_m: float = 0.01
-    """Displacement at which they yield [m]."""
+    """Yield displacement of lead-rubber bearings [m]."""
     radius_m: Annotated[float | None, _for_example(2.5)] = None
     """Radius of friction pendulums [m]."""
     friction: Annotated[float | None, _for_example(0.05)] = None
-    """Their coefficient of friction."""
+    """Coefficient of friction of friction pendulums."""
     damping_ratio: float = 0.0
-    """Viscous damping over the critical one."""
+    """Viscous damping, as a fraction of critical damping."""
 
     def made(self) -> IsolatedDeck:
         """Return the deck on its isolators."""
@@ -140,21 +141,21 @@ class IsolatedEntry(Entry):
 
 
 class FixedEntry(Entry):
-    """The columns, monolithic with ground and deck."""
+    """Columns that are monolithic with ground and deck."""
 
     modulus_pa: Annotated[float, _for_example(30.0e9)]
     """Young's modulus of the columns [Pa]."""
     cracked_stiffness_ratio: float = 1.0
-    """Stiffness of the cracked section over that of the whole one."""
+    """Stiffness of the cracked section over that of the uncracked section."""
     damping_ratio: float = 0.05
-    """Viscous damping over the critical one."""
+    """Viscous damping, as a fraction of critical damping."""
     strength_ratio: Annotated[float | None, _for_example(0.2)] = None
-    """Force at first yield over the weight of the deck and of 13/35 of the columns; by default they
-    do not yield."""
+    """Force at first yield over the weight of the deck and of 13/35 of the columns; by default the
+    columns do not yield."""
     moment_capacity_nm: Annotated[float | None, _for_example(4.0e6)] = None
-    """Instead of it, the moment at which both ends of a column yield [N m]."""
+    """Moment at which both ends of a column yield [N m]; replaces strength_ratio."""
     post_yield_ratio: float = 0.0
-    """Stiffness after yielding over the elastic one."""
+    """Stiffness after yielding over the elastic stiffness."""
 
     def made(
         self,
@@ -165,7 +166,7 @@ class FixedEntry(Entry):
         column_mass: float = 0.0,
         deck_mass: float = 1.0,
     ) -> FixedFrame:
-        """Return the frame of one column of these dimensions [m] and masses [kg]."""
+        """Return the frame of one column with these dimensions [m] and masses [kg]."""
         strength = math.inf if self.strength_ratio is None else self.strength_ratio
         if self.moment_capacity_nm is not None:
             if self.strength_ratio is not None:
@@ -191,7 +192,7 @@ class FixedEntry(Entry):
 
 
 class PivotEntry(Entry):
-    """``[structure.pivot]``: the edges on which columns rock, and crush."""
+    """``[structure.pivot]``: the edges on which columns rock; the edges crush."""
 
     compressive_strength_pa: float
     depth_m: float
@@ -208,6 +209,6 @@ class AbutmentEntry(Entry):
     uplift_allowance_m: float | None = None
 
     def made(self) -> Abutment:
-        """Return the joint; without an allowance nothing limits how far the deck lifts."""
+        """Return the joint; without an allowance the lift of the deck is unlimited."""
         allowance = math.inf if self.uplift_allowance_m is None else self.uplift_allowance_m
         return Abutment(gap=self.gap_m, uplift_allowance=allowance)

@@ -79,9 +79,9 @@ class StructureEntry(Entry):
         Mass of one column [kg], or its density; restraints and pivots need one of them, and the
         density of rectangular columns the depth.
     tendon, dissipater, pivot, abutment : table, optional
-        What restrains the frame.
+        Restraints of the frame.
     isolated, fixed : table, optional
-        The same deck on isolators, and on monolithic columns, to compare with.
+        Rivals for comparison: the same deck on isolators, and on monolithic columns.
     """
 
     name: Name
@@ -107,17 +107,17 @@ class StructureEntry(Entry):
     fixed: FixedEntry | None = None
 
     def made(self) -> RockingFrame:
-        """Return the frame that the entry describes, on the pivots that are left to it.
+        """Return the frame that the entry describes; its edges crush if the entry states a pivot.
 
         Raises
         ------
         ParameterError
-            If it does not rock, or keys are stated that exclude each other.
+            If the frame does not rock, or if keys exclude each other.
         """
         return self.on_pivots(self.whole())
 
     def whole(self) -> RockingFrame:
-        """Return the frame before its edges crush."""
+        """Return the frame with intact edges."""
         self._refuse_contradictions()
         shape = self._shape()
         stated = self.top_width_m is not None or self.centre_of_gravity_m is not None
@@ -138,11 +138,11 @@ class StructureEntry(Entry):
         )
 
     def on_pivots(self, frame: RockingFrame) -> RockingFrame:
-        """Return a frame on pivots that crush, if the entry states them."""
+        """Return the frame with crushed edges, if the entry states a pivot."""
         return frame if self.pivot is None else crushed(frame, self.pivot.made())
 
     def _mass(self) -> float | None:
-        """The mass of a column, stated or from its density [kg]."""
+        """Return the mass of a column, stated or from its density [kg]."""
         if self.density_kg_m3 is None:
             return self.column_mass_kg
         if not 0.0 < self.density_kg_m3 < math.inf:
@@ -169,7 +169,7 @@ class StructureEntry(Entry):
         return ColumnShape(inertia_ratio_of(section, *size), 0.5 * size[0])
 
     def _refuse_contradictions(self) -> None:
-        """Refuse keys that exclude each other, or need one that is missing."""
+        """Reject keys that exclude each other, and keys that need a missing key."""
         excluded = {
             "inertia_ratio": ("section", "inner_width_m", "depth_m", "inner_depth_m"),
             "top_width_m": ("inner_width_m", "inner_depth_m"),
@@ -198,7 +198,7 @@ Rival = Literal["restrained", "hybrid", "isolated", "fixed"]
 
 
 class CompareEntry(Options):
-    """The rivals of each structure, beside those that a structure states itself."""
+    """The rivals of each structure, in addition to those that a structure states itself."""
 
     against: Annotated[tuple[Rival, ...] | None, Field(examples=[["isolated"]], strict=False)] = (
         None
@@ -207,7 +207,7 @@ class CompareEntry(Options):
     restrained: TendonEntry | None = None
     """Tendons of structures that state none."""
     hybrid: DissipaterEntry | None = None
-    """Dissipaters of structures that state none, beside their tendons."""
+    """Dissipaters of structures that state none, in addition to their tendons."""
     isolated: IsolatedEntry | None = None
     """Isolators of structures that state none."""
     fixed: FixedEntry | None = None
@@ -248,23 +248,23 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
 
 
 def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
-    """Read the structures of a TOML file as they are stated, and their rivals.
+    """Read the structure entries of a TOML file, and their rivals.
 
     Raises
     ------
     InputError
-        As `read_structures` says.
+        Under the same conditions as in `read_structures`.
     """
     text = read_text(path)
     content = parse(path, text, _StructuresFile)
-    frames_of(path, text, content.structure)  # refuses a name stated twice
+    frames_of(path, text, content.structure)  # rejects a name stated twice
     return content.structure, content.compare
 
 
 def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
     """Return the frames that the ``[[structure]]`` tables of a file describe.
 
-    An unusual slenderness or mass ratio warns.
+    An unusual slenderness or mass ratio raises a warning.
 
     Raises
     ------
@@ -273,7 +273,7 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
     """
     frames: dict[str, RockingFrame] = {}
     for i, entry in enumerate(entries):
-        if entry.name in frames:  # only now, because finding the line reads the whole text
+        if entry.name in frames:  # not earlier: finding the line reads the whole text
             line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         frame = frames[entry.name] = entry.made()

@@ -1,4 +1,4 @@
-"""Studies: reading, writing a commented one, and the JSON schema."""
+"""Read study files, and write a commented study and the JSON schema."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class RespondTable(RespondOptions):
     """The response of each structure to each record."""
 
     pulses: bool = False
-    """Add the response to the pulse of each record alone."""
+    """Add the response to the selected pulse alone, without the rest of the record."""
 
 
 class StudyTables(Options):
-    """The content of a study file."""
+    """Contents of a study file."""
 
     name: Name
     """Name of the study: letters and digits of any script, points, hyphens, underscores."""
@@ -107,11 +107,11 @@ class Study:
     def beside(self, stated: str | Path) -> Path:
         """Return the absolute path of a path stated relative to the study file."""
         path = self.path.parent / stated
-        # do not resolve the last part: a link keeps its own name in lists
+        # the last part is not resolved: a symbolic link is listed under its own name
         return path.resolve() if path.name == ".." else path.parent.resolve() / path.name
 
     def files(self) -> dict[tuple[str, ...], Path]:
-        """Return the absolute paths of all files stated other than records, by table and key."""
+        """Return the absolute paths of all stated files except records, by table and key."""
         stated: dict[tuple[str, ...], Path] = {
             (key,): path for key, path in self.tables.files().items()
         }
@@ -159,7 +159,7 @@ def read_study(path: Path) -> Study:
     study = Study(path.resolve(), tables)
     if tables.structure:
         if tables.structures is not None:
-            message = "structures stated beside [[structure]] tables. Must be one of them."
+            message = "structures and [[structure]] tables both stated. State only one of them."
             raise InputError(path, message, line_of(text, ("structures",)))
         frames_of(path, text, tables.structure)
     _require_records(study, text)
@@ -170,7 +170,7 @@ def read_study(path: Path) -> Study:
 
 
 def _require_records(study: Study, text: str) -> None:
-    """Reject stages that need records if there are none, and a study without any stage."""
+    """Reject a study without any stage, and stages that need records if there are none."""
     tables = study.tables
     if tables.records is not None:
         return
@@ -201,7 +201,7 @@ def structures_text(study: Study) -> str:
     Parameters
     ----------
     study : Study
-        The study; without structures of its own, the result is the bundled ones.
+        The study; without structures of its own, the result contains the bundled structures.
     """
     if not study.tables.structure:
         return read_text(study.structures)
@@ -221,23 +221,24 @@ def structures_text(study: Study) -> str:
 #: File name of the schema, beside the studies that refer to it.
 SCHEMA: Final = "study.schema.json"
 _STRUCTURE: Final = """\
-# Structures of this study; without any, those that rockframe ships.
+# Structures of this study; by default those that rockframe ships.
 # [[structure]]
 # name = "bridge-bent"
 # height_m = 9.6     # of a column
 # width_m = 1.6
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
 # Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
-# inertia_ratio, centre_of_gravity_m, beam_depth_m. Impacts that lose more: restitution_factor.
-# Restraints need column_mass_kg or density_kg_m3, and are tables of their own: structure.tendon and
-# structure.dissipater with the keys of compare.restrained and compare.hybrid, structure.pivot with
-# compressive_strength_pa and depth_m, structure.abutment with gap_m and uplift_allowance_m. The
-# tables structure.isolated and structure.fixed state rivals of this structure alone.
+# inertia_ratio, centre_of_gravity_m, beam_depth_m. Impacts with a lower restitution:
+# restitution_factor. Restraints need column_mass_kg or density_kg_m3, and are tables of their own:
+# structure.tendon and structure.dissipater with the keys of compare.restrained and compare.hybrid,
+# structure.pivot with compressive_strength_pa and depth_m, structure.abutment with gap_m and
+# uplift_allowance_m. The tables structure.isolated and structure.fixed state rivals of this
+# structure alone.
 """
 
 
 def commented_study(name: str) -> str:
-    """Return the text of a study of the bundled records with every key, its meaning and default.
+    """Return the text of a study of the bundled records: every key with its meaning and default.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Read a TOML file into a strict model, with one line and a line number for each mistake."""
+"""Read a TOML file into a strict model; each error is one line with the line number."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ def parse(path: Path, text: str, model: type[File]) -> File:
     try:
         return model.model_validate(content)
     except ValidationError as invalid:
-        # an unknown key first: it is often the misspelling of a missing one
+        # unknown keys first: an unknown key is often a missing key misspelt
         errors = sorted(invalid.errors(), key=lambda error: error["type"] != "extra_forbidden")
         message, where = _explain(errors[0], model)
         raise InputError(path, message, line_of(text, where)) from None
 
 
 def _loaded(path: Path, text: str) -> dict[str, Any]:
-    """Parse a TOML text; Python's parser limits neither the depth nor the size of integers."""
+    """Parse a TOML text, with limits on depth and integers, which Python's parser does not have."""
     try:
         content = tomllib.loads(text)
         beyond = _beyond(content)
@@ -76,7 +76,7 @@ def _beyond(value: Any, where: _Location = ()) -> _Location:
 
 
 def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
-    """Return the message and place of an error, because pydantic's text is for programmers."""
+    """Return the message and place of an error; pydantic's own text is for programmers."""
     kind, where = error["type"], error["loc"]
     if kind == RULE:
         return f"{error['msg']}.", where
@@ -95,7 +95,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     whole = _written(owner, names[-1], table)
     if whole.startswith("[["):
         if kind in {"missing", "too_short", "tuple_type"}:
-            return f"no {whole} table. Must hold one or more.", where[:1]
+            return f"no {whole} table. State at least one.", where[:1]
     elif kind == "missing":
         each = f" in {'each ' if table.startswith('[[') else ''}{table}" if table else ""
         return f"key {names[-1]!r} missing. Must be stated{each}.", where[:-1]
@@ -107,7 +107,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
 def _refused(
     error: ParameterError, model: type[Options], where: _Location
 ) -> tuple[str, _Location]:
-    """Return the message of an invalid quantity of a table, by its key, and the key's place."""
+    """Return the message about an invalid quantity of a table, and the place of its key."""
     names = tuple(part for part in where if isinstance(part, str))
     keys = _keys(_owner(model, names)[1], error.quantity)
     if not keys:
@@ -119,7 +119,7 @@ def _refused(
 
 
 def _keys(model: type[Options], quantity: str) -> tuple[str, ...]:
-    """Return the key of a quantity, which ends in its unit, in this table or in one below it."""
+    """Return the path to the key of a quantity; a key is the quantity's name with its unit."""
     for name, field in model.model_fields.items():
         inner = options_within(field.annotation)
         below = () if inner is None else _keys(inner, quantity)
@@ -129,7 +129,7 @@ def _keys(model: type[Options], quantity: str) -> tuple[str, ...]:
 
 
 def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Options]]:
-    """Return the table that these names lead to, as the file writes it, and its model."""
+    """Return the header of the table at this path, as written in the file, and its model."""
     written = ""
     for name in names:
         inner = options_within(model.model_fields[name].annotation)
@@ -141,7 +141,7 @@ def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Opti
 
 
 def _written(model: type[Options], key: str, table: str) -> str:
-    """Return a key as the file writes it; a table is in brackets."""
+    """Return a key as written in the file; a table is in brackets."""
     if key not in model.model_fields:
         return key
     annotation = model.model_fields[key].annotation
@@ -176,7 +176,7 @@ def line_of(text: str, where: _Location) -> int | None:
             if heading[1] == "[[":
                 table = (*table, tables[name])
                 tables[name] += 1
-            elif name.split(".")[0] in tables:  # a table of the last of a list of tables
+            elif name.split(".")[0] in tables:  # a sub-table of the last table in a list of tables
                 first, *inner = name.split(".")
                 table = (first, tables[first] - 1, *inner)
             here = table

@@ -64,7 +64,7 @@ def policy(script: str, style: str, connect: str | None = None) -> str:
     script, style : str
         The only script and style that are allowed, identified by their hashes.
     connect : str, optional
-        Source to which the script may send requests; by default it may send none.
+        Address to which the script may send requests; by default none.
 
     Examples
     --------

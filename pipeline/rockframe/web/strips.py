@@ -1,4 +1,4 @@
-"""Strips over the scale of the motion, as parts of a page."""
+"""Strips over the scale of the motion, drawn in SVG for a page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import html
 import math
 from typing import Final, Protocol
 
-#: Scales at the ends of a strip [1], and its size in units of the picture.
+#: Scales at the ends of a strip [1], and the width of the strip in units of the picture.
 STRIP_ENDS: Final = (0.1, 10.0)
 _WIDTH: Final = 240.0
 _LEAST: Final = 1.2
