@@ -63,10 +63,11 @@ class Lever:
         """Return the horizontal and vertical acceleration relative to the ground [m s-2]."""
         theta, omega = np.asarray(theta, dtype=np.float64), np.asarray(omega, dtype=np.float64)
         growth = np.asarray(omega_rate, dtype=np.float64)
-        phi, side = self.angle - np.abs(theta), _side(theta, omega)
+        phi = self.angle - np.abs(theta)
+        sine, cosine, square = _side(theta, omega) * np.sin(phi), np.cos(phi), omega**2
         return (
-            self.length * (np.cos(phi) * growth + side * np.sin(phi) * omega**2),
-            self.length * (side * np.sin(phi) * growth - np.cos(phi) * omega**2),
+            self.length * (cosine * growth + sine * square),
+            self.length * (sine * growth - cosine * square),
         )
 
 

@@ -269,6 +269,8 @@ class GroundAcceleration:
         """
         if not (math.isfinite(duration) and duration >= 0.0):
             raise ParameterError(f"Invalid duration {duration!r} s. Must be zero or positive.")
+        if duration == 0.0:
+            return self
         intervals = math.ceil(duration / self.time_step)
         still = np.zeros((intervals, self.coefficients.shape[1]))
         vertical = None if self.vertical is None else np.concatenate([self.vertical, still])

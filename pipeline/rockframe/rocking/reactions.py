@@ -71,7 +71,8 @@ def angular_acceleration(
     phi = frame.slenderness * side - theta
     gravity = 1.0 + upwards / GRAVITY
     drive = gravity * np.sin(phi) + across / GRAVITY * np.cos(phi)
-    drive = drive + ties * side * np.cos(0.5 * theta)
+    if np.any(ties):
+        drive = drive + ties * side * np.cos(0.5 * theta)
     rate: Float = np.where(side == 0.0, 0.0, -(frame.effective_frequency_parameter**2) * drive)
     return rate
 
@@ -146,10 +147,10 @@ def reactions_under(response: Response, across: Float, upwards: Float) -> Reacti
         response, across, upwards
     )
     support = ((1.0 + gamma) * across + column_across + gamma * beam_across) / GRAVITY
-    # ties press the joints, and lean by half the rotation
-    tied = _tie_forces(response)
-    lean = tied * np.sin(0.5 * response.theta)
-    press = tied * np.cos(0.5 * response.theta)
+    lean, press = np.zeros((2, 1))
+    if response.restraint is not None:  # ties press the joints, and lean by half the rotation
+        tied = _tie_forces(response)
+        lean, press = tied * np.sin(0.5 * response.theta), tied * np.cos(0.5 * response.theta)
     capped = float(gamma > 0.0)
     return Reactions(
         base_shear=support + lean,
@@ -296,9 +297,8 @@ def _accelerations(
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
     moment = _tie_moment(response)
     rate = angular_acceleration(frame, theta, omega, across, upwards, moment)
-    # of a frame that is just uplifting only the side is known: its rate is still zero
-    side = _side(frame, theta, omega, across, upwards, moment)
-    omega = np.where(omega == 0.0, side * np.finfo(np.float64).tiny, omega)
+    # a frame that is just uplifting has no velocity yet: its acceleration states the side
+    omega = np.where(omega == 0.0, np.sign(rate) * np.finfo(np.float64).tiny, omega)
     return frame.centre.acceleration(theta, omega, rate), frame.beam.acceleration(
         theta, omega, rate
     )

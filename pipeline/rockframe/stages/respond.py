@@ -27,6 +27,7 @@ from rockframe.rocking import (
     GroundAcceleration,
     Histories,
     Response,
+    as_ground,
     chosen_ensemble,
     respond,
     with_contact,
@@ -197,8 +198,8 @@ def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
 
 
 def _answer_one(task: _Task, name: str) -> tuple[str, list[Response] | None, str]:
-    motion = task.motions[name]
     try:
+        motion = as_ground(task.motions[name])
         responses = [with_contact(respond(frame, motion), motion) for frame in task.frames]
         if name in task.pulses:
             responses = [with_pulse(response, task.pulses[name]) for response in responses]
