@@ -20,9 +20,10 @@ _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 
 @cache
 def _fingerprint(source: Path) -> str:
-    """Hash all files compiled with one: numba misses a change of a function in another file.
+    """Hash a source file and all files whose functions it may call.
 
-    The files of this room know each other; one elsewhere calls nothing of another's.
+    Numba itself misses changes in other files. Files of this folder call each other; a file
+    elsewhere calls no compiled function of another file.
     """
     digest = hashlib.sha256()
     for path in _SOURCES if source in _SOURCES else (Path(__file__), source):
@@ -31,17 +32,17 @@ def _fingerprint(source: Path) -> str:
 
 
 def compiled(function: F) -> F:
-    """Compile when it is first called, with numba's cache on disk where one can be written.
+    """Compile a function at its first call, and cache the result on disk if possible.
 
-    The names of its files there hold the fingerprint of the sources. Each operation is rounded by
-    itself: products and sums fused where the processor can do so would save 1 to 4 % of the time,
-    and the last bits would depend on the processor.
+    The names of the cache files contain the fingerprint of the sources. Each operation is rounded
+    separately: fused multiply-add would save 1 to 4 % of the time, but the last bits would then
+    depend on the processor.
     """
     return _compile(function, forceinline=False)
 
 
 def inlined(function: F) -> F:
-    """Compile into each caller: what a loop must contain for the compiler to make it of vectors."""
+    """Compile a function into each caller, so that the compiler can vectorise the loops there."""
     return _compile(function, forceinline=True)
 
 
@@ -52,21 +53,21 @@ def _compile(function: F, *, forceinline: bool) -> F:
         "nogil": True,
         "error_model": "numpy",
         "forceinline": forceinline,
-        # nobody calls these from C, nor those within others from Python: a tenth less to compile
+        # nothing calls these from C, or inlined ones from Python: compiling takes a tenth less
         "no_cfunc_wrapper": True,
         "no_cpython_wrapper": forceinline,
-        # what is inlined allocates nothing; counting references to its arrays took an eighth of
-        # the time
+        # inlined functions allocate nothing; reference counting of their arrays took an eighth
+        # of the time
         "_nrt": not forceinline,
     }
     dispatcher = numba.njit(**options)(function)
     with suppress(RuntimeError):  # no folder to cache in: a read-only installation
-        dispatcher._cache = _Cache(function)  # noqa: SLF001  where numba keeps its own
+        dispatcher._cache = _Cache(function)  # noqa: SLF001  the attribute of numba's own cache
     return cast("F", dispatcher)
 
 
 class _Cache:
-    """Numba's cache on disk, of which a full disk or a damaged file costs nothing but time."""
+    """Numba's cache on disk. After a full disk or a corrupted file, functions compile again."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._files = cast("Any", FunctionCache)(function)
@@ -75,7 +76,7 @@ class _Cache:
         return getattr(self._files, name)
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return what is kept, or nothing."""
+        """Return the cached code, or None."""
         try:
             return self._files.load_overload(signature, target)
         except (OSError, EOFError, pickle.UnpicklingError):
@@ -84,10 +85,10 @@ class _Cache:
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep what was compiled.
+        """Cache compiled code.
 
-        An interrupt while it was compiled is lost in LLVM, and so is the outcome: numba then finds
-        nothing to keep, and the interrupt is raised here.
+        LLVM swallows an interrupt during compilation and returns no code. Numba then finds nothing
+        to cache, and the interrupt is raised here.
         """
         try:
             self._files.save_overload(signature, compiled)

@@ -1,12 +1,13 @@
-"""Excursions of a frame: how far above or below the separatrix of the linear theory each begins.
+"""Excursions of a frame and their distances from the separatrix of the linear theory.
 
-A linear frame that leaves zero towards the side s at t, at the rate omega, overturns without
-another impact if D = [omega / p_hat - s I(t)] / alpha - 1 is positive, where
+An excursion is the motion from one zero of theta to the next. A linear frame that leaves zero
+towards the side s at time t, at the rate omega, overturns without another impact if the distance
+D = [omega / p_hat - s I(t)] / alpha - 1 is positive, where
 I(t) = p_hat * integral over tau > t of (a(tau) / g) exp(-p_hat (tau - t)) d tau
-is what the ground still does to it: the growing solution of theta'' = p_hat^2 (theta - s alpha -
-a / g) must not vanish. Of a slender frame it nearly tells the truth; of the others it still tells
-which excursions come near their overturning. Of a vertical acceleration a_v its pull on a frame
-that leans little is taken in: s a + alpha a_v in the place of s a.
+is the effect of the ground motion after t. At D = 0 the growing solution of
+theta'' = p_hat^2 (theta - s alpha - a / g) vanishes. For slender frames D > 0 predicts overturning
+nearly exactly; for others it still shows which excursions come near overturning. A vertical
+acceleration a_v is included as for small rotations: s a becomes s a + alpha a_v.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ LEAST_DISTANCE: Final = -0.5
 
 @inlined
 def keep(excursions: Float, who: int, start: float, side: float, distance: float) -> None:
-    """Keep an excursion of a scenario in the place of its lowest one, if it begins higher."""
+    """Store an excursion in the place of the scenario's lowest one, if its distance is larger."""
     if distance > LEAST_DISTANCE:
         least = 0
         for k in range(1, excursions.shape[1]):
@@ -47,13 +48,13 @@ def keep(excursions: Float, who: int, start: float, side: float, distance: float
 
 @compiled
 def fill_ahead(ground: Float, powers: int, rate: float, ahead: Float) -> None:
-    """Sum up I(t) [1] at the nodes of a ground motion, from its end backwards.
+    """Compute I(t) [1] at the nodes of a ground motion, from its end backwards.
 
     Parameters
     ----------
     ground : array, shape (intervals, components * powers)
-        Coefficients of the acceleration [g] in powers of the time over the interval's length, of
-        the horizontal component and of the vertical one, if there is one.
+        Coefficients of the acceleration [g] in powers of the time over the interval's length: the
+        horizontal component, then the vertical one if there is one.
     powers : int
         Number of powers.
     rate : float
@@ -84,19 +85,21 @@ def fill_ahead(ground: Float, powers: int, rate: float, ahead: Float) -> None:
 def compare(
     excursions: Float, window: float, tolerance: float, alone: Float, paired: Float
 ) -> None:
-    """Look for the counterparts of each response's excursions in the next response.
+    """Search for the counterparts of each response's excursions in the next response.
 
     Parameters
     ----------
     excursions : array, shape (responses, kept, EXCURSION_SIZE)
-        Those of neighbouring responses, the highest first.
+        Excursions of neighbouring responses, the largest distance first.
     window, tolerance : float
-        Counterparts are on one side, and differ by less in their start [s] and distance [1].
+        Counterparts are on the same side; their starts differ by less than `window` [s], their
+        distances by less than `tolerance` [1].
     alone : array, shape (responses - 1,)
-        Filled with the largest distance of an excursion of either that has no counterpart.
+        Filled with the largest distance among the excursions without a counterpart in the other
+        response of the pair.
     paired : array, shape (responses - 1,)
-        Filled with the largest sum of an excursion's distance and how much its counterpart's
-        differs.
+        Filled with the largest sum of two numbers: an excursion's distance, and the difference
+        between it and its counterpart's.
     """
     for i in range(excursions.shape[0] - 1):
         alone[i] = -math.inf

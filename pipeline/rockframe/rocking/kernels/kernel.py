@@ -3,15 +3,15 @@
 With vertical ground acceleration a_v eq (26) becomes (re-derived: gravity is g + a_v)
 theta'' = -p_hat^2 [(1 + a_v/g) sin(alpha s - theta) + (a_h/g) cos(alpha s - theta)].
 
-Its functions take and return plain arrays, without checks; `rockframe.rocking.response` checks the
-input. Read this kernel first: it is the reference for the vectorised one in `lanes`, which calls
-its functions in rare cases.
+The functions take and return plain arrays and check nothing; `rockframe.rocking.response` checks
+the input. Read this kernel first: it is the reference for the vectorised kernel in `lanes`, which
+calls its functions in rare cases.
 
 Symbols are those of the paper: theta [rad], omega its rate [rad s-1], s = sgn(theta), 0 at rest;
 alpha the slenderness [rad], p_hat the frequency parameter [rad s-1].
 
-A Taylor step is in `steps`, what comes after the motion in `tails`, tendons and dissipaters are in
-`ties`. The longest function is one loop, because passing arrays to further functions costs time.
+`steps` has one Taylor step, `tails` the motion after the record's end, `ties` tendons and
+dissipaters. The longest function is one loop, because passing arrays to more functions costs time.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ PEAK: Final = 0  # largest |theta| [rad]
 PEAK_TIME: Final = 1  # when [s]; NaN if after the end of the motion
 UPLIFT_TIME: Final = 2  # first uplift [s], NaN if none
 OVERTURNING_TIME: Final = 3  # |theta| = pi/2 [s], NaN if never
-IMPACTS: Final = 4  # their number
+IMPACTS: Final = 4  # number of impacts
 PEAK_VELOCITY: Final = 5  # largest |omega| [rad s-1]
 IMPACT_VELOCITY: Final = 6  # largest |omega| just before an impact [rad s-1], 0 if none
 SUMMARY_SIZE: Final = 7
@@ -97,7 +97,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
         Horizontal ground acceleration [g] as a polynomial, of degree 5 at most, in the time since
         each interval's start [s].
     vertical : array, shape (intervals, degree + 1) or (0, degree + 1)
-        Vertical ground acceleration [g] in the same way, above -1 g; without rows there is none.
+        Vertical ground acceleration [g] in the same form, above -1 g; no rows if there is none.
     time_step, start_time : float
         Length of an interval, time of the first node [s].
     scale : float
@@ -107,17 +107,17 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     theta_0, omega_0 : float
         Rotation [rad] and its rate [rad s-1] at the start.
     thetas, omegas : array, shape (intervals + 1,) or (0,)
-        Filled with the state at the nodes, if they have room; NaN after overturning.
+        Filled with the state at the nodes unless they are empty; NaN after overturning.
     impacts : array, shape (kept, 2)
-        Filled with the first impacts' times [s] and the rates just before them [rad s-1].
+        Filled with the times of the first impacts [s] and the rates just before them [rad s-1].
     summary : array, shape (SUMMARY_SIZE,)
-        Filled with the values that the names of the slots state.
+        Filled with the values of the named slots above.
     ties : tuple
-        None, or two.
+        Empty, or two ties.
     forces : array, shape (intervals + 1, ties) or (0, ties)
-        Filled with the forces of the ties at the nodes, if they have room.
+        Filled with the forces of the ties at the nodes unless it is empty.
     tie_log : array, shape (ties, TIE_LOG_SIZE)
-        Filled with the values that the names of the ties' slots state.
+        Filled with the values of the slots named in `ties`.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     strongest *= abs(scale)
     limit = math.tan(alpha)
     p2 = p_hat * p_hat
-    most = 1.0 + strongest  # the strongest pull [g], or more
+    most = 1.0 + strongest  # upper bound of the pull [g]
     hold = 0.0
     if len(ties) > 0:
         states = (begun(ties[0], theta_0), begun(ties[1], theta_0))
@@ -366,7 +366,7 @@ def integrate_many(
     tied: Marker,
     ties: Float,
 ) -> None:
-    """Integrate over one ground motion for each of several scales and frames, from rest.
+    """Integrate scenarios of one ground motion, each with its scale and frame, from rest.
 
     Parameters
     ----------
@@ -377,9 +377,9 @@ def integrate_many(
     verdicts : array of int8, shape (scenarios,)
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
-        Filled with the values that the names of the slots state.
+        Filled with the values of the named slots above.
     tied : NO or YES
-        Whether there are ties.
+        YES if there are ties.
     ties : array, shape (scenarios, 10) or (0, 10)
         The pair of ties of each scenario.
     """

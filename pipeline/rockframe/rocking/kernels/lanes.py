@@ -1,11 +1,11 @@
-"""The kernel in lanes: many scenarios side by side, as fast as the machine's vectors allow.
+"""The vectorised kernel: many scenarios side by side, each in one lane of the vectors.
 
-The scalar kernel is the reference, and its functions follow rare cases; the strides and hops of
-`vectors` do the rest. A pool of lanes is filled with scenarios and computed in rounds. In a round,
-all lanes take a stride. Those in which an event happened wait, and hop together; those at rest are
-moved to the next uplift, and those at the end of their motion take the next scenario. So no lane
-waits for another one's motion, and the numbers of a scenario have the same bits whatever the other
-lanes contain.
+The scalar kernel is the reference, and its functions compute rare cases; the strides and hops of
+`vectors` compute the rest. A pool of lanes is filled with scenarios and computed in rounds. In a
+round, all lanes take a stride to the end of their interval. Lanes in which an event happens wait
+until a pack of them can hop. Lanes at rest are moved to their next uplift. Lanes at the end of
+their motion take the next scenario. So no lane waits for another one's motion, and the result of a
+scenario has the same bits whatever the other lanes contain.
 
 The longest function is one loop over one set of arrays, for the reason given in the scalar kernel;
 the functions that this loop calls make the file long.
@@ -77,62 +77,60 @@ from rockframe.rocking.kernels.vectors import (
 
 Float = NDArray[np.float64]
 
-# Slots of a scenario that is asked for.
-FIRST: Final = 0  # its first row of the ground
-INTERVALS: Final = 1  # their number
-TIME_STEP: Final = 2  # their length [s]
-START_TIME: Final = 3  # [s]
+# Slots of a requested scenario.
+FIRST: Final = 0  # first row of its ground motion
+INTERVALS: Final = 1  # number of rows, one for each interval
+TIME_STEP: Final = 2  # length of an interval [s]
+START_TIME: Final = 3  # time of the first node [s]
 SCALE: Final = 4
 SLENDERNESS: Final = 5
 P_HAT: Final = 6
 RESTITUTION: Final = 7
-AHEAD: Final = 8  # from a row of the ground to its node in what is ahead
-TIE_STIFFNESS: Final = 9  # of ties that do not yield, and their force at theta = 0
-TIE_FORCE: Final = 10
+AHEAD: Final = 8  # offset from a row of the ground to its node in the array `ahead`
+TIE_STIFFNESS: Final = 9  # stiffness of ties that do not yield
+TIE_FORCE: Final = 10  # force of these ties at theta = 0
 ASKED_SIZE: Final = 11
 
-#: Rest is skipped so many intervals at a time.
+#: Number of intervals in one entry of the array `coarse`, by which rest is skipped.
 COARSE: Final = 16
-
-#: Bounces that die out within an interval are summed up, not followed, if the pull of gravity and
-#: ground changes by no more than this share of itself until then: so their number stays right.
+#: Bounces that die out within an interval are summed in closed form, not followed, if until then
+#: the pull of gravity and ground changes by at most this share [1]: then their number is exact.
 _EVEN_PULL: Final = 1e-2
-
-#: Number of lanes: enough to fill packs while most fly, few enough for the nearest cache.
+#: Number of blocks: enough lanes to fill packs, few enough to fit into the first-level cache.
 _BLOCKS: Final = 6
 _LANES: Final = _BLOCKS * WIDTH
 
-# Further rows of a block, of no concern to the vectors.
+# Further rows of a block, which `vectors` does not use.
 _SIDE: Final = HOT_ROWS * WIDTH  # +1 or -1, 0 at rest
-_PUSH: Final = (HOT_ROWS + 1) * WIDTH  # what the horizontal acceleration is multiplied by
-_LIFT: Final = (HOT_ROWS + 2) * WIDTH  # and the vertical one
+_PUSH: Final = (HOT_ROWS + 1) * WIDTH  # factor of the horizontal acceleration
+_LIFT: Final = (HOT_ROWS + 2) * WIDTH  # factor of the vertical acceleration
 _LIMIT: Final = (HOT_ROWS + 3) * WIDTH  # tan(alpha)
-_SLOWEST: Final = (HOT_ROWS + 4) * WIDTH  # rate at which it comes to rest
-_UPLIFT: Final = (HOT_ROWS + 5) * WIDTH
-_COUNT: Final = (HOT_ROWS + 6) * WIDTH
+_SLOWEST: Final = (HOT_ROWS + 4) * WIDTH  # rate below which the frame comes to rest
+_UPLIFT: Final = (HOT_ROWS + 5) * WIDTH  # time of the first uplift
+_COUNT: Final = (HOT_ROWS + 6) * WIDTH  # number of impacts
 _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
-_TURNED: Final = (HOT_ROWS + 8) * WIDTH  # what the ties add to the push of the ground
-_HOLD: Final = (HOT_ROWS + 9) * WIDTH  # and to the acceleration that uplifts
+_TURNED: Final = (HOT_ROWS + 8) * WIDTH  # term that the ties add to the row A
+_HOLD: Final = (HOT_ROWS + 9) * WIDTH  # term that the ties add to the uplift acceleration
 _HARDEST: Final = (HOT_ROWS + 10) * WIDTH  # largest |omega| just before an impact
-_CALM: Final = (HOT_ROWS + 11) * WIDTH  # rate below which its bounces may die out at once
-_BLOCK: Final = (HOT_ROWS + 12) * WIDTH  # not a power of two, which caches dislike
+_CALM: Final = (HOT_ROWS + 11) * WIDTH  # rate below which `_dies_out` is tried
+_BLOCK: Final = (HOT_ROWS + 12) * WIDTH  # not a power of two: those cause cache conflicts
 
 
 @inlined
 def _index(number: float | np.uint32) -> int:
-    """A whole number, not negative, as an index: the compiler need not look for negative ones."""
+    """Return a non-negative whole number as an index that the compiler knows is not negative."""
     return int(np.int64(np.uint32(number)))
 
 
 @inlined
 def _row(at: float, curved: Marker, lifts: Marker) -> np.uint64:
-    """Return the place at which a row of the ground begins."""
+    """Return the index at which a row of the ground begins."""
     return np.uint64(at) * np.uint64((6 if len(curved) > 0 else 2) * (2 if len(lifts) > 0 else 1))
 
 
 @inlined
 def _load(pool: Float, q: int, ground: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
-    """Fill the rows A and V of a lane with its interval of the ground."""
+    """Fill the rows A and V of a lane with the ground motion in its interval."""
     push = pool[q + _PUSH]
     powers = 6 if len(curved) > 0 else 2
     row = _row(pool[q + AT], curved, lifts)
@@ -149,7 +147,7 @@ def _load(pool: Float, q: int, ground: Float, curved: Marker, lifts: Marker, tie
 
 @inlined
 def _coefficients(ground: Float, row: np.uint64, factor: float, curved: Marker) -> Polynomial:
-    """Coefficients of the ground from a row on, times a factor."""
+    """Return the coefficients of a row of the ground, times a factor."""
     a0 = factor * ground[row]
     a1 = factor * ground[row + np.uint64(1)]
     if len(curved) == 0:
@@ -172,7 +170,7 @@ def _coefficients(ground: Float, row: np.uint64, factor: float, curved: Marker) 
 def _ground_of(
     pool: Float, q: int, ground: Float, asked: Float, side: float, curved: Marker, lifts: Marker
 ) -> tuple[Polynomial, Polynomial]:
-    """Ground accelerations [g] about where a lane is in its interval, the horizontal times side."""
+    """Return ground accelerations [g] about a lane's present time, the horizontal times side."""
     scale = asked[_index(pool[q + _WHO]), SCALE]
     row = _row(pool[q + AT], curved, lifts)
     elapsed = pool[q + ELAPSED]
@@ -186,13 +184,13 @@ def _ground_of(
 
 @inlined
 def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
-    """Give a lane to a scenario, at rest at the start of its motion."""
+    """Put a scenario into a lane, at rest at the start of its motion."""
     h = asked[who, TIME_STEP]
     p_hat = asked[who, P_HAT] * h
     pool[q + THETA] = 0.0
     pool[q + OMEGA] = 0.0
     pool[q + ALPHA] = asked[who, SLENDERNESS]
-    # sin(theta) = sin(alpha) cos(psi) - cos(alpha) sin(psi) on this side: ties turn gravity
+    # sin(theta) = sin(alpha) cos(psi) - cos(alpha) sin(psi): stiffness acts like rotated gravity
     turned = p_hat * p_hat * asked[who, TIE_STIFFNESS]
     pool[q + P2] = p_hat * p_hat - turned * math.cos(asked[who, SLENDERNESS])
     pool[q + TIE] = p_hat * p_hat * asked[who, TIE_FORCE]
@@ -219,7 +217,7 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
 
 @inlined
 def _empty(pool: Float, q: int) -> None:
-    """Take a lane's scenario away; what is left is never flown."""
+    """Remove the scenario of a lane; an empty lane is never advanced."""
     pool[q + THETA] = 0.0
     pool[q + OMEGA] = 0.0
     pool[q + AT] = 0.0
@@ -230,7 +228,7 @@ def _empty(pool: Float, q: int) -> None:
 
 @inlined
 def _still(bounds: Float, i: int, factor: float, limit: float, hold: float, lifts: Marker) -> bool:
-    """Say if no ground within these bounds uplifts."""
+    """Return True if no ground motion within these bounds uplifts the frame."""
     if len(lifts) > 0:
         return bool(factor * (bounds[i, 0] + limit * bounds[i, 1]) <= limit + hold)
     return bool(factor * bounds[i, 0] <= limit + hold)
@@ -248,7 +246,7 @@ def _wait_for_uplift(
     lifts: Marker,
     tied: Marker,
 ) -> None:
-    """Take a lane at rest to its uplift, or to the end of its motion."""
+    """Advance a lane at rest to its next uplift, or to the end of its motion."""
     who = _index(pool[q + _WHO])
     limit = pool[q + _LIMIT]
     hold = pool[q + _HOLD]
@@ -290,7 +288,7 @@ def _wait_for_uplift(
 def _file(
     pool: Float, q: int, asked: Float, summaries: Float, peak: float, fast: float, interval: float
 ) -> None:
-    """Store the results of a lane's scenario; `interval` is when it overturned, or NaN."""
+    """Store a lane's results; `interval` is the time of overturning [intervals], or NaN."""
     who = _index(pool[q + _WHO])
     h = asked[who, TIME_STEP]
     summaries[who, PEAK_ROTATION] = peak
@@ -312,7 +310,7 @@ def _end(
     tied: Marker,
     tie_log: Float,
 ) -> None:
-    """Decide the outcome of a lane at the end of its motion by its energy, and empty it."""
+    """Decide the outcome of a lane from its energy at the end of its motion, and empty the lane."""
     who = _index(pool[q + _WHO])
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
     if len(tied) > 0:
@@ -353,15 +351,13 @@ def _end(
 def _dies_out(
     pool: Float, q: int, who: int, asked: Float, a: Polynomial, v: Polynomial
 ) -> tuple[float, float, float]:
-    """Return how long, how often and how high a lane that just landed still bounces.
+    """Return duration, number and largest height of the bounces after a landing.
 
-    How long is NaN where the sums below do not hold.
-
-
-    A flight at the rate omega against a pull f takes 2 omega / f, and lands faster by a share of
-    2 omega f' / (3 f^2); the next begins slower by the restitution e, against the other side's
-    pull. Both are sums of powers of e^2, as long as f and f' change little and the ground lifts
-    neither side.
+    The duration is NaN where the closed forms below are not valid.
+    A flight that starts at the rate omega against a pull f takes 2 omega / f, and lands faster by a
+    share of 2 omega f' / (3 f^2). The next flight starts slower by the restitution e, against the
+    pull on the other side. The sums over all flights are geometric series in e^2, as long as f and
+    f' change little and the ground uplifts neither side.
     """
     e = asked[who, RESTITUTION]
     omega = pool[q + OMEGA]
@@ -398,9 +394,9 @@ def _rebound(
     lifts: Marker,
     tied: Marker,
 ) -> bool:
-    """Land a lane after t at a rate, and start it on the other side; whether it now rests.
+    """Land a lane after t at a rate, and start it on the other side.
 
-    Or whether it landed with the end of its interval, which needs the same attention.
+    Returns True if the lane needs attention: it now rests, or its interval has ended.
     """
     who = _index(pool[q + _WHO])
     pool[q + _COUNT] += 1.0
@@ -440,7 +436,7 @@ def _rebound(
 
 
 @inlined
-def _note(
+def _keep_excursion(
     pool: Float,
     q: int,
     asked: Float,
@@ -449,7 +445,7 @@ def _note(
     curved: Marker,
     lifts: Marker,
 ) -> None:
-    """Keep the excursion that a lane begins, if it is one of the highest."""
+    """Store the excursion that a lane begins, if it is one of the highest."""
     who = _index(pool[q + _WHO])
     h = asked[who, TIME_STEP]
     alpha = asked[who, SLENDERNESS]
@@ -459,7 +455,7 @@ def _note(
     rate = asked[who, P_HAT] * h
     at_node = side * ahead[node, 0]
     on = side * ahead[node + 1, 0] - at_node
-    slope = pool[q + A + WIDTH]  # of the ground, scaled and times the square of the rate
+    slope = pool[q + A + WIDTH]  # slope of the scaled ground acceleration, times rate^2
     if len(lifts) > 0:
         at_node += alpha * ahead[node, 1]
         on += alpha * (ahead[node + 1, 1] - ahead[node, 1])
@@ -469,7 +465,7 @@ def _note(
             slope += pool[q + A + k * WIDTH]
             if len(lifts) > 0:
                 slope += alpha * pool[q + V + k * WIDTH]
-    # its second derivative is the rate times what its slope exceeds that of the ground by
+    # second derivative of I(t) over the interval: rate times (slope of I - slope of the ground)
     bend = rate * asked[who, SCALE] * on - slope / rate
     still = asked[who, SCALE] * (at_node + elapsed * on) - 0.5 * elapsed * (1.0 - elapsed) * bend
     outwards = pool[q + OMEGA] / rate - still
@@ -479,7 +475,7 @@ def _note(
 
 @inlined
 def _fly_on(pool: Float, q: int, theta: float, omega: float) -> None:
-    """Put a lane at the end of its interval, aloft."""
+    """Move a lane to the end of its interval, still uplifted."""
     pool[q + THETA] = theta
     pool[q + OMEGA] = omega
     pool[q + ELAPSED] = 0.0
@@ -507,39 +503,39 @@ def integrate_lanes(  # noqa: C901  one loop, see above
     Parameters
     ----------
     ground : array, shape (coefficients,)
-        Rows of the ground motions, one after the other: the coefficients of the horizontal
-        acceleration [g] in powers of the time since each interval's start over its length, two, or
-        six where the ground is `curved`; then, if it `lifts`, those of the vertical one. At least
-        one row follows the last motion.
+        Rows of all ground motions, one row for each interval. A row has the coefficients of the
+        horizontal acceleration [g] in powers of the time since the interval's start over its
+        length: two, or six if `curved`. If `lifts`, those of the vertical acceleration follow. At
+        least one row must follow the last motion.
     bounds : array, shape (rows, 1 or 2)
-        Largest |acceleration| [g] in each interval, or more; then of the vertical one.
+        Upper bounds of the horizontal |acceleration| [g] in each interval, then of the vertical.
     coarse : array, shape (rows / COARSE, rounded down, 1 or 2)
-        The largest of each COARSE of them, from the first row on.
+        Largest of the bounds of each COARSE rows, from the first row on.
     curved, lifts : NO or YES
-        What form the rows have.
+        Form of the rows.
     tied : NO or YES
-        Whether the frames have ties; none of these yields.
+        YES if the frames have ties; these must not yield.
     asked : array, shape (scenarios, ASKED_SIZE)
         Values of the named slots of each scenario.
     verdicts : array of int8, shape (scenarios,)
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
-        Filled with the values of the kernel's named slots; the time of the peak is not kept.
+        Filled with the values of the kernel's named slots, except the time of the peak (NaN).
     ahead : array, shape (nodes, 1 or 2)
-        What `fill_ahead` tells of the ground motions for each frequency parameter.
+        Results of `fill_ahead` for the ground motions and each frequency parameter.
     excursions : array, shape (scenarios, kept, EXCURSION_SIZE)
-        Holds distances of minus infinity; filled, in no order, with those excursions that begin
-        highest. Without scenarios if they are not asked for.
+        Distances must be minus infinity. Filled with the excursions of the largest distances, in no
+        particular order. Shape (0, ...) if excursions are not requested.
     """
     total = asked.shape[0]
     notes = excursions.shape[0] > 0
     pool = np.zeros(_BLOCKS * _BLOCK)
-    # a round takes as long for empty lanes as for others: a few scenarios have but a few blocks;
-    # the loops below keep their constant bounds, without which they are not made of vectors
+    # empty lanes take as long as others, so a few scenarios use only a few blocks; the loops below
+    # keep constant bounds, because the compiler vectorises them only then
     used = min(_BLOCKS, (total + WIDTH - 1) // WIDTH) * _BLOCK
     pack = np.zeros(PACK_SIZE)
     tie_log = np.zeros((2, TIE_LOG_SIZE))
-    # unsigned, so that no index can be negative, which would have to be looked for
+    # unsigned, so that the compiler need not check for negative indices
     fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
     pending = np.zeros(_LANES, dtype=np.uint32)  # lanes that wait for a hop
     freshes = 0
@@ -568,7 +564,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                             pool, q, ground, bounds, coarse, asked, curved, lifts, tied
                         )
                         if notes and pool[q + AT] < pool[q + END]:
-                            _note(pool, q, asked, ahead, excursions, curved, lifts)
+                            _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
                     if pool[q + AT] < pool[q + END]:
                         pool[q + PENDING] = 1.0
                         pending[waiting] = q
@@ -577,7 +573,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                     _end(pool, q, asked, verdicts, summaries, tied, tie_log)
                     live -= 1
             freshes = 0
-            # a pack that is not full waits too, as long as others fly
+            # a pack that is not full waits until it is, or until no other lane moves
             if waiting == 0 or (waiting < WIDTH and waiting < live):
                 break
             taken = min(waiting, WIDTH)
@@ -652,7 +648,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                         continue
                 attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts, tied)
                 if notes and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
-                    _note(pool, q, asked, ahead, excursions, curved, lifts)
+                    _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
                 if attention:
                     fresh[freshes] = q
                     freshes += 1
@@ -661,7 +657,7 @@ def integrate_lanes(  # noqa: C901  one loop, see above
                     waiting += 1
         if live == 0:
             break
-        # loads of all blocks before the first stride: a vector cannot read what was just written
+        # load all blocks before the first stride: reading just-written numbers as a vector stalls
         for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
             if b >= used:
                 break

@@ -9,16 +9,18 @@ from rockframe.rocking.kernels.compiled import compiled, inlined
 #: Coefficients of a polynomial of degree 9, the constant term first.
 Polynomial: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float]
 
+#: Returned instead of a time if there is no root.
 NEVER: Final = -1.0
-#: Relative size of the last Newton step; its error is the square of it, so round-off.
+#: Newton's method stops at this relative step; the error is about its square, which is round-off.
 _ROOT_TOLERANCE: Final = 1e-13
 
 
 @compiled
 def derivatives(c: Polynomial, t: float) -> tuple[float, float, float, float]:
-    """Value and first three derivatives of a polynomial at t.
+    """Return the value and the first three derivatives of a polynomial at t.
 
-    Estrin's scheme: half the waiting of Horner's, where each product needs the one before.
+    Estrin's scheme is used because its products depend less on each other than in Horner's, so the
+    processor waits half as long.
     """
     c0, c1, c2, c3, c4, c5, c6, c7, c8, c9 = c
     t2 = t * t
@@ -40,7 +42,7 @@ def derivatives(c: Polynomial, t: float) -> tuple[float, float, float, float]:
 
 @inlined
 def shift(a: Polynomial, t: float) -> Polynomial:
-    """The ground's polynomial, of degree 5 at most, about t (repeated synthetic division)."""
+    """Return a polynomial of degree 5 at most about t (repeated synthetic division)."""
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
     a4 += t * a5
     a3 += t * a4
@@ -62,10 +64,10 @@ def shift(a: Polynomial, t: float) -> Polynomial:
 
 @compiled
 def root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess: float) -> float:
-    """Root in (a, b] of the derivative-th derivative minus level; its sign changes in between.
+    """Return the root in (a, b] of the derivative of this order minus level.
 
-    Newton's method from a guess, kept inside a bracket that bisection shrinks whenever a step
-    would leave it or converges too slowly.
+    The sign must change between a and b. Newton's method starts from a guess; bisection replaces
+    each step that would leave the bracket or converges too slowly.
     """
     end = derivatives(c, b)[derivative] - level
     if end == 0.0:
@@ -98,7 +100,8 @@ def root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess
 def inflexion(c: Polynomial, h: float, bend_0: float, bend_h: float) -> float:
     """Return where in [0, h] the second derivative changes its sign; h if nowhere.
 
-    It is taken to do so at most once in so short an interval. `bend_0` gives its sign just after 0.
+    The interval is assumed to be so short that the sign changes at most once. `bend_0` has the sign
+    of the second derivative just after 0.
     """
     return root(c, 2, 0.0, 0.0, h, NEVER) if bend_0 * bend_h < 0.0 else h
 
@@ -107,10 +110,10 @@ def inflexion(c: Polynomial, h: float, bend_0: float, bend_h: float) -> float:
 def marks(
     c: Polynomial, h: float, slope_0: float, slope_h: float, bend_0: float, middle: float
 ) -> tuple[float, float, float, float]:
-    """Ends of the pieces of [0, h] on which a polynomial is monotone; an empty piece ends at 0.
+    """Return the ends of the pieces of [0, h] on which a polynomial is monotone.
 
-    `slope_0` and `bend_0` give the signs of the first and second derivatives just after 0;
-    `middle` is the inflexion, or h.
+    An empty piece ends at 0. `slope_0` and `bend_0` have the signs of the first and second
+    derivatives just after 0; `middle` is the inflexion, or h.
     """
     slope_middle = slope_h if middle == h else derivatives(c, middle)[1]
     one = 0.0
@@ -124,7 +127,7 @@ def marks(
 
 @compiled
 def first_rise(a: Polynomial, limit: float, h: float) -> float:
-    """First time in [0, h] at which a polynomial exceeds limit, given that it does not at 0."""
+    """Return the first time in [0, h] at which a polynomial exceeds limit; at 0 it must not."""
     _, slope_0, bend_0, _ = derivatives(a, 0.0)
     _, slope_h, bend_h, _ = derivatives(a, h)
     left = 0.0

@@ -1,11 +1,12 @@
-"""One step of the rocking kernel: the Taylor series of the rotation, and what happens in it.
+"""One step of the rocking kernel: the Taylor series of the rotation, and the events within it.
 
 Within an interval the ground acceleration is a polynomial in time, so the rotation has a Taylor
 series whose coefficients follow from a recurrence. Uplift, impact, peak and overturning are roots
 of these polynomials, found to round-off.
 
-These functions pass numbers and tuples: an array passed down costs two atomic operations a call,
-which at first took 80 % of the time. The file is long because the series is written out.
+These functions pass numbers and tuples, not arrays: numba counts references to an array argument
+with two atomic operations a call, which took 80 % of the time. The file is long because the series
+is written out.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from rockframe.rocking.kernels.polynomials import (
     root,
 )
 
-#: A switch that is known when a function is compiled: on if it is not empty.
+#: A switch whose value is known at compile time: on if it is not empty.
 Marker: TypeAlias = tuple[()] | tuple[int]
 NO: Final = ()
 YES: Final = (1,)
@@ -33,19 +34,19 @@ YES: Final = (1,)
 MAX_GROUND_DEGREE: Final = 5
 
 #: Largest (rate x step) of one Taylor step; longer intervals are divided. The rate is p_hat times
-#: the root of the strongest pull on the frame [g]: of gravity, ground and ties together. Each
-#: derivative of theta grows by about as much. What is left out of the series of degree 9 matters
-#: most in the first small bounces after an uplift, whose relative error the next ones magnify: with
-#: this stride it stays below 1e-8 after 50 impacts in rough motions.
+#: the square root of the strongest pull [g] of gravity, ground and ties together: each derivative
+#: of theta is about this rate times the one before. The truncation error of the series (degree 9)
+#: matters most in the first small bounces after an uplift, because later bounces magnify their
+#: relative error. With this limit the error stays below 1e-8 after 50 impacts in rough motions.
 MAX_STRIDE: Final = 0.03
 HALF_PI: Final = math.pi / 2.0
 
-# How a step starts: what vanishes exactly at its first instant.
-MOVING: Final = 0  # nothing, or the rotation alone, after an impact
-FROM_REST: Final = 1  # rotation and rate; the ground is already beyond the uplift acceleration
-FROM_UPLIFT: Final = 2  # their derivative too; the ground passes the uplift acceleration now
+# Starts of a step. They differ in which quantities are exactly zero at the first instant.
+MOVING: Final = 0  # none, or only the rotation, after an impact
+FROM_REST: Final = 1  # rotation and rate: the ground already exceeds the uplift acceleration
+FROM_UPLIFT: Final = 2  # rate's derivative too: the ground just reaches the uplift acceleration
 
-# How a step ends.
+# Ends of a step.
 ALOFT: Final = 0
 LANDED: Final = 1
 FALLEN: Final = 2
@@ -70,15 +71,16 @@ def series(  # noqa: C901  sums written out
     lifts: Marker,
     tie: tuple[()] | tuple[float, float, float],
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Taylor coefficients w2 to w8 of the rate omega = w0 + w1 t + ..., from eq (26).
+    """Return Taylor coefficients w2 to w8 of the rate omega = w0 + w1 t + ..., from eq (26).
 
-    With psi = alpha s - theta, omega, sin(psi) and cos(psi) have the coefficients w, s and k:
-    omega' = -(v sin + a cos), sin' = -cos omega, cos' = sin omega; a and v are p_hat^2 times the
-    horizontal and one plus the vertical ground acceleration [g]. Written out so that all of it
-    stays in registers; in each sum the newest terms come last, so that none waits for another.
-    `curved` marks a ground of a degree above 1, `lifts` one with vertical acceleration. `tie` holds
-    nothing, or p_hat^2 times the force of the ties at theta = 0, sin(theta/2) and cos(theta/2):
-    these have the coefficients g and q.
+    With psi = alpha s - theta: omega, sin(psi) and cos(psi) have the coefficients w, s and k, and
+    omega' = -(v sin + a cos), sin' = -cos omega, cos' = sin omega. Here a is p_hat^2 times the
+    horizontal ground acceleration [g], and v is p_hat^2 times one plus the vertical one. The sums
+    are written out so that all numbers stay in registers. In each sum the newest terms come last,
+    so that the processor does not wait for them.
+    `curved` is on if the degree of the ground acceleration is above 1, `lifts` if there is a
+    vertical acceleration. `tie` is empty, or contains p_hat^2 times the force of the ties at
+    theta = 0, sin(theta/2) and cos(theta/2); the last two have the coefficients g and q.
     """
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
     v0, v1, v2, v3, v4, v5, _, _, _, _ = v
@@ -185,9 +187,10 @@ def taylor(
     start: int,
     pull: tuple[()] | tuple[float, float],
 ) -> Polynomial:
-    """Taylor coefficients of theta from eq (26), the ground accelerations a, v [g] polynomials.
+    """Return Taylor coefficients of theta from eq (26) under ground accelerations a and v [g].
 
-    `pull` holds nothing, or what the ties add: k, which turns gravity, and f_0.
+    `pull` is empty, or contains k and f_0 of the ties (see `ties`). The term of k is equivalent to
+    a rotation of gravity.
     """
     a = (p2 * a[0], p2 * a[1], p2 * a[2], p2 * a[3], p2 * a[4], p2 * a[5], 0.0, 0.0, 0.0, 0.0)
     v = (p2 + p2 * v[0], p2 * v[1], p2 * v[2], p2 * v[3], p2 * v[4], p2 * v[5], 0.0, 0.0, 0.0, 0.0)
@@ -200,7 +203,7 @@ def taylor(
         tie = (p2 * s * pull[1], math.sin(0.5 * theta), math.cos(0.5 * theta))
         w1 = -(v[0] * s0 + a[0] * k0 + tie[0] * tie[2])
         if start == FROM_UPLIFT:
-            w1 = 0.0  # the terms cancel at this instant; keep round-off from starting it
+            w1 = 0.0  # exactly zero at this instant; round-off must not start the motion
         w2, w3, w4, w5, w6, w7, w8 = series(omega, w1, s0, k0, a, v, YES, YES, tie)
     else:
         w1 = -(v[0] * s0 + a[0] * k0)
@@ -227,9 +230,9 @@ def flight(
 ) -> tuple[int, float, float, float, float, float, float]:
     """Follow one Taylor step to its first impact or overturning, or else to its end h.
 
-    Returns how it ends, when within the step, theta and omega then, the largest |theta| on the way
-    and when, the latter only if it may exceed `peak_so_far`; and the largest |omega|. Theta is
-    monotone on each piece between marks, so that a change of sign there is the one root.
+    Returns the kind of end, its time within the step, theta and omega then, the largest |theta| and
+    its time, and the largest |omega|. The largest |theta| is only reliable if it exceeds
+    `peak_so_far`. Theta is monotone between `marks`, so a change of sign there has one root.
     """
     theta_h, omega_h, bend_h, _ = derivatives(c, h)
     omega_0 = c[1] if start == MOVING else s
@@ -242,7 +245,7 @@ def flight(
     ):
         return ALOFT, h, theta_h, omega_h, abs(theta_h), h, abs(omega_h)
     if start == MOVING and c[0] == 0.0 and s * theta_h < 0.0 and s * bend_0 < 0.0 > s * bend_h:
-        # a bounce: theta is concave, so one landing, at about twice the time of the peak
+        # a bounce: theta is concave and lands once, at about twice the time of the peak
         crest = -c[1] / (2.0 * c[2])
         if s * c[1] * h <= peak_so_far and crest < h and s * derivatives(c, crest)[0] > 0.0:
             t = root(c, 0, 0.0, crest, h, 2.0 * crest)
@@ -260,7 +263,7 @@ def flight(
             continue
         reached = derivatives(c, right)[0]
         if s * reached <= 0.0:
-            # a flight that started at 0 is nearly a parabola: it lands at twice its peak's time
+            # a flight from theta = 0 is nearly a parabola: it lands at twice the time of its peak
             guess = 2.0 * left if c[0] == 0.0 else NEVER
             ended, t, theta = LANDED, root(c, 0, 0.0, left, right, guess), 0.0
             break
@@ -281,7 +284,7 @@ def flight(
 
 @compiled
 def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynomial:
-    """Return sign a - limit v, above the limit when ground of this sign uplifts the frame."""
+    """Return sign a - limit v; the frame uplifts where it exceeds the limit."""
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
     v0, v1, v2, v3, v4, v5, _, _, _, _ = v
     return (
@@ -300,7 +303,7 @@ def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynom
 
 @compiled
 def first_exceedance(a: Polynomial, v: Polynomial, limit: float, hold: float, h: float) -> float:
-    """First time in [0, h] at which |a| exceeds limit (1 + v) + hold; at 0 it does not."""
+    """Return the first time in [0, h] when |a| exceeds limit (1 + v) + hold; at 0 it must not."""
     first = NEVER
     for sign in (1.0, -1.0):
         t = first_rise(_driving(sign, a, limit, v), limit + hold, h)
@@ -313,9 +316,9 @@ def first_exceedance(a: Polynomial, v: Polynomial, limit: float, hold: float, h:
 def lift_off(
     a: Polynomial, v: Polynomial, limit: float, hold: float, span: float
 ) -> tuple[float, int]:
-    """Return when in the span a frame at rest uplifts, and how it starts; NEVER if not.
+    """Return when within the span a frame at rest uplifts (NEVER if not), and how it starts.
 
-    `hold` is what ties add to the acceleration [g] that uplifts, zero without.
+    `hold` is what ties add to the uplift acceleration [g]; zero without ties.
     """
     if abs(a[0]) > limit * (1.0 + v[0]) + hold:
         return 0.0, FROM_REST

@@ -1,4 +1,4 @@
-"""Motion of a frame once the ground is still."""
+"""Motion of a frame after the ground has come to rest."""
 
 from __future__ import annotations
 
@@ -37,10 +37,11 @@ from rockframe.rocking.kernels.ties import (
 
 Float = NDArray[np.float64]
 
-#: After an impact slower than this share of p_hat, with the ground too weak to uplift, the frame
-#: is at rest. Impacts follow each other in a geometric series, so their number depends on it.
+#: The frame is at rest after an impact slower than this times p_hat, if the ground is too weak to
+#: uplift it. The rates of impacts form a geometric series, so their number depends on this value.
 REST_VELOCITY_RATIO: Final = 1e-10
-#: A frame balanced on the barrier to round-off is left falling after so many steps, no time given.
+#: Largest number of steps. A frame that still balances on the barrier then counts as overturned,
+#: without a time.
 _MAX_TAIL: Final = 100_000
 
 
@@ -48,11 +49,11 @@ _MAX_TAIL: Final = 100_000
 def _free_rocking(
     theta: float, omega: float, s: float, alpha: float, p_hat: float, restitution: float
 ) -> tuple[bool, float, float]:
-    """Say if the frame overturns freely from this state; if not, give the largest |theta|, |omega|.
+    """Return whether the frame overturns freely from this state, and its largest |theta|, |omega|.
 
-    The exact energy verdict: E = omega^2/2 + p_hat^2 cos(alpha - |theta|) is kept between impacts,
-    p_hat^2 is the barrier at |theta| = alpha, and an impact takes (1 - restitution^2) of the
-    kinetic energy. What is computed is E - p_hat^2, without its cancellation near the barrier.
+    The energy decides exactly: E = omega^2/2 + p_hat^2 cos(alpha - |theta|) is constant between
+    impacts, the barrier at |theta| = alpha is p_hat^2, and an impact takes (1 - restitution^2) of
+    the kinetic energy. E - p_hat^2 is computed in a form without cancellation near the barrier.
     """
     if s == 0.0:
         return False, 0.0, 0.0
@@ -63,7 +64,7 @@ def _free_rocking(
     if abs(theta) >= alpha and (outward or excess < 0.0):
         return True, HALF_PI, 0.0
     landing = math.sqrt(2.0 * max(0.0, excess + barrier))
-    if not outward:  # over to the other side, with what the impact leaves
+    if not outward:  # the frame swings to the other side with the energy left by the impact
         excess = restitution * restitution * (excess + barrier) - barrier
     if excess >= 0.0:
         return True, HALF_PI, 0.0
@@ -76,10 +77,14 @@ def tail(
 ) -> tuple[bool, float, float, float, float, float]:
     """Follow the frame from this state over still ground.
 
-    Returns whether the frame overturns, how long after [s], NaN if not, and the largest |theta|,
-    |omega|; then when it landed before it overturned on the other side, NaN if it did not, and the
-    rate just before that landing, or, of a frame that stands, before its hardest one. A frame
-    balanced on the barrier to round-off overturns at no time, NaN.
+    Returns six values:
+
+    - whether the frame overturns;
+    - how long after [s]; NaN if it stands, or balances on the barrier to round-off;
+    - the largest |theta|;
+    - the largest |omega|;
+    - when it landed before overturning on the other side; NaN if it did not;
+    - the rate just before that landing; for a frame that stands, before its fastest landing.
     """
     overturns, peak, fastest = _free_rocking(theta, omega, s, alpha, p_hat, restitution)
     if not overturns:
@@ -122,10 +127,9 @@ def tied_tail(  # noqa: C901  one loop
 ) -> tuple[bool, float, float, float, float, float]:
     """Follow the frame over still ground as `tail` does, and fill in the log of the ties.
 
-    Ties that do not yield keep energy: the first peak, where it turns inwards, is the largest, and
-    the first landing the hardest. With
-    dissipaters the frame is followed until it rests, or swings about a residual rotation without
-    yielding; one that bounces for longer than that is followed stands.
+    Ties that do not yield conserve energy, so the first peak is the largest and the first landing
+    the fastest. A frame with dissipaters is followed until it rests, or swings about a residual
+    rotation without yielding. A frame that still bounces after the largest number of steps stands.
     """
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     yields = ties[0][4] == PLASTIC or ties[1][4] == PLASTIC
@@ -205,7 +209,7 @@ def _balance(
     high: float,
     low: float,
 ) -> float:
-    """The |theta| between two at which a frame does not move, by bisection."""
+    """Return the |theta| of equilibrium between two rotations, by bisection."""
     k, f = both_held(ties, states)
     for _ in range(100):
         middle = 0.5 * (high + low)
@@ -228,10 +232,10 @@ def elastic_tail(
     f: float,
     tie_log: Float,
 ) -> tuple[bool, float, float, float, float, float]:
-    """Follow a frame whose ties do not yield over still ground.
+    """Follow a frame over still ground whose ties do not yield; return the values of `tail`.
 
-    Returns what `tail` returns. The energy over p_hat^2, zero at theta = 0, decides exactly as
-    there; the barrier is where it stops growing with |theta|, or pi/2.
+    The energy over p_hat^2, zero at theta = 0, decides exactly. The barrier is the |theta| at which
+    the potential energy stops growing, or pi/2.
     """
     if s == 0.0:
         return False, math.nan, 0.0, 0.0, math.nan, 0.0
@@ -260,14 +264,14 @@ def elastic_tail(
 
 @compiled
 def _held_energy(theta: float, alpha: float, k: float, f: float) -> float:
-    """Energy of height and of elastic ties at a rotation, over that of p_hat^2."""
+    """Return the potential energy of gravity and elastic ties at a rotation, over p_hat^2."""
     half = math.sin(0.5 * theta)
     return 2.0 * half * (math.sin(alpha - 0.5 * theta) + k * half + f)
 
 
 @compiled
 def _held_root(alpha: float, k: float, f: float, energy: float, top: float, turns: bool) -> float:
-    """The rotation below `top` at which that energy is reached, or where it `turns`.
+    """Return the rotation below `top` where `_held_energy` has a value or, if `turns`, a maximum.
 
     Newton's method, kept inside a bracket.
     """

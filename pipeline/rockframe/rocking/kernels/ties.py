@@ -1,13 +1,13 @@
 """Ties across the opening joints: tendons, and dissipaters that yield.
 
-A tie is stretched by x = 2 sin(|theta| / 2) times its lever, and adds the moment f cos(theta / 2)
-against the rotation, over the one that gravity has at theta = alpha + pi/2. On each branch f is
-linear in x, so that the equation of motion keeps its form (re-derived):
+A tie is stretched by x = 2 sin(|theta| / 2) times its lever. It adds the moment f cos(theta / 2)
+against the rotation, in units of the moment of gravity at theta = alpha + pi/2. On each branch of
+its law, f is linear in x, so the equation of motion keeps its form (re-derived):
 theta'' = -p_hat^2 [(1 + a_v/g) sin(alpha s - theta) + (a_h/g) cos(alpha s - theta)
                     + k sin(theta) + s f_0 cos(theta/2)],
-with the sums k and f_0 over the ties: k is their stiffness, f_0 their force at theta = 0 as the
-branch has it. Branches change where |theta| crosses a level or turns; both are roots of the
-polynomial that theta is.
+where k is the sum of the stiffnesses of the ties, and f_0 the sum of their forces at theta = 0,
+extrapolated along their branches. Branches change where |theta| crosses a level or turns. Both are
+roots of the polynomial of theta.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from rockframe.rocking.kernels.compiled import compiled
 from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, first_rise
 
 Float = NDArray[np.float64]
-#: Stiffness, force at rest, highest and lowest force, kind; forces as moments, see above.
+#: Stiffness, force at rest, highest and lowest force, kind. Forces are moments, see above.
 Tie: TypeAlias = tuple[float, float, float, float, float]
-#: Branch; plastic stretch; |theta| at which it leaves the branch upwards and downwards.
+#: Branch; plastic stretch; |theta| at which the tie leaves the branch upwards and downwards.
 TieState: TypeAlias = tuple[float, float, float, float]
 #: A tendon and a dissipater.
 Pair: TypeAlias = tuple[Tie, Tie]
@@ -32,32 +32,32 @@ States: TypeAlias = tuple[TieState, TieState]
 Ties: TypeAlias = tuple[()] | Pair
 
 # Kinds.
-ELASTIC: Final = 0.0  # for ever; that it passes the highest force is noted
-CABLE: Final = 1.0  # yields at the highest force, and is slack without tension
-PLASTIC: Final = 2.0  # yields both ways
+ELASTIC: Final = 0.0  # never yields; the time of the highest force is logged
+CABLE: Final = 1.0  # yields in tension, carries no compression
+PLASTIC: Final = 2.0  # yields in tension and compression
 
 # Branches.
 _LINEAR: Final = 0.0
 _HIGHEST: Final = 1.0
 _LOWEST: Final = 2.0
 
-# Slots of what is noted of each tie.
-YIELD_TIME: Final = 0  # when it first passes its highest or lowest force [s], NaN if never
-WORK: Final = 1  # what yielding has dissipated, as a moment times an angle
+# Slots of the log of each tie.
+YIELD_TIME: Final = 0  # first time at its highest or lowest force [s], NaN if never
+WORK: Final = 1  # energy dissipated by yielding, as a moment times an angle
 PLASTIC_STRETCH: Final = 2  # at the end
-REST: Final = 3  # of the frame: |theta| at which it comes to rest [rad], NaN if it overturns
+REST: Final = 3  # |theta| at which the frame comes to rest [rad], NaN if it overturns
 TIE_LOG_SIZE: Final = 4
 
 
 @compiled
 def stretch(theta: float) -> float:
-    """Stretch of a tie over its lever [1]."""
+    """Return the stretch of a tie over its lever [1]."""
     return 2.0 * math.sin(0.5 * abs(theta))
 
 
 @compiled
 def _level(x: float) -> float:
-    """The |theta| of a stretch; infinite above that of pi/2, NEVER below zero."""
+    """Return the |theta| of a stretch: infinite if above pi/2, NEVER if the stretch is negative."""
     if x < 0.0:
         return NEVER
     return 2.0 * math.asin(0.5 * x) if x < math.sqrt(2.0) else math.inf
@@ -65,7 +65,7 @@ def _level(x: float) -> float:
 
 @compiled
 def _linear(tie: Tie, plastic: float) -> TieState:
-    """The linear branch about a plastic stretch."""
+    """Return the linear branch about a plastic stretch."""
     stiffness, force, highest, lowest, _ = tie
     upper = _level(plastic + (highest - force) / stiffness) if highest < math.inf else math.inf
     lower = _level(plastic + (lowest - force) / stiffness) if lowest > -math.inf else NEVER
@@ -87,7 +87,7 @@ def begun(tie: Tie, theta: float) -> TieState:
 
 @compiled
 def _held(tie: Tie, state: TieState) -> tuple[float, float]:
-    """Return the part of a tie in k and f_0 on its branch."""
+    """Return the contribution of a tie to k and f_0 on its branch."""
     if state[0] == _HIGHEST:
         return 0.0, tie[2]
     if state[0] == _LOWEST:
@@ -97,7 +97,7 @@ def _held(tie: Tie, state: TieState) -> tuple[float, float]:
 
 @compiled
 def force_at(tie: Tie, state: TieState, theta: float) -> float:
-    """The force of a tie, as a moment over the one that gravity has."""
+    """Return the force of a tie, as a moment in units of that of gravity."""
     stiffness, force = _held(tie, state)
     return force + stiffness * stretch(theta)
 
@@ -123,7 +123,10 @@ def _rate(c: Polynomial, factor: float) -> Polynomial:
 
 @compiled
 def _leaves(tie: Tie, state: TieState, c: Polynomial, s: float, h: float) -> tuple[float, float]:
-    """Return when within h a tie leaves its branch, and |theta| then; NEVER if not known."""
+    """Return when within h a tie leaves its branch, and |theta| then.
+
+    Both are NEVER if it does not. Only |theta| is NEVER where the rotation turns.
+    """
     branch, _, upper, lower = state
     if branch == _HIGHEST:
         return first_rise(_rate(c, -s), 0.0, h), NEVER
@@ -138,11 +141,11 @@ def _leaves(tie: Tie, state: TieState, c: Polynomial, s: float, h: float) -> tup
 
 @compiled
 def _left(tie: Tie, state: TieState, theta: float) -> tuple[TieState, float]:
-    """The branch on which a tie goes on at theta, and what it has dissipated since the last one."""
+    """Return the next branch of a tie at theta, and the energy dissipated on the last one."""
     stiffness, force, highest, lowest, kind = tie
     branch, plastic, upper, lower = state
     if branch == _LINEAR:
-        if abs(theta) < upper:  # a cable waits until it is taut again
+        if abs(theta) < upper:  # a cable is slack until |theta| exceeds `lower` again
             return (_LOWEST, plastic, lower if kind == CABLE else math.inf, NEVER), 0.0
         if kind == ELASTIC:
             return (_LINEAR, plastic, math.inf, lower), 0.0
@@ -159,7 +162,7 @@ def _left(tie: Tie, state: TieState, theta: float) -> tuple[TieState, float]:
 
 @compiled
 def _closed(tie: Tie, state: TieState) -> tuple[TieState, float]:
-    """Continue a tie when the joint has closed and opens on the other side."""
+    """Return state and dissipated energy of a tie when its joint opens on the other side."""
     if state[0] == _LOWEST and tie[4] == PLASTIC:
         return _left(tie, state, 0.0)
     return state, 0.0
@@ -167,7 +170,7 @@ def _closed(tie: Tie, state: TieState) -> tuple[TieState, float]:
 
 @compiled
 def both_held(ties: Pair, states: States) -> tuple[float, float]:
-    """Return the part of both ties in k and f_0."""
+    """Return k and f_0 of both ties together."""
     k_0, f_0 = _held(ties[0], states[0])
     k_1, f_1 = _held(ties[1], states[1])
     return k_0 + k_1, f_0 + f_1
@@ -175,7 +178,7 @@ def both_held(ties: Pair, states: States) -> tuple[float, float]:
 
 @compiled
 def uplift_hold(alpha: float, ties: Pair, states: States) -> float:
-    """Return the part of both ties in the ground acceleration [g] that uplifts."""
+    """Return what both ties add to the ground acceleration that uplifts the frame [g]."""
     return both_held(ties, states)[1] / math.cos(alpha)
 
 
@@ -183,7 +186,7 @@ def uplift_hold(alpha: float, ties: Pair, states: States) -> float:
 def next_change(
     ties: Pair, states: States, c: Polynomial, s: float, h: float
 ) -> tuple[int, float, float]:
-    """Return the tie that leaves its branch first within h, when, and |theta| then; -1 if none."""
+    """Return which tie first leaves its branch within h (-1 if none), when, and |theta| then."""
     when, level = _leaves(ties[0], states[0], c, s, h)
     when_1, level_1 = _leaves(ties[1], states[1], c, s, h)
     if when_1 != NEVER and (when == NEVER or when_1 < when):
@@ -203,7 +206,7 @@ def changed(
     tie_log: Float,
     time: float,
 ) -> tuple[float, float, States]:
-    """Let a tie go on on another branch, exactly at its level or where the rotation turns."""
+    """Move a tie to its next branch, exactly at its level or where the rotation turns."""
     if level == NEVER:
         omega = 0.0
     else:
@@ -223,7 +226,7 @@ def changed(
 
 @compiled
 def landed(ties: Pair, states: States, tie_log: Float) -> States:
-    """Let the ties go on on the other side of an impact."""
+    """Return the states of the ties after an impact."""
     one, work_0 = _closed(ties[0], states[0])
     two, work_1 = _closed(ties[1], states[1])
     tie_log[0, WORK] += work_0

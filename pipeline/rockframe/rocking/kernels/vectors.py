@@ -1,15 +1,15 @@
 """Operations on all lanes of a block at once: loops that the compiler vectorises.
 
-A lane holds a scenario while it rocks. Its coordinates are those of the side it has lifted to:
-theta and omega are positive outwards, `A` is the horizontal acceleration [g] with the sign of that
-side, times p_hat^2 and the scale; the unit of time is the interval of its ground motion, in which
-that is a polynomial. All lanes of a block are rows of one array, a row of WIDTH numbers for each
-quantity, so that the compiler sees that nothing overlaps.
+A lane contains one scenario while its frame rocks. Theta and omega are positive outwards, on the
+side that has lifted. `A` is the horizontal acceleration [g] times p_hat^2 and the scale, with the
+sign of that side. The unit of time is the length of an interval of the ground motion, in which the
+acceleration is a polynomial. A block is one array with a row of WIDTH numbers for each quantity, so
+that the compiler knows that nothing overlaps.
 
-There is no branch in these loops: each lane comes to the same whatever the others do. A lane in
-which something happens is left as it was, and marked.
+These loops have no branches, so the result of a lane does not depend on other lanes. A lane in
+which an event happens is left unchanged, and marked.
 
-The file is long because what is one vector to the compiler must be written out in one loop.
+The file is long because the compiler vectorises only operations that are written out in one loop.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker
 
 Float = NDArray[np.float64]
 
-#: Lanes of a block: two of the widest vectors that there are.
+#: Number of lanes in a block: two of the widest vectors of current processors.
 WIDTH: Final = 16
 
 # Rows of a block.
@@ -34,44 +34,45 @@ THETA: Final = 0 * WIDTH
 OMEGA: Final = 1 * WIDTH
 ALPHA: Final = 2 * WIDTH
 P2: Final = 3 * WIDTH  # p_hat^2
-PEAK: Final = 4 * WIDTH  # largest theta until now, of those where omega changed its sign
+PEAK: Final = 4 * WIDTH  # largest theta until now at which omega changed its sign
 FASTEST: Final = 5 * WIDTH  # largest |omega| until now
-ELAPSED: Final = 6 * WIDTH  # within the interval; not zero only while theta is
+ELAPSED: Final = 6 * WIDTH  # time within the interval; zero unless theta is zero
 START: Final = 7 * WIDTH  # how the next flight starts, as in the scalar kernel
 A: Final = 8 * WIDTH  # coefficients of the ground, six rows
 V: Final = 14 * WIDTH  # p_hat^2 and the vertical acceleration, likewise
-AT: Final = 20 * WIDTH  # row of the ground
-END: Final = 21 * WIDTH  # row after the last one
+AT: Final = 20 * WIDTH  # current row of the ground
+END: Final = 21 * WIDTH  # row after the last one of the motion
 SEEN: Final = 22 * WIDTH  # 1 if the last stride was taken or the lane was pending
 PENDING: Final = 23 * WIDTH  # 1 if the lane waits for a hop, or is empty
 TIE: Final = 24 * WIDTH  # p_hat^2 times the force of the ties at theta = 0
 HOT_ROWS: Final = 25
 
-# Rows of a pack that a block does not have.
-TAU: Final = 25 * WIDTH  # when it lands
-OPEN: Final = 26 * WIDTH  # 1 while that is sought
+# Rows that a pack has and a block does not.
+TAU: Final = 25 * WIDTH  # time of the landing
+OPEN: Final = 26 * WIDTH  # 1 while this time is being iterated
 KIND: Final = 27 * WIDTH  # how the hop ends
 THETA_AFTER: Final = 28 * WIDTH
 OMEGA_AFTER: Final = 29 * WIDTH
 _C: Final = 28 * WIDTH  # coefficients 2 to 9 of theta, in rows 30 to 37
-TURN: Final = 38 * WIDTH  # when it turns, where that is a new peak
-TURNING: Final = 39 * WIDTH  # 1 if it is
-STEP: Final = 40 * WIDTH  # the last of Newton's steps towards it
+TURN: Final = 38 * WIDTH  # time of a new peak
+TURNING: Final = 39 * WIDTH  # 1 if there is a new peak
+STEP: Final = 40 * WIDTH  # last Newton step towards the time of the peak
 PACK_SIZE: Final = 42 * WIDTH
 
-# How a hop ends.
-HOP_ALONE: Final = 0.0  # in a way that the scalar kernel is to follow
+# Ends of a hop.
+HOP_ALONE: Final = 0.0  # to be computed by the scalar kernel
 HOP_ALOFT: Final = 1.0
 HOP_LANDED: Final = 2.0
 
 _LANDING_STEPS: Final = 12
-#: Newton's steps from the top of a parabola: the error of theta is the square of the last one's.
+#: Newton steps to the time of a peak. They start from the top of a parabola, and the error of theta
+#: is the square of the error in time.
 _TURNING_STEPS: Final = 4
 
 
 @inlined
 def _sine_cosine(x: float) -> tuple[float, float]:
-    """Polynomials that are sine and cosine to round-off between -pi/2 and pi/2."""
+    """Return polynomials equal to sine and cosine to round-off between -pi/2 and pi/2."""
     y = x * x
     y2 = y * y
     y4 = y2 * y2
@@ -94,7 +95,7 @@ def _sine_cosine(x: float) -> tuple[float, float]:
 
 @inlined
 def _pushed(pool: Float, j: int, curved: Marker, lifts: Marker) -> tuple[Polynomial, Polynomial]:
-    """Fill in the ground in the interval of lane j: the rows A and V."""
+    """Return the ground's polynomials in the interval of lane j, from the rows A and V."""
     a0 = pool[j + A]
     a1 = pool[j + A + WIDTH]
     if len(curved) > 0:
@@ -134,25 +135,25 @@ def _pushed(pool: Float, j: int, curved: Marker, lifts: Marker) -> tuple[Polynom
 
 @inlined
 def _push(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
-    """A coefficient of v s + a k."""
+    """Return a coefficient of v s + a k."""
     return a * k + v * s if len(lifts) > 0 else a * k
 
 
 @inlined
 def _turned(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
-    """A coefficient of v k - a s."""
+    """Return a coefficient of v k - a s."""
     return v * k - a * s if len(lifts) > 0 else -(a * s)
 
 
 @inlined
 def least_of(a: float, b: float) -> float:
-    """The lesser one; min() minds what is not a number, and takes longer."""
+    """Return the smaller number; min() also handles NaN, which takes longer."""
     return a if a < b else b
 
 
 @inlined
 def most_of(a: float, b: float) -> float:
-    """The greater one."""
+    """Return the larger number."""
     return a if a > b else b
 
 
@@ -167,21 +168,22 @@ def _turn(  # noqa: C901  sums written out
     lifts: Marker,
     tie: tuple[()] | tuple[float, float],
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Taylor coefficients f0, g1 to g7 of psi'' from eq (26), with psi' = -omega.
+    """Return Taylor coefficients f0, g1 to g7 of psi'' from eq (26), with psi' = -omega.
 
-    Psi turns by d = d1 t + d2 t^2 + ..., and with s and k its sine and cosine at t = 0
+    Psi changes by d = d1 t + d2 t^2 + .... With s and k the sine and cosine of psi at t = 0,
     psi'' = (v s + a k) cos(d) + (v k - a s) sin(d).
-    The coefficients of cos(d) and sin(d) are those of d and their products, written out: half the
-    work of the recurrences of the scalar kernel. `pushed` is zero where the force vanishes exactly
-    at t = 0, and one elsewhere.
+    The coefficients of cos(d) and sin(d) are written out as products of the coefficients of d,
+    which is half the work of the recurrences of the scalar kernel. `pushed` is zero if the force is
+    exactly zero at t = 0, else one.
 
-    Psi then has degree 9. With x = rate times step (see MAX_STRIDE), degree 7 would leave out
-    x^8 / 8! (2e-17 at x = 0.03). But of a flight that begins at zero the relative error counts, for
-    bounces magnify it: what then matters of the last two terms is kept, products of two d at most.
+    Psi then has degree 9. With x = rate times step (see MAX_STRIDE), a series of degree 7 would
+    omit x^8 / 8! (2e-17 at x = 0.03). But in a flight that begins at theta = 0 the relative error
+    counts, because bounces magnify it. The terms of g6 and g7 that matter then are kept: products
+    of at most two coefficients of d.
 
-    `tie` holds nothing, or what the ties add: their force at theta = 0 times sin(theta/2) and
-    cos(theta/2) at t = 0. That turns by d / 2: to the coefficients of sin(d) come 1/8, and those of
-    d itself times 3/8; to those of cos(d) comes 1/4, which is exact up to d^3.
+    `tie` is empty, or contains the force of the ties at theta = 0 times sin(theta/2) and
+    cos(theta/2) at t = 0. The angle of these changes by d/2: cos(d/2) is replaced by
+    3/4 + cos(d)/4 and sin(d/2) by 3 d/8 + sin(d)/8, which is exact up to d^3.
     """
     s, k = _sine_cosine(psi)
     f0 = pushed * (v[0] * s + a[0] * k)
@@ -256,11 +258,12 @@ def _turn(  # noqa: C901  sums written out
 
 @inlined
 def stride(pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker) -> None:
-    """Take each lane of the block at b to the end of its interval, if nothing happens in it.
+    """Take each lane of the block at b to the end of its interval, if no event happens in it.
 
-    Nothing: no landing, no fall, and no peak of theta or omega above the former ones within the
-    interval. Between its ends theta differs from the chord by at most an eighth of the largest
-    bend, `wave`; a maximum or minimum of theta needs the rate to change by that bend, `swing`.
+    An event is a landing, overturning, or a peak of theta or omega within the interval that exceeds
+    the earlier ones. Within the interval theta differs from its chord by at most `wave`, an eighth
+    of the bound of its second derivative. Theta can have a maximum or minimum only if its rate at
+    one end is at most `swing`, half of that bound.
     """
     for j in range(b, b + WIDTH):
         theta = pool[j + THETA]
@@ -318,7 +321,7 @@ def stride(pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker) -> 
 
 @inlined
 def _value(pack: Float, j: int, t: float) -> tuple[float, float]:
-    """Theta and its rate at t within a hop."""
+    """Return theta and its rate at t within a hop."""
     p = pack[j + _C + 9 * WIDTH]
     d = p
     for k in range(8, 1, -1):
@@ -331,7 +334,7 @@ def _value(pack: Float, j: int, t: float) -> tuple[float, float]:
 
 @inlined
 def _locate_peaks(pack: Float) -> None:
-    """Locate the peaks of lanes that turn higher than ever before: Newton's method on the rate."""
+    """Locate the new peaks of a pack's lanes by Newton's method on the rate."""
     turning = 0.0
     for j in range(WIDTH):
         turning += pack[j + TURNING]
@@ -367,9 +370,9 @@ def hop(  # noqa: C901  one loop, see above
 ) -> None:
     """Take each lane of a pack from within its interval to its landing or the interval's end.
 
-    What the scalar kernel must follow is marked: where the bend changes its sign, a peak exceeds
-    the former ones, or the frame falls. In all other hops the frame flies freely or falls back
-    like a stone, concave from the start to the landing.
+    Lanes that the scalar kernel must compute are marked: the second derivative changes its sign, a
+    peak exceeds the earlier ones and is not located, or the frame overturns. In all other hops
+    theta is monotone, or concave from the start to the landing.
     """
     for j in range(WIDTH):
         theta = pack[j + THETA]
@@ -436,7 +439,7 @@ def hop(  # noqa: C901  one loop, see above
         pack[j + TURN] = least_of(omega / (f0 if turns else 1.0), h)
         pack[j + TURNING] = 1.0 if turns else 0.0
         low = turns | (crest <= peak)
-        # or the bend changes its sign, too weak to turn the motion or to make it the fastest
+        # also allowed: a bend that changes sign but cannot reverse the motion or raise its top rate
         bend = (abs(f0) + abs(pull_h)) * h
         quick = most_of(omega, omega_h)
         slow = least_of(omega, omega_h)
@@ -450,7 +453,7 @@ def hop(  # noqa: C901  one loop, see above
             )
         )
         landing = moving & (theta_h < 0.0) & ((falling & low) | (slower & (quick < -0.5 * bend)))
-        # where a parabola lands, then one of Newton's steps on the cubic
+        # first guess: the landing of a parabola, then one Newton step on the cubic
         root = math.sqrt(most_of(omega * omega + 2.0 * theta * f0, 0.0))
         guess = (omega + root if rises else 2.0 * theta) / (
             f0 if rises else most_of(root - omega, 1e-300)
