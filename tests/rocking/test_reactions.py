@@ -314,7 +314,7 @@ def test_bridge_impact_demand(expected: Expected) -> None:
 
 
 def test_a_motion_of_another_response_is_refused() -> None:
-    with pytest.raises(ParameterError, match="Must be the one that the response"):
+    with pytest.raises(ParameterError, match="Must be the motion of the response"):
         reactions(respond(BENT, still(1.0)), still(2.0))
 
 

@@ -1,4 +1,4 @@
-"""Rocking: what shakes the frame, the kernel, and the response around it."""
+"""Rocking response of frames: ground motions, responses, joint forces, margins and spectra."""
 
 from rockframe.rocking.batch import Peaks as Peaks
 from rockframe.rocking.batch import Scenarios as Scenarios

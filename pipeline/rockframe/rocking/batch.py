@@ -1,4 +1,4 @@
-"""Responses at scale: verdicts and peaks of many scenarios, without histories."""
+"""Verdicts and peaks of many scenarios, without histories."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 Motion = Record | Pulse | GroundAcceleration | Prepared
 
-#: Scenarios that are worth the start of a thread.
+#: Number of scenarios for which another thread pays off.
 _WORTH_A_THREAD: Final = 256
 
 
@@ -44,25 +44,25 @@ class Scenarios:
     verdict : array of int8, shape (scenarios,)
         Values of `Verdict`.
     peak_rotation : array, shape (scenarios,)
-        Largest absolute rotation [rad], free rocking after the end of the motion included; pi/2
+        Largest absolute rotation [rad], including free rocking after the end of the motion; pi/2
         if overturned.
     peak_rotation_ratio : array, shape (scenarios,)
-        The same over the slenderness of the frame [1].
+        Largest absolute rotation over the slenderness of the frame [1].
     peak_velocity : array, shape (scenarios,)
-        Largest absolute angular velocity [rad s-1], free rocking included; of a frame that
-        overturns, until it does.
+        Largest absolute angular velocity [rad s-1], including free rocking; for a frame that
+        overturns, until overturning.
     impact_velocity : array, shape (scenarios,)
         Largest velocity [m s-1] at which the lifted corner of a column's base meets the ground,
-        2 b |theta'| just before an impact, free rocking included; 0 if there is none.
+        2 b |theta'| just before an impact, including free rocking; 0 if there is no impact.
     uplift_time, overturning_time : array, shape (scenarios,)
-        First uplift and overturning [s]; NaN if there is none.
+        Times of the first uplift and of overturning [s]; NaN if there is none.
     impacts : array of int32, shape (scenarios,)
         Number of impacts during the motion, or until overturning.
     excursions : array, shape (scenarios, kept, 3)
-        Excursions that begin nearest to overturning or beyond it, the highest first: when [s],
-        towards which side (+1 or -1), and how far above the separatrix of the linear theory
-        [alpha], minus infinity where there are no more of them. One that overturns is its
-        scenario's last.
+        Excursions with the largest distances from the separatrix of the linear theory, the largest
+        first: start [s], side (+1 or -1), and distance [alpha], positive beyond the separatrix and
+        minus infinity if a scenario has fewer excursions. An excursion that overturns is the last
+        one of its scenario in time.
     """
 
     verdict: NDArray[np.int8]
@@ -85,17 +85,17 @@ class Peaks:
     verdict : array of int8, shape (motions, frames, scales)
         Values of `Verdict`.
     peak_rotation : array, shape (motions, frames, scales)
-        Largest absolute rotation [rad], free rocking after the end of the motion included; pi/2
+        Largest absolute rotation [rad], including free rocking after the end of the motion; pi/2
         if overturned.
     peak_rotation_ratio : array, shape (motions, frames, scales)
-        The same over the slenderness of the frame [1].
+        Largest absolute rotation over the slenderness of the frame [1].
     peak_velocity : array, shape (motions, frames, scales)
         Largest absolute angular velocity [rad s-1], until overturning.
     impact_velocity : array, shape (motions, frames, scales)
         Largest velocity [m s-1] at which the lifted corner of a column's base meets the ground,
-        2 b |theta'| just before an impact, free rocking included; 0 if there is none.
+        2 b |theta'| just before an impact, including free rocking; 0 if there is no impact.
     uplift_time, overturning_time : array, shape (motions, frames, scales)
-        First uplift and overturning [s]; NaN if there is none.
+        Times of the first uplift and of overturning [s]; NaN if there is none.
     impacts : array of int32, shape (motions, frames, scales)
         Number of impacts during the motion, or until overturning.
     """
@@ -119,7 +119,7 @@ def respond_scenarios(
     *,
     excursions: int = 0,
 ) -> Scenarios:
-    """Compute the verdict and peaks of scenarios; each is a frame under a motion at a scale.
+    """Compute verdict and peaks of scenarios. A scenario is a frame under a motion at a scale.
 
     Parameters
     ----------
@@ -132,19 +132,20 @@ def respond_scenarios(
     scale : array_like, shape (scenarios,)
         Factor of the horizontal and vertical acceleration [1].
     excursions : int
-        Largest number of excursions that are kept of each scenario; above 0 the computation takes
-        a sixth more time.
+        Largest number of excursions to keep for each scenario. Above 0, the computation takes a
+        sixth longer.
 
     Returns
     -------
     Scenarios
-        The numbers of a scenario do not depend on the others or their order, to the last bit.
+        The result of a scenario has the same bits whichever other scenarios are computed, in
+        whichever order.
 
     Raises
     ------
     ParameterError
-        If the three arrays are not of one length, an index names no ground or frame, a scale is
-        not finite, or a vertical acceleration at its scale falls faster than gravity.
+        If the three arrays differ in length, an index is out of range, a scale is not finite, or a
+        scaled vertical acceleration falls faster than gravity.
 
     Examples
     --------
@@ -203,13 +204,13 @@ def respond_many(
     Returns
     -------
     Peaks
-        The numbers of a scenario do not depend on the rest of the batch, to the last bit.
+        The result of a scenario has the same bits whichever other scenarios are computed.
 
     Raises
     ------
     ParameterError
-        If there is no motion, frame or scale, a scale is not finite, or a vertical acceleration at
-        its scale falls faster than gravity.
+        If there is no motion, frame or scale, a scale is not finite, or a scaled vertical
+        acceleration falls faster than gravity.
 
     Examples
     --------
@@ -253,7 +254,7 @@ def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:
 
 
 def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> None:
-    """Refuse what falls faster than gravity at any of its scales; only these move vertically."""
+    """Raise an error if a motion falls faster than gravity at one of its scales."""
     for k, motion in enumerate(grounds):
         ground = motion.ground if isinstance(motion, Prepared) else motion
         if isinstance(ground, GroundAcceleration) and ground.vertical is not None:
@@ -268,7 +269,7 @@ def _highest_first(excursions: Float) -> Float:
 
 
 def _parts(order: Index) -> list[Index]:
-    """Scenarios of threads: enough of them, and not more than the kernel is given at a time."""
+    """Divide scenarios among threads, into parts that the kernel can take at a time."""
     if not order.size:
         return []
     worth = min(threads(), math.ceil(order.size / _WORTH_A_THREAD))
@@ -278,7 +279,7 @@ def _parts(order: Index) -> list[Index]:
 def _asked(
     grounds: int, frames: int, ground: ArrayLike, frame: ArrayLike, scale: ArrayLike
 ) -> tuple[Index, Index, Float]:
-    """The three arrays that say what is asked, held to their lengths and ranges."""
+    """Return the checked indices and scales of the requested scenarios."""
     factors = np.asarray(scale, dtype=np.float64)
     indices = []
     for label, asked, number in (("ground", ground, grounds), ("frame", frame, frames)):

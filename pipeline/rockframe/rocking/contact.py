@@ -1,4 +1,4 @@
-"""Checks that joints neither slide nor lift off during a response, as the model assumes."""
+"""Friction and contact that the joints need for the model to hold: no sliding, no lift-off."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.wavelets.pulse import Pulse
 
 @dataclass(frozen=True)
 class ContactDemand:
-    """Extremes of the forces at the joints of all columns together, at the nodes of a response.
+    """Extreme joint forces of all columns together, over the nodes of a response.
 
     Parameters
     ----------
@@ -28,11 +28,11 @@ class ContactDemand:
     impact_friction_demand : float
         Coefficient of friction that each impact needs [1]; NaN without impacts.
     least_base_vertical, least_top_vertical : float
-        Least vertical force at the base and under the beam over the static one [1]; not positive
-        where they would lift off.
+        Least vertical force at the base and under the beam, over the static force [1]. If it is not
+        positive, the joint would lift off.
     least_spacing : float
-        Distance between two columns beyond which the beam lifts off neither, impacts included [m];
-        NaN without a stated depth of the beam, and for restrained frames.
+        Distance between two columns beyond which the beam does not lift off either column, also
+        during impacts [m]; NaN without a stated depth of the beam, and for restrained frames.
     """
 
     base_friction_demand: float
@@ -44,14 +44,14 @@ class ContactDemand:
 
 
 def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration) -> Response:
-    """Add what the joints must bear to a response; NaN if it overturns.
+    """Add the demand on the joints to a response; NaN if it overturns.
 
     Parameters
     ----------
     response : Response
         What `respond` returned.
     motion : Record, Pulse or GroundAcceleration
-        The motion it was computed for.
+        The motion of the response.
 
     Raises
     ------
@@ -102,10 +102,11 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
 def _nodes_that_count(
     response: Response, across: NDArray[np.float64], upwards: NDArray[np.float64]
 ) -> NDArray[np.intp]:
-    """Nodes at which a frame without ties moves or begins to; and two of those at rest.
+    """Return the nodes at which extremes can occur, of a frame without ties.
 
-    At rest its forces are those of a body fixed to the ground: shear over vertical force is largest
-    where the ground's acceleration is over the pull, and the vertical force least where that is.
+    They are the nodes at which the frame moves or uplifts, and two nodes at rest. At rest its
+    forces are those of a body fixed to the ground: one of the two has the largest ratio of
+    horizontal acceleration to g + a_v, the other the least vertical acceleration.
     """
     lean = np.abs(across) / (GRAVITY + upwards)
     moves = (response.theta != 0.0) | (response.omega != 0.0)
@@ -116,7 +117,7 @@ def _nodes_that_count(
 
 
 def _spacing(response: Response, forces: Reactions) -> float:
-    """The least spacing: the resultant of what the beam bears lies between the columns."""
+    """Return the least spacing that keeps the resultant of the beam's forces between columns."""
     frame = response.frame
     if frame.beam_depth is None or frame.mass_ratio == 0.0 or frame.restrained:
         return math.nan

@@ -1,4 +1,4 @@
-"""The size, the slenderness or the beam that a structure would need: candidates to be screened."""
+"""Scans over height, width or mass ratio for the smallest value that meets a requirement."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ from rockframe.frame import RockingFrame
 
 Float = NDArray[np.float64]
 
-#: Quantities that can be searched for, each with the one that is kept meanwhile.
+#: Dimensions that can be scanned, and what stays constant meanwhile.
 DIMENSIONS: Final = {
-    "height": "height of the columns [m], their slenderness kept",
-    "width": "width of the columns [m], their height kept",
-    "mass_ratio": "mass of the beam over that of all columns [1], the columns kept",
+    "height": "height of the columns [m] at constant slenderness",
+    "width": "width of the columns [m] at constant height",
+    "mass_ratio": "mass of the beam over that of all columns [1], with unchanged columns",
 }
-#: Values that may be tried; each is a structure that all motions are computed for.
+#: Largest number of values. Each is a structure that is computed under all motions.
 _MOST_STEPS: Final = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A search for the smallest value that keeps a quantity below a limit for a share.
+    """A scan for the smallest dimension at which enough motions stay below a limit.
 
     Parameters
     ----------
     dimension : str
         One of `DIMENSIONS`.
     lowest, highest : float
-        Range of values that is scanned.
+        Range of values of the dimension.
     limit : float
         Limit of the quantity [1, m, m s-1].
     share : float
-        Share of the motions that must stay below it [1].
+        Required share of the motions below the limit [1].
     steps : int
-        Values that are tried, ends included; evenly spaced.
+        Number of evenly spaced values, including both ends.
     quantity : str
         A quantity of `rockframe.risk.limits`: ``rotation_ratio``, ``u`` and so on.
 
     Raises
     ------
     ParameterError
-        If one is not as said above.
+        If the dimension is unknown, or a number is out of range.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class Design:
         if not (least <= self.lowest < self.highest < math.inf):
             raise ParameterError(
                 f"Invalid range {self.lowest!r} to {self.highest!r} of the {self.dimension}. Must "
-                "be positive, finite, and increase."
+                "be positive, finite and increasing."
             )
         if not 0.0 < self.limit < math.inf:
             raise ParameterError(
@@ -89,22 +89,22 @@ class Design:
 
     @property
     def values(self) -> Float:
-        """Values that are tried, shape (steps,)."""
+        """Values of the dimension, shape (steps,)."""
         return np.linspace(self.lowest, self.highest, self.steps)
 
     def candidates(self, frame: RockingFrame) -> tuple[RockingFrame, ...]:
-        """Return the frame with each of the values.
+        """Return one frame for each value of the dimension.
 
         Raises
         ------
         ParameterError
-            If one of them does not rock, the width of columns of stated inertia is varied, or the
-            frame rocks on crushed pivots, which depend on the value.
+            If a frame cannot rock; if the dimension is the width and the columns have a stated
+            inertia; or if the pivots of the frame crush.
         """
         if frame.before_crushing is not None:
             raise ParameterError(
                 f"frame {frame.name!r} rocks on pivots that crush, which depend on its "
-                f"{self.dimension}. Must be without pivots to look for one."
+                f"{self.dimension}. Remove the pivots to search for a {self.dimension}."
             )
         return tuple(self._varied(frame, float(value)) for value in self.values)
 
@@ -118,7 +118,7 @@ class Design:
 
 
 def _inertia_of_width(frame: RockingFrame, width: float) -> float:
-    """The inertia ratio of a column of the same section and another width."""
+    """Return the inertia ratio of a column of the same section and another width."""
     for section in SECTIONS:
         if frame.prismatic and frame.inertia_ratio == inertia_ratio_of(
             section, frame.height, frame.width
@@ -126,20 +126,20 @@ def _inertia_of_width(frame: RockingFrame, width: float) -> float:
             return inertia_ratio_of(section, frame.height, width)
     raise ParameterError(
         f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which depends "
-        f"on the width. Must be of section {' or '.join(SECTIONS)} to look for a width."
+        f"on the width. State a section instead, {' or '.join(SECTIONS)}, to search for a width."
     )
 
 
 @dataclass(frozen=True)
 class Found:
-    """The answer of a scan.
+    """The result of a scan.
 
     Parameters
     ----------
     smallest : float
-        The smallest value at which the share is met; NaN if there is none.
+        Smallest value at which the required share is met; NaN if there is none.
     sure_from : float
-        The smallest from which on every value that was tried meets it; NaN if there is none.
+        Smallest value such that it and all larger values meet the share; NaN if there is none.
     """
 
     smallest: float
@@ -147,12 +147,14 @@ class Found:
 
 
 def smallest(values: ArrayLike, shares: ArrayLike, share: float) -> Found:
-    """Return the smallest value whose share of motions is met. The demand is not monotone.
+    """Return the smallest value that meets the required share of motions.
+
+    Larger values may miss it, because the response is not monotone in the dimensions.
 
     Parameters
     ----------
     values, shares : array_like, shape (steps,)
-        Values that were tried, increasing, and the share of motions below the limit at each [1].
+        Increasing values of a dimension, and the share of motions below the limit at each [1].
     share : float
         Required share of motions [1].
 

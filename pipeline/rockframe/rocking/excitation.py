@@ -1,6 +1,6 @@
-"""Ground accelerations that are polynomials in each of their intervals.
+"""Ground accelerations that are polynomials within each of their intervals.
 
-One form for both kinds of input: a sampled record is piecewise linear (degree 1), a continuous
+Both kinds of input take this form. A sampled record is piecewise linear (degree 1). A continuous
 pulse is interpolated to round-off by polynomials of higher degree.
 """
 
@@ -20,9 +20,7 @@ from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 
-#: Steps become as fine as the ground is strong; beyond this [m s-2] they would never end.
-_STRONGEST: Final = 1e5
-#: Degree and number of intervals a period at which a pulse is exact to round-off.
+#: Degree, and number of intervals per period, at which a pulse is exact to round-off.
 _PULSE_DEGREE: Final = 5
 _PULSE_INTERVALS: Final = 200
 
@@ -31,7 +29,7 @@ _PULSE_INTERVALS: Final = 200
 class GroundAcceleration:
     """Ground acceleration, piecewise polynomial on intervals of equal length.
 
-    Horizontal, and vertical if `with_vertical` has added it.
+    It is horizontal; `with_vertical` adds a vertical component.
 
     Parameters
     ----------
@@ -47,8 +45,8 @@ class GroundAcceleration:
     Raises
     ------
     ParameterError
-        If the coefficients are not of this shape, of degree 0 to 5, and finite, the time step not
-        positive, or the start not finite.
+        If the coefficients have another shape, a degree above 5, or are not finite; if the time
+        step is not positive; or if the start is not finite.
     """
 
     coefficients: Float
@@ -77,8 +75,8 @@ class GroundAcceleration:
         if self.vertical is not None:
             if self.vertical.shape != shape:
                 raise ParameterError(
-                    f"Invalid vertical acceleration of shape {self.vertical.shape}. Must be as the "
-                    f"horizontal, {shape}."
+                    f"Invalid vertical acceleration of shape {self.vertical.shape}. Must be "
+                    f"{shape}, as the horizontal."
                 )
             if not np.isfinite(self.vertical).all():
                 where = int(np.argwhere(~np.isfinite(self.vertical))[0, 0])
@@ -90,7 +88,7 @@ class GroundAcceleration:
     def from_samples(
         cls, acceleration: ArrayLike, time_step: float, start_time: float = 0.0
     ) -> Self:
-        """Join samples by straight lines.
+        """Return the motion that joins samples by straight lines.
 
         Parameters
         ----------
@@ -102,7 +100,8 @@ class GroundAcceleration:
         Raises
         ------
         ParameterError
-            If there are fewer than two samples, one is not finite, or the time step not positive.
+            If there are fewer than two samples, a sample is not finite, or the time step is not
+            positive.
 
         Examples
         --------
@@ -120,7 +119,7 @@ class GroundAcceleration:
             raise ParameterError(
                 f"Invalid acceleration {samples[where]} at sample {where}. Must be finite."
             )
-        with np.errstate(divide="ignore", invalid="ignore"):  # a bad step is named below
+        with np.errstate(divide="ignore", invalid="ignore"):  # __post_init__ rejects a bad step
             slopes = np.diff(samples) / time_step
         return cls(np.column_stack([samples[:-1], slopes]), time_step, start_time)
 
@@ -134,16 +133,16 @@ class GroundAcceleration:
         intervals: int,
         degree: int,
     ) -> Self:
-        """Interpolate a function that is smooth within each interval, at Chebyshev points.
+        """Interpolate a function at Chebyshev points; it must be smooth within each interval.
 
         Parameters
         ----------
         acceleration : callable
-            Ground acceleration [m s-2] of an array of times [s].
+            Function that returns the ground acceleration [m s-2] at an array of times [s].
         start_time, end_time : float
-            Where it begins and ends [s].
+            Start and end of the motion [s].
         intervals, degree : int
-            Number of equal intervals; degree of the polynomial in each, 5 at most.
+            Number of equal intervals; degree of the polynomial in each, at most 5.
 
         Raises
         ------
@@ -173,13 +172,16 @@ class GroundAcceleration:
 
     @classmethod
     def from_pulse(cls, pulse: Pulse) -> Self:
-        """Take a pulse over all the time in which it is not zero to round-off.
+        """Return the motion of a pulse over the time in which it is not zero to round-off.
+
+        The nodes are a 200th of the period apart, from 3 periods before the centre of the pulse to
+        3 periods after it. A pulse that ends with a kink has nodes at both ends, and between them
+        at least as many per period.
 
         Parameters
         ----------
         pulse : Pulse
-            The pulse. Nodes fall on every 200th of its period from 3 periods before its centre
-            to 3 after it; of one that ends with a kink, on both ends and as densely between them.
+            The pulse.
 
         Examples
         --------
@@ -197,17 +199,17 @@ class GroundAcceleration:
         )
 
     def with_vertical(self, other: GroundAcceleration) -> Self:
-        """Return this motion with another one's acceleration as the vertical one, upwards.
+        """Return this motion with the acceleration of another as its vertical one, upwards.
 
         Parameters
         ----------
         other : GroundAcceleration
-            Of the same length, time step and start.
+            A motion of the same length, time step and start.
 
         Raises
         ------
         ParameterError
-            If its number of intervals, time step or start is another.
+            If the number of intervals, the time step or the start differs.
 
         Examples
         --------
@@ -219,7 +221,7 @@ class GroundAcceleration:
         mine, theirs = self.coefficients.shape, other.coefficients.shape
         if mine[0] != theirs[0]:
             raise ParameterError(
-                f"Invalid vertical acceleration of {theirs[0]} intervals. Must be {mine[0]}, as "
+                f"Invalid vertical acceleration of {theirs[0]} intervals. Must have {mine[0]}, as "
                 "the horizontal."
             )
         for label, here, there in (
@@ -260,7 +262,7 @@ class GroundAcceleration:
         return np.append(self.coefficients[:, 0], last)
 
     def followed_by_rest(self, duration: float) -> Self:
-        """Return the same motion with the ground still for at least `duration` [s] after it.
+        """Return the motion followed by at least `duration` [s] of still ground.
 
         Raises
         ------
@@ -279,9 +281,9 @@ class GroundAcceleration:
         )
 
     def upward_bounds(self) -> tuple[float, float]:
-        """Bounds that the vertical acceleration [m s-2] keeps within; 0 if there is none.
+        """Return bounds of the vertical acceleration [m s-2]; (0, 0) if there is none.
 
-        For straight lines they are its extremes; for higher degrees they may be a little wide.
+        They are the extremes if it is piecewise linear, and may be slightly wider otherwise.
         """
         if self.vertical is None:
             return 0.0, 0.0

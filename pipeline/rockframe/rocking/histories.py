@@ -1,4 +1,4 @@
-"""Choice of the histories that are kept."""
+"""Selection of the histories that are stored."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from rockframe.rocking.response import Response, Verdict
 
-#: From this share of the slenderness on a rotation is near overturning: its history is selected.
+#: Rotations from this share of the slenderness are near overturning; their histories are selected.
 NEAR: Final = 0.5
 _DECIDED: Final = (Verdict.NO_UPLIFT, Verdict.SAFE)
 
 
 class Histories(StrEnum):
-    """Scenarios whose histories are kept: none, those that overturn or come near it, or all.
+    """Scenarios whose histories are stored: none, those that overturn or come near it, or all.
 
     Examples
     --------
@@ -30,7 +30,7 @@ class Histories(StrEnum):
     ALL = "all"
 
     def keep(self, response: Response) -> Response:
-        """Return a response with its history, or without if it is not to be kept.
+        """Return a response with its histories if they are selected, otherwise without them.
 
         Examples
         --------
@@ -55,7 +55,7 @@ class Histories(StrEnum):
         )
 
     def mask(self, verdict: NDArray[np.int8], ratio: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which scenarios are kept, of their verdicts and largest |theta| / alpha [1].
+        """Return which scenarios are selected, from verdicts and largest |theta| / alpha [1].
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Impulses at the joints during an impact: eqs (39), (40), and the friction they need."""
+"""Impulses at the joints during an impact, eqs (39) and (40), and the friction they require."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Impulses:
     Parameters
     ----------
     base_horizontal, base_vertical : array
-        Of the ground on the columns: against the motion, and upwards.
+        Impulse of the ground on the columns: against the motion, and upwards.
     top_horizontal, top_vertical : array
-        Of the beam on the columns: with the motion, and downwards; eqs (39) and (40).
+        Impulse of the beam on the columns: with the motion, and downwards; eqs (39) and (40).
     """
 
     base_horizontal: Float
@@ -43,8 +43,8 @@ def impact_impulses(frame: RockingFrame, velocity: ArrayLike) -> Impulses:
 
     Notes
     -----
-    Makris and Vassiliou (2013), eqs (39) and (40), with the rate after the impact from eq (43); at
-    the base the change of momentum of the columns is added.
+    Makris and Vassiliou (2013), eqs (39) and (40), with the rate after the impact from eq (43). At
+    the base, the change of momentum of the columns is added.
 
     Examples
     --------
@@ -69,8 +69,9 @@ def impact_impulses(frame: RockingFrame, velocity: ArrayLike) -> Impulses:
 def impact_friction_demand(frame: RockingFrame) -> float:
     """Return the coefficient of friction that base and top joints need in each impact [1].
 
-    cot(alpha) (1 - sqrt(r)) / (1 + sqrt(r)), whatever the speed; below tan(alpha), that of uplift,
-    for the restitution of eq (43). If the columns are not prismatic, the joint that needs more.
+    It is cot(alpha) (1 - sqrt(r)) / (1 + sqrt(r)) at any speed. With the restitution of eq (43) it
+    is below tan(alpha), the friction needed for uplift. If the columns are not prismatic, the
+    larger value of the two joints is returned.
 
     Examples
     --------
@@ -84,7 +85,7 @@ def impact_friction_demand(frame: RockingFrame) -> float:
 
 
 def least_spacing(frame: RockingFrame, beam_centre: float) -> float:
-    """Return the spacing of two columns beyond which no impact lifts the beam off one [m].
+    """Return the spacing of two columns beyond which impacts do not lift the beam off a column [m].
 
     Parameters
     ----------

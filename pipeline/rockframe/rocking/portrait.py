@@ -1,4 +1,4 @@
-"""Paths of a frame in the planes of moment over rotation and of rate over rotation."""
+"""Moment-rotation curve, overturning barrier and phase portrait of a frame."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Float = NDArray[np.float64]
 def restoring_moment(frame: RockingFrame, theta: ArrayLike) -> Float:
     """Return the restoring moment of the frame over the moment at which it uplifts [1].
 
-    That moment is N m_c g R (1 + 2 gamma) sin(alpha): the weight of the columns at their half
-    height and that of the beam at the full one. The curve of the paper's Figure 4.
+    The moment at uplift is N m_c g R (1 + 2 gamma) sin(alpha). The weight of the columns acts at
+    half their height, that of the beam at their full height. Figure 4 of the paper shows the curve.
 
     Parameters
     ----------
     frame : RockingFrame
         The frame.
     theta : array_like
-        Rotation [rad]; at 0 any moment between -1 and 1 is taken, and 0 is returned.
+        Rotation [rad]. At 0 the moment can be any value from -1 to 1; 0 is returned.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def restoring_moment(frame: RockingFrame, theta: ArrayLike) -> Float:
 
 
 def barrier_rate(frame: RockingFrame, theta: ArrayLike) -> Float:
-    """Return the rate beyond which a frame on still ground overturns, moving outwards [rad s-1].
+    """Return the outward rate above which a frame on still ground overturns [rad s-1].
 
     Parameters
     ----------
@@ -69,18 +69,18 @@ def barrier_rate(frame: RockingFrame, theta: ArrayLike) -> Float:
 def _refuse_restrained(frame: RockingFrame) -> None:
     if frame.restrained:
         raise ParameterError(
-            f"Frame {frame.name!r} has tendons or dissipaters. Must be free: with them the moment "
-            "and the barrier are other ones."
+            f"Frame {frame.name!r} has tendons or dissipaters. The moment and the barrier are "
+            "available only for frames without them."
         )
 
 
 def trajectory(response: Response) -> tuple[Float, Float]:
-    """Return rotation [rad] and rate [rad s-1] with both ends of the jump at each impact.
+    """Return rotation [rad] and rate [rad s-1], with the rates before and after each impact.
 
     Parameters
     ----------
     response : Response
-        What `respond` returned; of its impacts the first 4096 are known.
+        A response from `respond`. Only its first 4096 impacts are included.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def trajectory(response: Response) -> tuple[Float, Float]:
     >>> trajectory(response)[0].size - response.theta.size == 2 * response.impact_times.size
     True
     """
-    # the rate at a node that is an impact is the one after it, so the impact goes before the node
+    # at an impact on a node, the node has the rate after it, so the impact is inserted before it
     before = np.searchsorted(response.time, response.impact_times, side="left")
     places = np.repeat(before, 2)
     after = response.frame.restitution * response.impact_velocities

@@ -1,4 +1,4 @@
-"""The second opinion: what a frame does under the pulse of a record alone."""
+"""Response to the pulse of a record alone, compared with the response to the record."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ToPulse:
-    """The response to the pulse of a record, beside that to the record.
+    """The response to the pulse of a record alone.
 
     Parameters
     ----------
     verdict : Verdict
-        Under the pulse alone.
+        Verdict under the pulse alone.
     peak_rotation_ratio : float
         Largest |theta| / alpha under the pulse alone [1].
     error : float
-        That over the one under the record, less 1 [1]; NaN where either overturns, or the record
-        does not lift the frame.
+        Relative error of the peak rotation: the peak under the pulse over the peak under the
+        record, minus 1. NaN if either overturns the frame, or the record does not uplift it.
     """
 
     verdict: Verdict
@@ -33,12 +33,12 @@ class ToPulse:
 
 
 def with_pulse(response: Response, pulse: Pulse) -> Response:
-    """Return a response to a record with that to its pulse beside it.
+    """Return a response to a record with the response to its pulse added as `to_pulse`.
 
     Parameters
     ----------
     response : Response
-        To the record.
+        Response to the record.
     pulse : Pulse
         The record's pulse.
 

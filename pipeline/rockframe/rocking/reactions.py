@@ -1,11 +1,11 @@
-"""Forces at the joints of a rocking frame: do its columns slide, does its beam stay on them?
+"""Forces at the joints of a rocking frame, and the friction that they need.
 
-The paper assumes neither sliding nor loss of contact. These functions say what the assumption asks
-of the joints. All is re-derived from Newton and Euler; nothing is printed in
-Makris and Vassiliou (2013) but the impulses of eqs (39) and (40).
+Makris and Vassiliou (2013) assume that the columns do not slide and the beam stays on them. These
+functions compute the forces that the joints must then transmit. The equations are re-derived from
+Newton and Euler; the paper gives only the impulses, eqs (39) and (40).
 
-Forces of the whole frame are over the weight of all columns, N m_c g; those of one column over its
-own weight, m_c g. So they depend on no mass but by the mass ratio.
+Forces of the whole frame are over the weight of all columns, N m_c g; forces of one column are over
+its own weight, m_c g. So of all masses they depend only on the mass ratio.
 """
 
 from __future__ import annotations
@@ -44,21 +44,21 @@ def angular_acceleration(
     frame : RockingFrame
         The frame.
     theta, omega : array_like
-        Rotation [rad] and its rate [rad s-1]; of one shape, or such that they broadcast.
+        Rotation [rad] and its rate [rad s-1]. The arrays broadcast.
     horizontal, vertical : array_like
         Ground acceleration to the right and upwards [m s-2].
     tie_moment : array_like
-        Moment of tendons and dissipaters over that of gravity, as `RockingFrame.tie_moment` [1].
+        Moment of tendons and dissipaters over that of gravity, see `RockingFrame.tie_moment` [1].
 
     Returns
     -------
     array
-        Zero where the frame stands at rest and the ground is too weak to uplift it, eq (36).
+        Zero where the frame is at rest and the ground is too weak to uplift it, eq (36).
 
     Notes
     -----
-    The kernel integrates the same equation by its Taylor series; with vertical acceleration gravity
-    is g + a_v (re-derived).
+    The kernel integrates the same equation by its Taylor series. Vertical acceleration a_v changes
+    gravity to g + a_v (re-derived).
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Reactions:
     top_shear, top_vertical : array, shape (nodes,)
         Force of the beam on the columns: to the right, and downwards.
     support_shear : array, shape (nodes,)
-        Force of the ground on the frame to the right, by contact and by tendons.
+        Force of the ground on the frame to the right, through contact and tendons.
     """
 
     base_shear: Float
@@ -99,12 +99,12 @@ class Reactions:
 
     @property
     def base_friction_demand(self) -> Float:
-        """Coefficient of friction that the base joints need together [1]."""
+        """Coefficient of friction that the base joints together need [1]."""
         return _demand(self.base_shear, self.base_vertical)
 
     @property
     def top_friction_demand(self) -> Float:
-        """Coefficient of friction that the joints under the beam need together [1]; NaN without."""
+        """Coefficient of friction that the joints under the beam need [1]; NaN without a beam."""
         return _demand(self.top_shear, self.top_vertical)
 
 
@@ -114,14 +114,14 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     Parameters
     ----------
     response : Response
-        What `respond` returned.
+        A response from `respond`.
     motion : Record, Pulse or GroundAcceleration
-        The ground motion that it was computed for.
+        The ground motion of the response.
 
     Returns
     -------
     Reactions
-        At the nodes of the response. At rest they are those of a body fixed to the ground.
+        Forces at the nodes of the response. At rest they are those of a body fixed to the ground.
 
     Raises
     ------
@@ -141,14 +141,14 @@ def reactions(response: Response, motion: Motion) -> Reactions:
 
 
 def reactions_under(response: Response, across: Float, upwards: Float) -> Reactions:
-    """Compute `reactions`, given the ground acceleration at the nodes [m s-2]."""
+    """Compute `reactions` from the ground acceleration at the nodes [m s-2]."""
     gamma = response.frame.mass_ratio
     (column_across, column_upwards), (beam_across, beam_upwards) = _accelerations(
         response, across, upwards
     )
     support = ((1.0 + gamma) * across + column_across + gamma * beam_across) / GRAVITY
     lean, press = np.zeros((2, 1))
-    if response.restraint is not None:  # ties press the joints, and lean by half the rotation
+    if response.restraint is not None:  # ties compress the joints, inclined by half the rotation
         tied = _tie_forces(response)
         lean, press = tied * np.sin(0.5 * response.theta), tied * np.cos(0.5 * response.theta)
     capped = float(gamma > 0.0)
@@ -170,8 +170,8 @@ class ColumnForces:
     Parameters
     ----------
     base_shear, base_vertical : array, shape (2, nodes)
-        Force of the ground on each column: to the right, and upwards. NaN at rest, when a joint is
-        closed and the forces depend on its stiffness.
+        Force of the ground on each column: to the right, and upwards. NaN at rest, because the
+        forces of closed joints depend on their stiffness.
     top_shear, top_vertical : array, shape (2, nodes)
         Force of the beam on each column: to the right, and downwards.
     """
@@ -195,17 +195,17 @@ class ColumnForces:
 def column_forces(
     response: Response, motion: Motion, *, spacing: float, beam_centre: float
 ) -> ColumnForces:
-    """Compute the forces on each column of a frame of two: with more they are indeterminate.
+    """Compute the forces on each column of a frame with two columns.
 
-    Where a vertical force is not positive the beam would tilt or lift off, and the frame would no
-    longer have one degree of freedom.
+    With more columns they are statically indeterminate. Where a vertical force is not positive, the
+    beam would tilt or lift off, and the frame would no longer have one degree of freedom.
 
     Parameters
     ----------
     response : Response
-        What `respond` returned.
+        A response from `respond`.
     motion : Record, Pulse or GroundAcceleration
-        The ground motion that it was computed for.
+        The ground motion of the response.
     spacing : float
         Distance between the axes of the columns [m].
     beam_centre : float
@@ -214,8 +214,8 @@ def column_forces(
     Raises
     ------
     ParameterError
-        If the spacing is not above the width of a column, the beam's centre not zero or above, or
-        the nodes of the motion are not those of the response.
+        If the spacing is not above the width of a column, the beam's centre is below zero, the
+        frame has tendons or dissipaters, or the nodes of the motion are not those of the response.
 
     Examples
     --------
@@ -230,8 +230,8 @@ def column_forces(
     _require_bent(frame, spacing, beam_centre)
     if frame.restrained:
         raise ParameterError(
-            f"Frame {frame.name!r} has tendons or dissipaters. Must be free: how these share the "
-            "forces among columns is not modelled. `reactions` gives those of all together."
+            f"Frame {frame.name!r} has tendons or dissipaters, and their effect on the forces of "
+            "each column is not modelled. Use `reactions` for the forces of all columns together."
         )
     across, upwards = ground_at_nodes(response.time, motion)
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
@@ -272,8 +272,8 @@ def ground_at_nodes(time: Float, motion: Motion) -> tuple[Float, Float]:
     nodes = ground.time.size
     if nodes > time.size or not np.array_equal(ground.time, time[:nodes]):
         raise ParameterError(
-            f"Invalid motion of {nodes} nodes, {ground.time_step:g} s apart. Must be the one that "
-            f"the response of {time.size} nodes was computed for."
+            f"Invalid motion of {nodes} nodes, {ground.time_step:g} s apart. Must be the motion of "
+            f"the response, which has {time.size} nodes."
         )
     still = np.zeros(time.size - nodes)  # free rocking after the motion
     across = np.concatenate([ground.acceleration(), still])
@@ -284,7 +284,7 @@ def ground_at_nodes(time: Float, motion: Motion) -> tuple[Float, Float]:
 
 
 def _place(lever: Lever, side: Float, theta: Float) -> tuple[Float, Float]:
-    """Return where a point of a column is from the pivot on this side: to the right, and up [m]."""
+    """Return the position of a point of a column from its pivot: to the right, and upwards [m]."""
     phi = lever.angle * side - theta
     return -lever.length * np.sin(phi), lever.length * np.cos(phi)
 
@@ -297,7 +297,7 @@ def _accelerations(
     theta, omega, across, upwards = _arrays(response.theta, response.omega, across, upwards)
     moment = _tie_moment(response)
     rate = angular_acceleration(frame, theta, omega, across, upwards, moment)
-    # a frame that is just uplifting has no velocity yet: its acceleration states the side
+    # at the instant of uplift the velocity is zero: the sign of the acceleration gives the side
     omega = np.where(omega == 0.0, np.sign(rate) * np.finfo(np.float64).tiny, omega)
     return frame.centre.acceleration(theta, omega, rate), frame.beam.acceleration(
         theta, omega, rate
@@ -305,7 +305,7 @@ def _accelerations(
 
 
 def _tie_moment(response: Response) -> Float:
-    """Moment of the ties at the nodes, over that of gravity."""
+    """Return the moment of the ties at the nodes, over that of gravity."""
     found, frame = response.restraint, response.frame
     moment = np.zeros(response.time.size)
     if found is None:
@@ -319,7 +319,7 @@ def _tie_moment(response: Response) -> Float:
 
 
 def _tie_forces(response: Response) -> Float:
-    """Forces of the ties across one joint, over the weight of a column."""
+    """Return the forces of the ties across one joint, over the weight of a column."""
     found, frame = response.restraint, response.frame
     forces = np.zeros(response.time.size)
     if found is None or frame.column_mass is None:
@@ -341,7 +341,7 @@ def _side(
     upwards: Float,
     tie_moment: Float | float = 0.0,
 ) -> Float:
-    """sgn(theta), or the side that the motion or the ground makes it enter; 0 at rest."""
+    """Return sgn(theta), or at theta = 0 the side to which the frame moves; 0 at rest."""
     hold = GRAVITY * tie_moment / math.cos(frame.slenderness)
     strong = np.abs(across) > (GRAVITY + upwards) * math.tan(frame.slenderness) + hold
     pushed = np.where(strong, -np.sign(across), 0.0)
@@ -355,7 +355,7 @@ def _arrays(*values: ArrayLike) -> list[Float]:
 
 
 def _demand(shear: Float, vertical: Float) -> Float:
-    """|shear| / vertical; infinite where nothing presses the joint, NaN where there is no force."""
+    """Return |shear| / vertical; infinite without compression, NaN without any force."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(vertical > 0.0, np.abs(shear) / vertical, np.abs(shear) / 0.0)
 

@@ -1,4 +1,4 @@
-"""Response of a frame to a ground motion: the shell around the kernel."""
+"""Response of a frame to a ground motion, with its histories."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 
-#: Number of impacts that are kept with their times; all are counted.
+#: Number of impacts whose times are stored; all impacts are counted.
 _LOGGED_IMPACTS = 4096
 
 
 class Verdict(IntEnum):
     """Outcome of a response; the values of the flag variable `verdict`.
 
-    ``UNDECIDED`` is a verdict that stated small perturbations change: `with_margins` gives it,
-    `respond` does not.
+    Small perturbations change an ``UNDECIDED`` verdict. Only `with_margins` returns it, `respond`
+    does not.
     """
 
     NO_UPLIFT = kernel.NO_UPLIFT
@@ -62,41 +62,43 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Response(Shown):
-    """Histories of a frame's rocking, and its outcome.
+    """The rocking response of a frame: histories, peaks and verdict.
 
     Parameters
     ----------
     frame : RockingFrame
         The frame.
     time, theta, omega : array, shape (nodes,)
-        Time [s], rotation [rad] and its rate [rad s-1]; NaN after overturning. The rate at an
-        impact is the one after it.
+        Time [s], rotation [rad] and its rate [rad s-1]; NaN after overturning. At an impact the
+        rate is that just after it.
     verdict : Verdict
         Overturned means that the rotation reaches pi/2, during the motion or freely after it.
     peak_rotation : float
-        Largest absolute rotation [rad], free rocking after the record's end included.
+        Largest absolute rotation [rad], including free rocking after the end of the motion.
     peak_time : float
-        When [s]; NaN if it is reached after the end of the motion or never.
+        Time of the peak rotation [s]; NaN if it is reached after the end of the motion or never.
     uplift_time, overturning_time : float
-        First uplift and overturning [s]; NaN if there is none.
+        Times of the first uplift and of overturning [s]; NaN if there is none.
     impacts : int
-        Number of impacts during the motion; the last ones before rest, slower than
-        1e-10 p-hat, are cut off.
+        Number of impacts during the motion. Impacts slower than 1e-10 p-hat, just before rest, are
+        not counted.
     impact_times, impact_velocities : array
-        The first 4096 impacts: time [s] and rate just before [rad s-1].
+        Time [s] of each of the first 4096 impacts, and the rate just before it [rad s-1].
     to_pulse : ToPulse, optional
-        What the record's pulse alone does, if `with_pulse` has added it.
+        Response to the record's pulse alone, if `with_pulse` added it.
     margin : Margin, optional
-        How far the verdict is from another one, if `with_margins` has added it.
+        Margin against overturning, if `with_margins` added it.
     contact : ContactDemand, optional
-        What the joints must bear, if `with_contact` has added it.
+        Demand on the joints, if `with_contact` added it.
     restraint : RestraintResponse, optional
-        What tendons and dissipaters went through, if there are any.
+        Response of tendons and dissipaters, if there are any.
     gap_closed_time, closing_velocity : float
-        When the deck first closes the gap of the frame's abutment [s], and how fast [m s-1]; NaN if
-        never during the motion, or without an abutment. From then on the frame is another one.
+        Time [s] and velocity [m s-1] at which the deck first closes the gap of the frame's
+        abutment; NaN if never during the motion, or without an abutment. The response is not valid
+        after this time.
     lift_exceeded_time : float
-        When its lift first exceeds the allowance of the abutment [s]; likewise.
+        Time at which the deck's lift first exceeds the allowance of the abutment [s]; NaN if never
+        during the motion, or without an abutment.
     """
 
     frame: RockingFrame
@@ -137,14 +139,14 @@ class Response(Shown):
         }
 
     def draw(self, axes: Axes) -> None:
-        """Draw theta / alpha over time into axes."""
+        """Draw theta / alpha over time."""
         axes.axhspan(-1.0, 1.0, color="0.94", zorder=0)
         axes.plot(self.time, self.theta / self.frame.slenderness, linewidth=0.9)
         axes.set(xlabel="time [s]", ylabel="θ/α", ylim=(-1.5, 1.5))
         axes.set_title(f"{self.frame.name or 'frame'}: {self.verdict}")
 
     def to_xarray(self) -> xr.Dataset:
-        """Return the histories over time, with verdict and peaks as attributes."""
+        """Return the histories over time, with verdict, peak ratio and impacts as attributes."""
         histories = {
             "theta": (self.theta, "rad", "rotation of the columns"),
             "omega": (self.omega, "rad s-1", "rate of the rotation"),
@@ -177,12 +179,12 @@ class Response(Shown):
 
     @property
     def peak_u(self) -> float:
-        """Largest |u| [m]; u grows with |theta| all the way to overturning."""
+        """Largest |u| [m]; |u| grows with |theta| up to overturning."""
         return abs(float(self.frame.horizontal_displacement(self.peak_rotation)))
 
     @property
     def peak_v(self) -> float:
-        """Largest v [m]; the beam is highest at |theta| = alpha if prismatic."""
+        """Largest v [m]; if the columns are prismatic, the beam is highest at |theta| = alpha."""
         highest = min(self.peak_rotation, self.frame.beam.angle)
         return float(self.frame.vertical_displacement(highest))
 
@@ -195,22 +197,22 @@ def respond(
     initial_velocity: float = 0.0,
     free_rocking: float = 0.0,
 ) -> Response:
-    """Integrate eq (26) with eq (43) at each impact.
+    """Return the rocking response: eq (26), with eq (43) at each impact.
 
-    Positive ground acceleration starts rotation with theta < 0 (the frame lags behind).
+    A positive ground acceleration starts a rotation with theta < 0 (the frame lags behind).
 
     Parameters
     ----------
     frame : RockingFrame
         The frame.
     motion : Record, Pulse or GroundAcceleration
-        Ground acceleration. Samples of a record are joined by straight lines; a pulse is taken as
-        the continuous function. A `GroundAcceleration` may hold a vertical acceleration too.
+        Ground acceleration. Samples of a record are joined by straight lines; a pulse is a
+        continuous function. A `GroundAcceleration` may also have a vertical component.
     initial_rotation, initial_velocity : float
         Rotation [rad] and its rate [rad s-1] at the start.
     free_rocking : float
-        Go on with the histories for so long after the end of the motion [s]. The verdict does not
-        need it: once the ground is still it follows from the energy exactly.
+        Time after the end of the motion for which the histories continue [s]. The verdict does not
+        depend on it: once the ground is still, the energy decides exactly.
 
     Returns
     -------
@@ -220,8 +222,8 @@ def respond(
     Raises
     ------
     ParameterError
-        If the motion or the initial state is not finite, the frame already overturned, or the
-        ground falls faster than gravity.
+        If the motion or the initial state is not finite, the initial rotation is not within pi/2,
+        or the ground falls faster than gravity.
 
     Notes
     -----
@@ -294,7 +296,7 @@ def _require_state(rotation: float, velocity: float) -> None:
 
 
 def _at_abutment(response: Response, abutment: Abutment) -> Response:
-    """Add when the deck closes the gap or lifts too far."""
+    """Add the times at which the deck closes the gap and exceeds the allowed lift."""
     frame, time = response.frame, response.time
     speed = frame.horizontal_velocity(response.theta, response.omega)
     rise = frame.vertical_velocity(response.theta, response.omega)
@@ -308,7 +310,7 @@ def _at_abutment(response: Response, abutment: Abutment) -> Response:
 
 
 def as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration:
-    """Return the ground acceleration that a record or a pulse stands for."""
+    """Return a record, pulse or ground acceleration as a `GroundAcceleration`."""
     if isinstance(motion, Record):
         return GroundAcceleration.from_samples(motion.acceleration, motion.time_step)
     if isinstance(motion, Pulse):
@@ -317,7 +319,7 @@ def as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration
 
 
 def refuse_flight(ground: GroundAcceleration, scale: float = 1.0) -> None:
-    """Refuse a ground that falls faster than gravity: the frame would lose contact with it."""
+    """Raise an error if the ground falls faster than gravity: the frame would lose contact."""
     lowest = scale * min(ground.upward_bounds(), key=lambda bound: scale * bound)
     if lowest <= -GRAVITY:
         raise ParameterError(
@@ -327,7 +329,7 @@ def refuse_flight(ground: GroundAcceleration, scale: float = 1.0) -> None:
 
 
 def vertical_in_g(ground: GroundAcceleration) -> Float:
-    """Vertical acceleration [g] as the kernel takes it: without rows if there is none."""
+    """Return the vertical acceleration [g] for the kernel; no rows if there is none."""
     if ground.vertical is None:
         return np.empty((0, ground.coefficients.shape[1]))
     return ground.vertical / GRAVITY

@@ -15,7 +15,8 @@ from rockframe.rocking.kernels import ties
 
 Float = NDArray[np.float64]
 
-#: Largest moment of ties over that of gravity: steps become as fine as they are strong.
+#: Largest moment of ties over that of gravity. The stronger the ties, the smaller the kernel's
+#: steps.
 _STRONGEST: Final = 1e4
 _NONE: Final = (0.0, 0.0, math.inf, -math.inf, ties.ELASTIC)
 
@@ -27,20 +28,21 @@ class RestraintResponse:
     Parameters
     ----------
     tendon_force : array, shape (nodes,)
-        Force of one tendon [N]; NaN after overturning, or if there is none.
+        Force of one tendon [N]; NaN after overturning, or without tendons.
     dissipater_force : array, shape (nodes,)
-        Force of the dissipaters across one joint [N]; likewise.
+        Force of the dissipaters across one joint [N]; NaN after overturning, or without them.
     peak_tendon_force : float
-        Largest force of a tendon, after the end of the motion included [N].
+        Largest force of a tendon, also after the end of the motion [N].
     tendon_yields, dissipater_yields : float
-        When it first reaches its yield force [s]; NaN if never.
+        Time at which the yield force is first reached [s]; NaN if never.
     tendon_force_left : float
-        Force of a tendon when the frame stands again: less than the prestress if it has flowed [N];
-        NaN if it overturns.
+        Force of a tendon when the frame stands again [N], less than the prestress if the tendon has
+        yielded; NaN if the frame overturns.
     dissipated_energy : float
-        What yielding has dissipated in one column, over the weight of the column [m].
+        Energy dissipated by yielding in one column, over the weight of the column [m].
     residual_rotation : float
-        The |theta| at which the frame comes to rest [rad]: not zero where dissipaters keep it open.
+        The |theta| at which the frame comes to rest [rad]; above zero if dissipaters keep the
+        joints open.
     """
 
     tendon_force: Float
@@ -54,12 +56,12 @@ class RestraintResponse:
 
 
 def ties_of(frame: RockingFrame) -> ties.Ties:
-    """Return the ties across a frame's joints as the kernel takes them, moments over gravity's.
+    """Return the ties of a frame for the kernel, as moments over the moment of gravity.
 
     Raises
     ------
     ParameterError
-        If one is so strong that steps would never end.
+        If a tie is so strong that the kernel would never end.
     """
     if not frame.restrained:
         return ()
@@ -92,14 +94,14 @@ def ties_of(frame: RockingFrame) -> ties.Ties:
 def restraint_response(
     frame: RockingFrame, forces: Float, log: Float, peak_rotation: float
 ) -> RestraintResponse:
-    """Return what the kernel has found out about the ties, in forces.
+    """Convert the kernel's results on the ties to forces.
 
     Parameters
     ----------
     frame : RockingFrame
         The frame.
     forces, log : array
-        What `kernel.integrate` has filled in.
+        The arrays `forces` and `tie_log` that `kernel.integrate` filled.
     peak_rotation : float
         Largest |theta| [rad].
     """
@@ -131,14 +133,12 @@ def restraint_response(
 
 
 def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tuple[float, float]:
-    """Return when |u| first reaches a level, and how fast, from its values and rates at nodes.
-
-    Between nodes u is a cubic.
+    """Return when and how fast |u| first reaches a level; between nodes u is a Hermite cubic.
 
     Returns
     -------
     (float, float)
-        The time [s] and the speed [m s-1]; NaN if it never does.
+        Time [s] and speed [m s-1]; NaN if the level is never reached.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Scenarios gathered for the kernel: ground motions in the form that its lanes take, in batches.
+"""Packing of scenarios into batches for the vectorised kernel.
 
-What is gathered of a scenario depends on the scenario alone, so that its answer does too.
+What the kernel receives for a scenario depends on this scenario alone, and so does its result.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from rockframe.units import GRAVITY
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-#: Scenarios and numbers of the ground that the kernel is given at a time: its working memory.
+#: Largest numbers of scenarios and of ground coefficients in a batch; they limit its memory.
 AT_A_TIME: Final = 16384
 _MOST_NUMBERS: Final = 2_000_000
-#: Numbers of a frame before those of its ties, and the places of the ties' kinds.
+#: Places in `constants_of` of the first tie, and of the kinds of both ties.
 _TIES: Final = 3
 _KINDS: Final = [7, 12]
-#: Into so many pieces, a power of two, the lanes divide an interval; more need the scalar kernel.
+#: Largest number of pieces of an interval, a power of two; more need the scalar kernel.
 _MOST_PIECES: Final = 16
 
 
 @dataclass
 class _Batch:
-    """Scenarios whose ground has rows of one form, until there are enough of them."""
+    """Scenarios whose ground motions have rows of one form."""
 
     rows: list[Float] = field(default_factory=list)
     bounds: list[Float] = field(default_factory=list)
@@ -50,14 +50,14 @@ class _Batch:
 
 @lru_cache(maxsize=4096)
 def constants_of(frame: RockingFrame) -> tuple[float, ...]:
-    """Return what the kernels take of a frame: its three constants, and its ties or zeros."""
+    """Return the numbers of a frame for the kernels: slenderness, p-hat, restitution, two ties."""
     ties = ties_of(frame) or ((0.0,) * 5, (0.0,) * 5)
     own = (frame.slenderness, frame.effective_frequency_parameter, frame.restitution)
     return (*own, *ties[0], *ties[1])
 
 
 class Prepared:
-    """A ground motion in the form that the lanes take; its parts are made once, when needed.
+    """A ground motion in the form of the vectorised kernel. Each part is computed when needed.
 
     Parameters
     ----------
@@ -73,15 +73,16 @@ class Prepared:
         self._strongest = (np.abs(self.across) @ powers).max()
         if self.upwards.size:
             self._strongest = (np.abs(self.across) @ powers + np.abs(self.upwards) @ powers).max()
-        #: True where it is of a degree above 1, and where it moves vertically.
+        #: (True if the degree is above 1, True if there is a vertical component).
         self.form = (self.across.shape[1] > 2, self.upwards.shape[0] > 0)
         self._rows: dict[int, tuple[Float, Float]] = {}
         self._ahead: dict[tuple[int, float], Float] = {}
 
     def pieces(self, scale: Float, constants: Float) -> NDArray[np.int64]:
-        """Into how many pieces each interval is divided, for each scenario: 1, 2, 4, ...
+        """Return the number of pieces of each interval for each scenario: 1, 2, 4, ...
 
-        Frames whose ties yield get more pieces than lanes take, and so the scalar kernel.
+        Frames whose ties yield get more pieces than the vectorised kernel accepts, so that the
+        scalar kernel computes them.
         """
         ties = constants[:, _TIES] + constants[:, _TIES + 1]
         rate = constants[:, 1] * np.sqrt(1.0 + self._strongest * np.abs(scale) + ties)
@@ -91,7 +92,7 @@ class Prepared:
         return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)
 
     def rows(self, pieces: int) -> tuple[Float, Float]:
-        """Coefficients in each of so many pieces of an interval, and their bounds."""
+        """Return the coefficients with each interval divided into pieces, and their bounds."""
         if pieces not in self._rows:
             parts = [part for part in (self.across, self.upwards) if part.size]
             step = self.ground.time_step
@@ -100,7 +101,7 @@ class Prepared:
         return self._rows[pieces]
 
     def ahead(self, pieces: int, frequency_parameter: float) -> Float:
-        """Return sums of the ground that follows each node, computed once for each frame."""
+        """Return the integrals of `fill_ahead`, computed once for each frequency parameter."""
         key = (pieces, frequency_parameter)
         if key not in self._ahead:
             rows, _ = self.rows(pieces)
@@ -111,14 +112,14 @@ class Prepared:
 
 
 class Answers:
-    """Answers to scenarios, of which each is filled in once.
+    """Arrays for the results of scenarios.
 
     Parameters
     ----------
     scenarios : int
-        Their number.
+        Number of scenarios.
     excursions : int
-        Keep so many excursions of each.
+        Number of excursions to keep for each scenario.
     """
 
     def __init__(self, scenarios: int, excursions: int = 0) -> None:
@@ -143,7 +144,7 @@ class ScenarioPacker:
         self._batches: dict[tuple[bool, bool, bool], _Batch] = {}
 
     def ask(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
-        """Take in scenarios of one ground: their places, scales, and the frames' constants."""
+        """Add scenarios of one motion: indices in `answers`, scales, constants of the frames."""
         pieces = motion.pieces(scale, constants)
         tied = np.asarray(constants[:, _TIES:].any(axis=1))
         for count, ties in sorted({*zip(pieces.tolist(), tied.tolist(), strict=True)}):
@@ -177,14 +178,14 @@ class ScenarioPacker:
                 self._answer(form)
 
     def complete(self) -> None:
-        """Answer what is still waiting."""
+        """Compute the batches that are not full."""
         for key in list(self._batches):
             self._answer(key)
 
     def _answer(self, key: tuple[bool, bool, bool]) -> None:
         batch = self._batches.pop(key)
         asked = np.concatenate(batch.asked)
-        # the longest first: no lane is left with one when the others are done
+        # the longest first, so that all lanes finish at about the same time
         order = np.argsort(-asked[:, lanes.INTERVALS], kind="stable")
         scenarios = np.concatenate(batch.scenarios)[order]
         verdicts = np.empty(scenarios.size, dtype=np.int8)
@@ -246,7 +247,7 @@ class ScenarioPacker:
 
 
 def _rows(coefficients: Float, time_step: float, pieces: int) -> Float:
-    """Coefficients in powers of the time over an interval's length, each divided into pieces."""
+    """Return coefficients in powers of time over an interval's length, divided into pieces."""
     powers = 6 if coefficients.shape[1] > 2 else 2
     rows = np.zeros((coefficients.shape[0], powers))
     rows[:, : coefficients.shape[1]] = coefficients * time_step ** np.arange(coefficients.shape[1])
@@ -268,7 +269,7 @@ def _rows(coefficients: Float, time_step: float, pieces: int) -> Float:
 
 
 def _bounds(rows: Float, *, curved: bool) -> Float:
-    """Bounds of the accelerations in each interval: exact for straight lines."""
+    """Return bounds of |acceleration| in each interval; exact if piecewise linear."""
     parts = rows.reshape(rows.shape[0], -1, 6 if curved else 2)
     if curved:
         return np.ascontiguousarray(np.abs(parts).sum(axis=2))

@@ -1,4 +1,4 @@
-"""Parts of a screening: every combination of motions, structures and scales, in any process."""
+"""Responses and margins of every combination of motions, structures and scales of a batch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Part:
-    """Motions, structures and scales; every combination is computed.
+    """A batch of motions, structures and scales; every combination is computed.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class Part:
     scales : tuple of float
         Multiples of the motions [1].
     ensemble : Ensemble, optional
-        The ensemble of robust margins, if they are asked for.
+        Ensemble of the robust margins, if they are requested.
     """
 
     motions: tuple[Record | GroundAcceleration, ...]
@@ -84,7 +84,7 @@ def peaks_of(part: Part) -> Arrays:
 
 
 def margins_of(part: Part) -> Arrays:
-    """Return critical scales, numbers of safe islands, and what is undecided.
+    """Return critical scales, numbers of safe islands, robust margins, and undecided verdicts.
 
     Returns
     -------

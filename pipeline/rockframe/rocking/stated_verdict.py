@@ -1,4 +1,4 @@
-"""Verdicts as people read them: the words, and the kind that gives their colour."""
+"""Verdicts in words, and their kinds, which have colours."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Final
 
 from rockframe.rocking.response import Verdict
 
-#: The rule of `Margin.verdict`, in the words of its docstring: the tables, pages and documents that
-#: show verdicts state it.
+#: The rule of `Margin.verdict`, in the words of its docstring. All tables, pages and documents that
+#: show verdicts print it.
 VERDICT_RULE: Final = (
     "A verdict is undecided if it changes when the amplitude of the motion or the restitution of "
     "impacts changes by up to 1 % (amplitude, restitution), or when the record is sampled twice "
@@ -20,7 +20,7 @@ VERDICT_RULE: Final = (
     "more, or not at all. Any other verdict is that of the response to the motion itself: no "
     "uplift, safe or overturned."
 )
-#: Values that the tables show beside the verdict.
+#: Explanation of the values that tables show beside the verdict.
 MARGIN_LEGEND: Final = (
     "Critical scale: least multiple of the motion found to overturn the structure. 10, 25, 50 % "
     "overturn: the robust margin, the least multiples at which these shares of an ensemble of "
@@ -29,10 +29,11 @@ MARGIN_LEGEND: Final = (
 
 
 class VerdictKind(StrEnum):
-    """Kinds of verdicts that are told apart by colour; the style sheets have a class for each.
+    """Kinds of verdicts. Each has a colour, and a class in the style sheets.
 
-    ``SAFE`` claims that the motion would have to grow to overturn the structure. ``STANDS`` claims
-    less: no critical scale was looked for. Of ``STANDS_LESS_OVERTURNS`` one was found below 1.
+    ``SAFE``: the structure stands, and its critical scale is not below 1. ``STANDS``: it stands,
+    but no critical scale was searched for. ``STANDS_LESS_OVERTURNS``: it stands, but its critical
+    scale is below 1.
     """
 
     SAFE = "safe"
@@ -52,7 +53,7 @@ class VerdictKind(StrEnum):
 
 @dataclass(frozen=True)
 class StatedVerdict:
-    """A verdict with what must be known to put it into words.
+    """A verdict with the values that its words contain.
 
     Parameters
     ----------
@@ -61,8 +62,8 @@ class StatedVerdict:
     overturning_time : float
         Time of overturning under the motion itself [s]; NaN if the structure stands.
     critical_scale : float or None
-        Least multiple of the motion that overturns [1]; NaN if none was found, None if none was
-        looked for.
+        Least multiple of the motion that overturns [1]; NaN if none was found, None if it was not
+        searched for.
 
     Examples
     --------
@@ -78,12 +79,12 @@ class StatedVerdict:
 
     @property
     def overturns(self) -> bool:
-        """True if the motion itself overturns the structure, also if that is undecided."""
+        """True if the motion itself overturns the structure, even if the verdict is undecided."""
         return self.verdict is Verdict.OVERTURNED or math.isfinite(self.overturning_time)
 
     @property
     def kind(self) -> VerdictKind:
-        """The kind, which gives the colour."""
+        """Kind of the verdict, which determines its colour."""
         if self.verdict is not Verdict.SAFE:
             return VerdictKind(self.verdict.name.lower())
         if self.critical_scale is None:
@@ -92,7 +93,7 @@ class StatedVerdict:
 
     @property
     def words(self) -> str:
-        """The verdict in words, with its direction if it is undecided."""
+        """Verdict in words; for an undecided one, also the outcome of the motion itself."""
         if self.kind is VerdictKind.STANDS_LESS_OVERTURNS:
             return f"stands; {self.critical_scale:.2f} of the motion would overturn it"
         words = self.kind.label

@@ -1,4 +1,4 @@
-"""The result of an overturning spectrum: verdicts, and the least amplitude that overturns."""
+"""Overturning spectra: verdicts, and the least amplitude that overturns."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ Float = NDArray[np.float64]
 class OverturningSpectrum(Shown):
     """Verdicts over pulse, slenderness, mass ratio, frequency ratio and amplitude.
 
-    A line is one pulse, slenderness, mass ratio and frequency ratio, in the order in which these
-    dimensions are named.
+    A line is one combination of pulse, slenderness, mass ratio and frequency ratio; lines are
+    sorted in the order of these dimensions.
 
     Parameters
     ----------
     pulses : tuple of Pulse
-        The pulses; amplitude, period and time of each do not matter.
+        The pulses. Only their forms are used, not amplitude, period or time.
     slenderness, mass_ratio, frequency_ratio, amplitude : array
-        Coordinates of the dimensions [rad], [1], [1], [1].
+        Coordinates of these dimensions [rad], [1], [1], [1].
     found : Scan
         Verdicts, impacts and intervals of the lines.
     """
@@ -57,7 +57,7 @@ class OverturningSpectrum(Shown):
         return np.array(least).reshape(self.shape)
 
     def facts(self) -> dict[str, str]:
-        """Return what was computed, for the table in notebooks."""
+        """Return the sizes of the dimensions, for the table in notebooks."""
         names = ("pulses", "slendernesses", "mass ratios", "frequency ratios")
         said = {name: str(size) for name, size in zip(names, self.shape, strict=True)}
         return {**said, "amplitudes": f"{self.amplitude.size} up to {self.amplitude[-1]:g}"}

@@ -1,7 +1,7 @@
 """Minimum overturning acceleration spectra: Makris and Vassiliou (2013), section 6, Figure 9.
 
-What overturns a frame depends on the pulse's form, on omega_p / p with p of the column, on its
-slenderness, the mass ratio, and the amplitude a_p / (g tan slenderness), eq (47).
+Overturning depends on the form of the pulse, the frequency ratio omega_p / p with p of the column,
+the slenderness, the mass ratio, and the amplitude a_p / (g tan slenderness), eq (47).
 """
 
 from __future__ import annotations
@@ -30,21 +30,23 @@ from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 
-#: Edges are known to this share of themselves [1].
+#: Relative tolerance of edges [1].
 EDGE_TOLERANCE: Final = 1e-9
-#: Below it a pulse lasts for hundreds of the frame's periods: it is a static pull, and never ends.
+#: Least frequency ratio. A longer pulse lasts for hundreds of the frame's periods and acts like a
+#: static pull; its response would take very long to compute.
 LEAST_FREQUENCY_RATIO: Final = 0.01
-#: Least number of intervals in a period of the pulse: it is followed to 4e-11 of its amplitude, and
-#: edges to 1e-9. Twice, four times ... as many where that leaves a frame no longer steps.
+#: Least number of intervals in a period of the pulse. The pulse is then interpolated to 4e-11 of
+#: its amplitude, and edges are exact to 1e-9. At frequency ratios below `_FEWEST_UP_TO` the number
+#: is doubled until an interval is about as short in units of the frame's period.
 _INTERVALS: Final = 50
 _FEWEST_UP_TO: Final = 4.0
-#: Responses in a batch: enough that few rounds of the search for edges are small.
+#: Number of responses in a batch: large enough that most rounds of the edge search are large too.
 _BATCH: Final = 320_000
 
 
 @dataclass(frozen=True)
 class _Batch:
-    """Pulses and frequency ratios, under each of which all frames are tried."""
+    """Pulses with their frequency ratios, and the frames that are computed under each of them."""
 
     grounds: tuple[tuple[Pulse, float], ...]
     frames: tuple[RockingFrame, ...]
@@ -62,41 +64,41 @@ def overturning_spectrum(
     tolerance: float = EDGE_TOLERANCE,
     engine: Engine | None = None,
 ) -> OverturningSpectrum:
-    """Find which pulses overturn which frames, and all edges in between.
+    """Compute which pulses overturn which frames, and the edges of all intervals of overturning.
 
     Parameters
     ----------
     pulses : sequence of Pulse
-        Forms of the pulse; amplitude, period and time of each do not matter.
+        The pulses. Only their forms are used, not amplitude, period or time.
     slendernesses : array_like, shape (slenderness,)
         Slenderness of the columns, which are rectangular [rad].
     mass_ratios : array_like, shape (mass_ratio,)
         Mass of the beam over that of all columns [1].
     frequency_ratios : array_like, shape (frequency_ratio,)
-        omega_p / p, p of the column alone [1].
+        omega_p / p, with p of the column alone [1].
     amplitudes : array_like, shape (amplitude,)
-        a_p / (g tan slenderness) of the scan [1]; edges between them are bisected.
+        a_p / (g tan slenderness) of the scan [1]; edges between amplitudes are bisected.
     tolerance : float
-        Edges are known to so much, relative to themselves.
+        Relative tolerance of the edges [1].
     engine : Engine, optional
-        Where it is computed; by default in this process. The same bits wherever.
+        Where to compute; by default in this process. The result has the same bits with any engine.
 
     Returns
     -------
     OverturningSpectrum
-        Complete maps, and the intervals of overturning.
+        Verdicts at all points, and the intervals of overturning.
 
     Raises
     ------
     ParameterError
-        If there is no pulse, or one twice, or one of the lists is empty, not increasing, not
-        positive, or a frequency ratio below 0.01.
+        If there is no pulse or a pulse twice, an array is empty, not increasing or not positive, or
+        a frequency ratio is below 0.01.
 
     Notes
     -----
-    Stability is not monotone in the amplitude: islands of safety lie above the least amplitude
-    that overturns. Slivers thinner than the step of `amplitudes` are searched for where the frame
-    leans furthest, and may be missed.
+    Stability is not monotone in the amplitude: there may be safe islands above the least amplitude
+    that overturns. Slivers thinner than the step of `amplitudes` are searched for near the largest
+    rotations of frames that stand, and may be missed.
 
     Examples
     --------
@@ -129,7 +131,8 @@ def overturning_spectrum(
         for start in range(0, len(grounds), size)
     ]
     parts = list(map_batches(_scans, batches, engine=OneProcess() if engine is None else engine))
-    # each ground with all frames is how it is computed; the dimensions go the other way
+    # computed with the frames of a ground side by side; the dimensions have the frequency ratio
+    # last
     shape = (len(pulses), frequency_ratio.size, slenderness.size, mass_ratio.size)
     order = np.arange(math.prod(shape)).reshape(shape).transpose(0, 2, 3, 1).ravel()
     found = _together(parts).ordered(order)
@@ -141,12 +144,12 @@ def overturning_spectrum(
 def column_of(
     slenderness: float, mass_ratio: float = 0.0, period: float = math.tau
 ) -> RockingFrame:
-    """Return the frame of rectangular columns of a slenderness [rad] and 2 pi / p [s].
+    """Return the frame of rectangular columns with a slenderness [rad] and a 2 pi / p [s].
 
     Raises
     ------
     ParameterError
-        If there is no such frame.
+        If no frame has these values.
 
     Examples
     --------
@@ -163,21 +166,21 @@ def column_of(
 
 
 def increasing(label: str, values: ArrayLike, *, zero: bool = False) -> Float:
-    """Return the values along a dimension.
+    """Return the values of a dimension as an array, after checking them.
 
     Parameters
     ----------
     label : str
         Name of the dimension, for errors.
     values : array_like
-        One row.
+        The values.
     zero : bool
-        Whether the first may be zero.
+        True if zero is allowed.
 
     Raises
     ------
     ParameterError
-        If there are none, or they are not positive, finite and strictly increasing.
+        If there are no values, or they are not positive, finite and strictly increasing.
 
     Examples
     --------
@@ -199,7 +202,7 @@ def increasing(label: str, values: ArrayLike, *, zero: bool = False) -> Float:
 
 
 def _scans(batch: _Batch) -> Scan:
-    """All of a batch: each thread takes neighbours among the grounds."""
+    """Scan a batch; each thread computes neighbouring grounds."""
     number, count = len(batch.grounds), min(threads(), len(batch.grounds))
     ends = [number * k // count for k in range(count + 1)]
     parts = [replace(batch, grounds=batch.grounds[one:end]) for one, end in pairwise(ends)]
@@ -207,7 +210,7 @@ def _scans(batch: _Batch) -> Scan:
 
 
 def _scan(batch: _Batch) -> Scan:
-    """The frames under each ground: what shares one is computed side by side."""
+    """Scan the frames under each ground; frames of one ground are computed side by side."""
     grounds = [
         _stretched(_unit_ground(pulse, _intervals_of(ratio)), math.tau / ratio)
         for pulse, ratio in batch.grounds
@@ -230,7 +233,7 @@ def _intervals_of(frequency_ratio: float) -> int:
 
 @lru_cache(maxsize=16)
 def _unit_ground(pulse: Pulse, intervals: int) -> GroundAcceleration:
-    """Return the pulse of amplitude 1 m s-2 and period 1 s, over its reach."""
+    """Return the pulse with amplitude 1 m s-2 and period 1 s, over its reach."""
     unit, reach = replace(pulse, a_p=1.0, T_p=1.0, time=0.0), pulse.mother.reach
     number = math.ceil(2.0 * reach * intervals)
     return GroundAcceleration.from_function(
@@ -239,7 +242,7 @@ def _unit_ground(pulse: Pulse, intervals: int) -> GroundAcceleration:
 
 
 def _stretched(unit: GroundAcceleration, period: float) -> GroundAcceleration:
-    """A pulse of another period [s] than 1; for columns of p = 1 rad/s."""
+    """Return a pulse of period 1 s stretched to another period [s], for columns of p = 1 rad/s."""
     powers = period ** -np.arange(unit.coefficients.shape[1], dtype=np.float64)
     return GroundAcceleration(
         unit.coefficients * powers, period * unit.time_step, period * unit.start_time

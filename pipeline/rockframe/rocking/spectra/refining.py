@@ -1,4 +1,4 @@
-"""Edges between standing and overturning along amplitude: found between points, and bisected."""
+"""Edges between standing and overturning along the amplitude: search and bisection."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from rockframe.rocking.response import Verdict
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-#: Intervals on both sides of a flip that are divided, and into how many.
+#: Number of intervals on either side of a flip that are divided, and the number of their parts.
 _AROUND: Final = 3
 _FINER: Final = 5
-#: Around a furthest lean or a longest fall each half is divided into so many, so often. Scenarios
+#: A candidate for a sliver is divided this many times, each half into `_DIVISIONS` parts. Scenarios
 #: of one ground are computed side by side: a few more of them cost less than another round.
 _DIVISIONS: Final = 4
 _ROUNDS: Final = 4
-#: A flip is divided into so many parts: more than two take more responses, but fewer rounds.
+#: Number of parts in the bisection of a flip: more than two need more responses, but fewer rounds.
 _PARTS: Final = 4
-#: Frames that lean less than this share of their slenderness are not near their overturning.
+#: Frames whose peak rotation is below this share of their slenderness are not near overturning.
 _NEAR: Final = 0.7
 
 
@@ -57,7 +57,7 @@ class Lines:
         return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
 
     def within(self, three: Sequence[Points]) -> list[Points]:
-        """Return the outcomes of lines at and between three points of each, in order."""
+        """Return the outcomes at three points of each line and between them, in order."""
         shares = np.arange(1, _DIVISIONS) / _DIVISIONS
         tried = [
             (1.0 - share) * a.amplitude + share * b.amplitude
@@ -73,8 +73,8 @@ class Lines:
 class Points:
     """Amplitudes of lines and the outcomes there, as flat arrays.
 
-    `nearness` grows toward the other kind of outcome: the largest rotation of a frame that stands,
-    the time of overturning of one that does not.
+    `nearness` is larger the nearer a point is to the opposite outcome: the peak rotation of a frame
+    that stands, or the time of overturning of a frame that overturns.
     """
 
     line: Int
@@ -85,7 +85,7 @@ class Points:
     impacts: NDArray[np.int32]
 
     def take(self, chosen: NDArray[np.generic]) -> Points:
-        """Return those that an index or a mask chooses."""
+        """Return the points that an index or a mask selects."""
         return Points(*(getattr(self, name)[chosen] for name in _FIELDS))
 
     def and_(self, other: Points) -> Points:
@@ -101,7 +101,7 @@ _FIELDS: Final = tuple(Points.__dataclass_fields__)
 
 @dataclass(frozen=True, eq=False)
 class Flips:
-    """Neighbours of which one overturns and the other does not; flat arrays."""
+    """Pairs of neighbouring amplitudes, of which one overturns and the other does not."""
 
     line: Int
     fallen: Float
@@ -110,7 +110,7 @@ class Flips:
 
     @classmethod
     def between(cls, one: Points, other: Points) -> Flips:
-        """Return those between points of the same lines, each of the other kind."""
+        """Return the flips between points of the same lines with opposite outcomes."""
         return cls(
             one.line,
             np.where(one.fallen, one.amplitude, other.amplitude),
@@ -120,13 +120,13 @@ class Flips:
 
 
 def flipped(points: Points) -> NDArray[np.bool_]:
-    """Return whether each point and the next one are of one line and of two kinds."""
+    """Return whether each point and the next one are of one line and have opposite outcomes."""
     one_line = np.equal(points.line[1:], points.line[:-1])
     return one_line & np.not_equal(points.fallen[1:], points.fallen[:-1])
 
 
 def around_flips(lines: Lines, points: Points) -> Points:
-    """Try more points around the flips: where one edge is, others are near."""
+    """Return more points around the flips, because other edges are often near."""
     flips = np.flatnonzero(flipped(points))
     near = flips[:, None] + np.arange(-_AROUND, _AROUND + 1)
     near = np.clip(near, 0, points.line.size - 2)
@@ -140,10 +140,11 @@ def around_flips(lines: Lines, points: Points) -> Points:
 
 
 def slivers(lines: Lines, points: Points) -> list[Flips]:
-    """Find flips on both sides of what is thinner than the step between points.
+    """Find the flips on both sides of intervals thinner than the step between points.
 
-    Each candidate is three points of one kind, the middle one the nearest to the other kind. It
-    shrinks around its nearest point until one is of the other kind, or it is thin.
+    A candidate is three points of the same outcome, of which the middle one has the largest
+    nearness. It is divided and shrunk around the point of largest nearness until a point has the
+    opposite outcome, at most `_ROUNDS` times.
     """
     line, nearness = points.line, points.nearness
     alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
@@ -166,7 +167,7 @@ def slivers(lines: Lines, points: Points) -> list[Flips]:
 
 
 def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
-    """Return the requested point of each of the rest."""
+    """Return for each remaining candidate the point that `which` selects."""
     return Points(
         *(
             np.stack([getattr(point, name)[rest] for point in points])[which, np.arange(rest.size)]
@@ -176,7 +177,7 @@ def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
 
 
 def join(parts: Sequence[Flips]) -> Flips:
-    """Put flips together."""
+    """Concatenate flips."""
     return Flips(
         np.concatenate([part.line for part in parts]),
         np.concatenate([part.fallen for part in parts]),
@@ -186,7 +187,7 @@ def join(parts: Sequence[Flips]) -> Flips:
 
 
 def narrow(lines: Lines, flips: Flips, tolerance: float) -> Flips:
-    """Divide flips into parts until they are known to a share of themselves."""
+    """Bisect flips to a relative tolerance."""
     fallen, standing = flips.fallen.copy(), flips.standing.copy()
     impacts = flips.impacts.copy()
     shares = np.arange(_PARTS + 1) / _PARTS

@@ -1,7 +1,7 @@
-"""Rocking spectra: peak rotation and rate under a motion over 2 pi / p of the columns.
+"""Rocking spectra: peak rotation and rate under a motion, over 2 pi / p of the columns.
 
-In the manner of Makris and Konstantinidis (2003), with the restitution of eq (43) and the frame's
-own p-hat where there is a beam.
+They follow Makris and Konstantinidis (2003), with the restitution of eq (43), and with p-hat of the
+frame if there is a beam.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ class RockingSpectrum(Shown):
     Parameters
     ----------
     slenderness, mass_ratio, column_period : array
-        Coordinates of the last three dimensions [rad], [1], [s]; the first one is the motions.
+        Coordinates of the last three dimensions [rad], [1], [s]. The first dimension is the motion.
     verdict : array of int8
         Values of `Verdict`.
     peak_rotation_ratio, peak_velocity : array
-        Largest |theta| / slenderness [1] and |rate| [rad s-1], free rocking after the end of the
-        motion included; of what overturns until it does.
+        Largest |theta| / slenderness [1] and |rate| [rad s-1], including free rocking after the end
+        of the motion; for frames that overturn, until overturning.
     """
 
     slenderness: Float
@@ -57,14 +57,14 @@ class RockingSpectrum(Shown):
     peak_velocity: Float
 
     def facts(self) -> dict[str, str]:
-        """Return what was computed, for the table in notebooks."""
+        """Return sizes and number of overturned frames, for the table in notebooks."""
         names = ("motions", "slendernesses", "mass ratios", "column periods")
         said = {name: str(size) for name, size in zip(names, self.verdict.shape, strict=True)}
         fallen = int((self.verdict == Verdict.OVERTURNED).sum())
         return {**said, "overturned": f"{fallen} of {self.verdict.size}"}
 
     def draw(self, axes: Axes) -> None:
-        """Draw the largest theta / alpha of the first motion over the period of the columns."""
+        """Draw the largest theta / alpha under the first motion, over 2 pi / p of the columns."""
         for k, slenderness in enumerate(self.slenderness):
             for m, ratio in enumerate(self.mass_ratio):
                 label = f"{math.degrees(slenderness):.3g}°, mass ratio {ratio:g}"
@@ -105,13 +105,13 @@ def rocking_spectrum(
     column_periods : array_like, shape (column_period,)
         2 pi / p of the columns alone [s].
     engine : Engine, optional
-        Where it is computed; by default in this process. The same bits wherever.
+        Where to compute; by default in this process. The result has the same bits with any engine.
 
     Raises
     ------
     ParameterError
-        If there is no motion, one of the lists is empty, not increasing or not positive, or a
-        column would be smaller than 1 mm or larger than 1 km.
+        If there is no motion, an array is empty, not increasing or not positive, or a column would
+        be smaller than 1 mm or larger than 1 km.
 
     Examples
     --------

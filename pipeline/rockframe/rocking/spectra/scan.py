@@ -1,7 +1,8 @@
-"""Overturning over amplitude: a full scan, because stability is not monotone in it.
+"""Scan over the amplitude of a motion for all intervals in which frames overturn.
 
-Between its amplitudes slivers are looked for where they announce themselves: beside other edges,
-and where a frame that stands leans furthest or one that falls takes longest. Every edge that is
+A full scan is needed because stability is not monotone in the amplitude. Between the amplitudes of
+the scan, slivers are searched for where they are likely: near other edges, at the largest rotation
+of frames that stand, and at the latest overturning of frames that overturn. Every edge that is
 found is then bisected.
 """
 
@@ -35,21 +36,21 @@ Int = NDArray[np.int64]
 class Scan:
     """Outcome of frames at each amplitude, and the intervals in which they overturn.
 
-    A line is one frame on one ground.
+    A line is one pair of a frame and a ground motion.
 
     Parameters
     ----------
     verdict : array of int8, shape (lines, amplitudes)
         Values of `Verdict`.
     impacts : array of int32, shape (lines, amplitudes)
-        Impacts during the motion; of what overturns those before it.
+        Number of impacts during the motion, or before overturning.
     line : array of int, shape (intervals,)
         The line of each interval of overturning, in ascending order.
     lower, upper : array, shape (intervals,)
-        Least and largest amplitude of the interval, both of which overturn; `upper` is NaN if the
-        interval goes on beyond the last amplitude of the scan.
+        Least and largest amplitude of the interval; both overturn the frame. `upper` is NaN if the
+        interval continues beyond the last amplitude of the scan.
     impacts_at_lower : array of int32, shape (intervals,)
-        Impacts before overturning, at `lower`.
+        Number of impacts before overturning at `lower`.
     """
 
     verdict: NDArray[np.int8]
@@ -60,7 +61,7 @@ class Scan:
     impacts_at_lower: NDArray[np.int32]
 
     def intervals(self) -> list[Float]:
-        """Return for each line its intervals, shape (intervals, 2)."""
+        """Return the intervals of each line, shape (intervals, 2)."""
         bounds = np.searchsorted(self.line, np.arange(len(self.verdict) + 1))
         both = np.column_stack([self.lower, self.upper])
         return [both[start:end] for start, end in pairwise(bounds)]
@@ -82,14 +83,15 @@ class Scan:
 
 
 def islands(intervals: Float, end: float) -> tuple[tuple[float, float], ...]:
-    """Return the amplitudes between which a frame stands above its first overturning.
+    """Return the intervals of amplitude above the first overturning in which a frame stands.
 
     Parameters
     ----------
     intervals : array, shape (intervals, 2)
-        Where it overturns, in ascending order; NaN as the last bound if it goes on.
+        Intervals in which the frame overturns, in ascending order. The last bound is NaN if the
+        interval continues beyond the scan.
     end : float
-        Where the scan ends, and with it an island that it leaves unfinished.
+        End of the scan, which also ends the last island.
 
     Examples
     --------
@@ -126,12 +128,12 @@ def scan(
     tolerance : float
         Relative tolerance to which edges are bisected [1].
     unit : array, shape (lines,), optional
-        Multiple of the ground that is an amplitude of 1 [1]; by default the ground itself.
+        Factor of the ground motion at amplitude 1 [1]; by default 1.
 
     Returns
     -------
     Scan
-        The numbers of a line do not depend on the other lines, to the last bit.
+        The result of a line has the same bits whichever other lines are computed.
     """
     every = np.arange(np.size(ground))
     units = np.ones(every.size) if unit is None else unit
@@ -152,7 +154,7 @@ def scan(
 
 
 def _intervals(edges: Flips, starting: Points) -> tuple[Int, Float, Float, NDArray[np.int32]]:
-    """Lower and upper edges put together; a line may overturn at its first amplitude already."""
+    """Combine lower and upper edges; lines in `starting` overturn at their first amplitude."""
     rising = edges.fallen > edges.standing
     line = np.concatenate([edges.line[rising], starting.line])
     lower = np.concatenate([edges.fallen[rising], starting.amplitude])
