@@ -1,7 +1,7 @@
 """From strong-motion records to the rocking response of free-standing frames.
 
-The public names are listed in the stub beside this file; each is imported when it is first used,
-so that `rockframe --help` does not wait for the scientific stack.
+``__init__.pyi`` lists the public names. Each is imported when it is first used, so that
+`rockframe --help` does not wait for the scientific packages.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""Cells of CSV tables: decimal numbers, and text that spreadsheets do not run as a formula."""
+"""Cells of CSV tables: decimal numbers, and text that spreadsheets do not treat as a formula."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import MappingProxyType, SimpleNamespace
 from typing import Final, TextIO
 
-#: A number that every program reads alike: ASCII digits, no underscores, no names.
+#: A number that all programs read in the same way: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
-#: Text that a spreadsheet runs as a formula, also after the quotes that `harmless` adds.
+#: Text that a spreadsheet treats as a formula, also after the quotes that `harmless` adds.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
-#: Formats of tables, and the ending of their files.
+#: Formats of tables, and their file extensions.
 TABLE_FORMATS: Final = MappingProxyType(
     {"csv": ".csv", "xlsx": ".xlsx", "markdown": ".md", "latex": ".tex", "parquet": ".parquet"}
 )
@@ -111,12 +111,12 @@ def write_table(stream: TextIO, rows: Iterable[Mapping[str, object]]) -> int:
 
 
 def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
-    r"""Give the line number and the `original` texts of each row of CSV that is not empty.
+    r"""Yield the line number and the `original` texts of each row of CSV that is not empty.
 
     Raises
     ------
     csv.Error
-        If it is not CSV.
+        If the text is not CSV.
 
     Examples
     --------

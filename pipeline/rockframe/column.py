@@ -1,7 +1,7 @@
-"""The shapes of columns: their centre of gravity and moment of inertia about the base corner.
+"""Shapes of columns: centre of gravity, and moment of inertia about the base corner.
 
-A column rocks about a corner of its base, at the distance R from its centre of gravity. Its mass
-cancels, so a shape is known by the height of the centre of gravity and by I_o / (m_c R^2).
+A column rocks about a corner of its base, at the distance R from its centre of gravity. The mass
+cancels, so a shape is described by the height of the centre of gravity and by I_o / (m_c R^2).
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ def inertia_ratio_of(section: str, height: float, width: float) -> float:
     Raises
     ------
     ParameterError
-        If the section is neither.
+        If the section is neither of these.
 
     Notes
     -----
-    4/3 for the rectangle; 4/3 - sin(alpha)^2 / 12 for the cylinder, from
+    The ratio is 4/3 for the rectangle, and 4/3 - sin(alpha)^2 / 12 for the cylinder, from
     I_o / m_c = 5 b^2 / 4 + 4 h^2 / 3 (re-derived).
 
     Examples
@@ -52,12 +52,13 @@ def inertia_ratio_of(section: str, height: float, width: float) -> float:
 
 @dataclass(frozen=True)
 class ColumnShape:
-    """Properties of a column that rocking depends on, besides its height and widths.
+    """Properties that affect rocking, besides the height and the widths of a column.
 
     Parameters
     ----------
     inertia_ratio : float
-        I_o / (m_c R^2) about the base corner, at the distance R from the centre of gravity [1].
+        I_o / (m_c R^2) about the base corner, which is at the distance R from the centre of
+        gravity [1].
     centre_of_gravity : float
         Height of the centre of gravity above the base [m].
     """
@@ -79,11 +80,11 @@ def tapered(section: str, height: float, width: float, top_width: float) -> Colu
     Raises
     ------
     ParameterError
-        If the section is neither, or a dimension is not positive.
+        If the section is neither of these, or a dimension is not positive.
 
     Notes
     -----
-    Integrals over the height of the area and of its moments (re-derived).
+    The area and its moments are integrated over the height (re-derived).
 
     Examples
     --------
@@ -124,8 +125,8 @@ def hollow(
     Raises
     ------
     ParameterError
-        If the section is neither, a dimension is not positive, an inner one not below the outer
-        one, or the depths of a rectangular section are not given.
+        If the section is neither of these, a dimension is not positive, an inner dimension is not
+        below the outer one, or the depths of a rectangular section are missing.
 
     Examples
     --------
@@ -166,12 +167,12 @@ def volume(
     section : str
         ``rectangular``, with the depth, or ``circular``.
     height, width, top_width, inner_width, depth, inner_depth : float
-        As `tapered` and `hollow` take them [m].
+        Dimensions as for `tapered` and `hollow` [m].
 
     Raises
     ------
     ParameterError
-        If the depth of a rectangular section is not given.
+        If the depth of a rectangular section is missing.
 
     Examples
     --------
@@ -203,7 +204,7 @@ def _moment(power: int, order: int, base: float, top: float) -> float:
 
 
 def _shape(about_base: float, centre: float, width: float) -> ColumnShape:
-    """Move the inertia over the mass [m2] from the middle of the base to its corner."""
+    """Return the shape, from the inertia over the mass about the middle of the base [m2]."""
     squared = centre**2 + 0.25 * width**2
     return ColumnShape((about_base + 0.25 * width**2) / squared, centre)
 

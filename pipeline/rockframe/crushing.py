@@ -11,12 +11,12 @@ from rockframe.units import GRAVITY
 
 
 def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
-    """Return a frame on the pivots that are left when its edges have crushed.
+    """Return the frame on its pivots after the edges of the columns have crushed.
 
-    Each pivot moves inwards by half the length of the block that bears the column with its share of
-    the beam and the force of the tendon. That force is the one at which |theta| is the slenderness
-    on the new pivots, so both are found by iteration. `RockingFrame.before_crushing` of the result
-    is the frame itself.
+    A block of uniform stress carries the column, its share of the beam, and the tendon. The pivot
+    moves inwards by half the length of this block. The force of the tendon is taken at |theta|
+    equal to the slenderness on the new pivots, so both are found by iteration. The given frame is
+    stored in `before_crushing` of the result.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
             strength = pivot.compressive_strength
             narrowest = min(frame.width, frame.top_contact_width)
             over += 4.0 * pivot.inset(frame.tension(frame.slenderness) - tension) / narrowest
-            enough = 1.006 * over * strength  # no less when rounded to three digits
+            enough = 1.006 * over * strength  # so that three digits are not rounded below it
             needed = f"its block of {2.0 * base:.3g} m is longer than half the width"
             allowed = f"larger; {enough:.3g} Pa is enough at this depth: {needed}"
             raise invalid("compressive_strength", strength, f"the pivot of {owner}", allowed)
@@ -54,7 +54,7 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
 
 
 def _on_pivots(frame: RockingFrame, width: float, top_width: float) -> RockingFrame:
-    """Return the same columns on pivots so far apart: their inertia about the new ones."""
+    """Return the same columns on pivots at other distances [m], with their inertia about these."""
     central = (frame.inertia_ratio - 1.0) * frame.size**2
     return replace(
         frame,

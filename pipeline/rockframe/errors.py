@@ -1,4 +1,4 @@
-"""Errors that the user can fix: one line with what is wrong, where, and what is allowed."""
+"""Errors that the user can fix. Each is one line: what is wrong, where, and what is allowed."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from pathlib import Path
 
 
 class RockframeError(Exception):
-    """Base class of all errors that the user can fix; not raised itself."""
+    """Base class of all errors that the user can fix; it is never raised itself."""
 
 
 class ParameterError(RockframeError, ValueError):
-    """An argument or option has a value outside what the theory or the data allow.
+    """An argument or option has a value that the theory or the data do not allow.
 
-    An error of one quantity has its name, its value (None if it is missing), and what is allowed:
-    readers of files report it by its key and line.
+    If the error concerns one quantity, the attributes are its name, its value (None if it is
+    missing) and the allowed values. Readers of files then report the key and the line.
     """
 
     quantity: str = ""
@@ -38,12 +38,12 @@ def invalid(quantity: str, value: object, owner: str, allowed: str) -> Parameter
 
 
 def require_known(what: str, asked: object, known: Iterable[object]) -> None:
-    """Raise an error unless a value is among the known ones.
+    """Raise an error if a value is not among the known values.
 
     Raises
     ------
     ParameterError
-        If it is not.
+        If the value is unknown.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class InputError(RockframeError):
     path : str or Path
         The file.
     message : str
-        What is invalid, its value, and what is allowed.
+        What is wrong, the value, and what is allowed.
     line : int, optional
         Line number in the file, counted from 1.
 
@@ -89,15 +89,15 @@ class InputError(RockframeError):
 
 
 class RockframeWarning(UserWarning):
-    """A value is allowed, but seldom meant; the commands print it in one line."""
+    """Warning of a value that is allowed but seldom intended; commands print it in one line."""
 
 
 class OtherQuantityError(InputError):
-    """A sound file holds a velocity, displacement or spectrum instead of an acceleration."""
+    """A valid file contains a velocity, displacement or spectrum instead of an acceleration."""
 
 
 class ServiceError(RockframeError):
-    """A data centre gave no reply, or an unusable one.
+    """A data centre did not reply, or its reply is unusable.
 
     Parameters
     ----------

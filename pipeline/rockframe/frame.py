@@ -1,9 +1,9 @@
 """The rocking frame: N free-standing columns of equal size, capped with a rigid beam.
 
 Equation numbers are those of Makris and Vassiliou (2013), COMPDYN 2013. The frame rocks like one
-free-standing column of the same slenderness and a larger size, but loses more at impacts.
+free-standing column of the same slenderness and a larger size, but loses more energy at impacts.
 
-The file is long because a frame is one class, and each of its properties an equation.
+The file is long because a frame is one class, and each of its properties is an equation.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from rockframe.units import GRAVITY
 #: Smallest and largest dimension of a free-standing structure [m].
 _SMALLEST: Final = 0.001
 _LARGEST: Final = 1000.0
-#: I_o / (m_c R^2) is 1 for a point mass; no column exceeds the upper bound.
+#: Bounds of I_o / (m_c R^2): it is 1 for a point mass, and no column exceeds the upper bound.
 _LEAST_INERTIA: Final = 1.0
 _LARGEST_INERTIA: Final = 100.0
-#: Largest mass ratio: the frame is at the limit of eq (28) to round-off.
+#: Largest mass ratio: eq (28) has reached its limit to round-off.
 _HEAVIEST: Final = 1e15
 
-#: Beyond these, a value is more often a slip of units or of the keyboard than a structure.
+#: Beyond these limits a value is usually a typing error or in a wrong unit.
 _HEAVY: Final = 50.0
 _SLENDER: Final = 2.0
 _STOCKY: Final = 35.0
 
 
 def unusual(mass_ratio: float, slenderness: float) -> str:
-    """Return what is unusual about a frame, in words; "" of most.
+    """Return in words which values of a frame are unusual; "" if none is.
 
     Parameters
     ----------
     mass_ratio, slenderness : float
-        Of the frame [1, rad].
+        Mass ratio [1] and slenderness [rad] of the frame.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def unusual(mass_ratio: float, slenderness: float) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class RockingFrame:
-    """A rocking frame, or with ``mass_ratio=0`` a single free-standing column.
+    """A rocking frame; with ``mass_ratio=0``, a single free-standing column.
 
     Parameters
     ----------
@@ -71,41 +71,42 @@ class RockingFrame:
     name : str
         Name in tables.
     inertia_ratio : float
-        I_o / (m_c R^2) of a column about its base corner, at the distance R from its centre of
-        gravity [1]: 4/3 for a rectangular one; use `inertia_ratio_of` for other sections.
+        I_o / (m_c R^2) of a column about its base corner, which is at the distance R from the
+        centre of gravity [1]; 4/3 for a rectangle. `inertia_ratio_of` returns it for other
+        sections.
     restitution_factor : float
-        Factor on the velocity ratio of eq (43) [1]; 1 is the smallest possible loss of rigid
+        Factor of the velocity ratio of eq (43) [1]; 1 is the smallest possible loss of rigid
         bodies.
     top_width : float, optional
-        Width on which the beam rests, if it is not that of the base [m].
+        Width on which the beam rests [m]; by default the width of the base.
     centre_of_gravity : float, optional
-        Height of a column's centre of gravity above its base, if it is not half the height [m];
-        with the inertia ratio from `tapered` or `hollow`.
+        Height of a column's centre of gravity above its base [m]; by default half the height.
+        `tapered` and `hollow` return it together with the inertia ratio.
     beam_depth : float, optional
-        Depth of the beam, whose centre of mass is at half of it [m]: how far apart two columns must
-        be depends on it, and nothing else.
+        Depth of the beam [m]; its centre of mass is at half the depth. Only the least spacing of
+        two columns depends on it.
     column_mass : float, optional
-        Mass of one column [kg]: restraints need it, free rocking does not depend on it.
+        Mass of one column [kg]. Restraints need it; free rocking does not depend on it.
     tendon, dissipater : Tendon, Dissipater, optional
-        What restrains each column.
+        Restraints of each column.
     abutment : Abutment, optional
         The joints at the ends of the deck.
     before_crushing : RockingFrame, optional
-        The frame as it was before its edges crushed, as `crushed` states it.
+        The frame before its edges crushed; `crushed` sets it.
 
     Raises
     ------
     ParameterError
-        If a dimension is not between 1 mm and 1 km, the centre of gravity not within the height,
-        the inertia ratio not above 1 and at most 100, the mass ratio not between 0 and 1e15, the
-        restitution factor not above 0 and at most 1, or the column so stocky that the restitution
-        of eq (43) is not positive: such a frame does not rock. If there is a restraint without the
+        If a dimension is not between 1 mm and 1 km, the centre of gravity is not within the height,
+        the inertia ratio is not above 1 and at most 100, the mass ratio is not between 0 and 1e15,
+        or the restitution factor is not above 0 and at most 1; if the restitution of eq (43) is not
+        positive, because so stocky a frame does not rock; or if there is a restraint without the
         mass of a column.
 
     Notes
     -----
-    Makris and Vassiliou (2013); for `inertia_ratio` other than 4/3, and for columns that are not
-    prismatic, the equations are re-derived. Such a frame too rocks like one column.
+    Makris and Vassiliou (2013). For an `inertia_ratio` other than 4/3, and for columns that are not
+    prismatic, the equations are re-derived; such a frame rocks like one column, too.
 
     Examples
     --------
@@ -172,7 +173,7 @@ class RockingFrame:
 
     @property
     def prismatic(self) -> bool:
-        """True if the columns are as wide at the top and have their mass at half their height."""
+        """True if the columns have equal widths at base and top, and their centre at mid-height."""
         return self.top_width is None and self.centre_of_gravity is None
 
     @property
@@ -199,14 +200,14 @@ class RockingFrame:
 
     @property
     def beam(self) -> Lever:
-        """The line from the pivot of a column to where the beam rests on it."""
+        """Line from the pivot of a column to the point at which the beam rests on it."""
         if self.prismatic:
             return Lever(2.0 * self.size, self.slenderness)
         return Lever(math.hypot(self._reach, self.height), math.atan2(self._reach, self.height))
 
     @property
     def centre(self) -> Lever:
-        """The line from the pivot of a column to its centre of gravity."""
+        """Line from the pivot of a column to its centre of gravity."""
         return Lever(self.size, math.atan2(0.5 * self.width, self.centre_height))
 
     @property
@@ -216,7 +217,7 @@ class RockingFrame:
 
     @property
     def _arms(self) -> tuple[float, float]:
-        """Moment arms of gravity and of the horizontal motion, for the mass of one column [m]."""
+        """Moment arms of the weight and of the horizontal inertia, beam included [m]."""
         gamma = self.mass_ratio
         across = 0.5 * self.width + gamma * self._reach
         return across, self.centre_height + gamma * self.height
@@ -255,9 +256,9 @@ class RockingFrame:
 
     @property
     def restitution(self) -> float:
-        """Ratio of the angular velocity after an impact to that before it [1].
+        """Angular velocity after an impact over that before it [1].
 
-        sqrt(r) of eq (43), times the restitution factor.
+        It is sqrt(r) of eq (43) times the restitution factor.
         """
         gamma = self.mass_ratio
         if not self.prismatic:
@@ -270,7 +271,7 @@ class RockingFrame:
     def uplift_acceleration(self) -> float:
         """Ground acceleration at which the frame uplifts [m s-2].
 
-        g tan(alpha) of eq (36), plus what the prestress of tendons adds.
+        It is g tan(alpha) of eq (36), plus a term for the prestress of tendons.
         """
         across, upwards = (self.width, self.height) if self.prismatic else self._arms
         hold = 0.0
@@ -281,18 +282,18 @@ class RockingFrame:
 
     @property
     def joints(self) -> float:
-        """Joints of a column: at its base, and under the beam."""
+        """Number of joints of a column: one at its base and, with a beam, one at its top."""
         return 2.0 if self.mass_ratio > 0.0 else 1.0
 
     @property
     def tie_lever(self) -> float:
-        """Stretch of a tendon over 2 sin(|theta| / 2) [m]; a column alone has one joint."""
+        """Stretch of a tendon over 2 sin(|theta| / 2) [m]; smaller for a column without a beam."""
         return self._reach if self.mass_ratio > 0.0 else 0.5 * self.width
 
     def tie_moment(self, force: float, lever: float) -> float:
-        """Return the moment of a force [N] at a lever [m] in each column, over gravity's [1].
+        """Return the moment of a force [N] at a lever [m] in each column, over that of gravity [1].
 
-        Gravity's is that of a column turned to the horizontal, with its share of the beam.
+        The moment of gravity is that of a horizontal column with its share of the beam.
         """
         return force * lever / ((self.column_mass or math.nan) * GRAVITY * self.moment_arm)
 
@@ -302,15 +303,15 @@ class RockingFrame:
         return math.hypot(*self._arms)
 
     def tension(self, theta: float) -> float:
-        """Return the force of a tendon that has not flowed [N] at a rotation [rad]; 0 without."""
+        """Return the force [N] of a tendon that has not yielded, at a rotation [rad]; 0 without."""
         stretch = 2.0 * self.tie_lever * math.sin(0.5 * abs(theta))
         return 0.0 if self.tendon is None else self.tendon.force(stretch)
 
     def resized(self, height: float, width: float) -> Self:
-        """Return the frame with another height and width [m], the rest of its shape in proportion.
+        """Return the frame with another height and width [m], its other dimensions in proportion.
 
-        The mass of a column grows with both. Tendons become longer with the height, and the lever
-        arm of dissipaters with the width; their sections and forces stay as they are stated.
+        The mass of a column is proportional to both, the length of tendons to the height, and the
+        lever arm of dissipaters to the width. Sections and forces of restraints do not change.
 
         Examples
         --------
@@ -333,7 +334,7 @@ class RockingFrame:
         )
 
     def horizontal_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
-        """Return the displacement u of the beam over the ground [m], eq (7), at `theta` [rad].
+        """Return the displacement u of the beam from the ground [m], eq (7), at `theta` [rad].
 
         Examples
         --------
@@ -361,18 +362,18 @@ class RockingFrame:
     def vertical_velocity(self, theta: ArrayLike, omega: ArrayLike) -> NDArray[np.float64]:
         """Return the rate of v [m s-1], eq (11), at `theta` [rad] and its rate `omega` [rad s-1].
 
-        At theta = 0, where the rate jumps, it is the value just after the impact.
+        At theta = 0 the rate jumps; the value just after the impact is returned.
         """
         return self.beam.lift_rate(theta, omega)
 
     def horizontal_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
     ) -> NDArray[np.float64]:
-        """Return the second rate of u [m s-2], eq (9); `omega_rate` is that of theta [rad s-2]."""
+        """Return u'' [m s-2], eq (9), at theta [rad], theta' `omega` and theta'' `omega_rate`."""
         return self.beam.acceleration(theta, omega, omega_rate)[0]
 
     def vertical_acceleration(
         self, theta: ArrayLike, omega: ArrayLike, omega_rate: ArrayLike
     ) -> NDArray[np.float64]:
-        """Return the second rate of v [m s-2], eq (12); `omega_rate` is that of theta [rad s-2]."""
+        """Return v'' [m s-2], eq (12), at theta [rad], theta' `omega` and theta'' `omega_rate`."""
         return self.beam.acceleration(theta, omega, omega_rate)[1]

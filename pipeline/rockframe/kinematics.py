@@ -12,14 +12,14 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Lever:
-    """The line from the pivot of a column to a point of it.
+    """The line from the pivot of a column to a point of the column.
 
     Parameters
     ----------
     length : float
-        Its length [m].
+        Length of the line [m].
     angle : float
-        Its angle from the vertical at rest [rad]; the point is highest at this |theta|.
+        Angle of the line from the vertical at rest [rad]. The point is highest at this |theta|.
 
     Examples
     --------

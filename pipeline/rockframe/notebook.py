@@ -1,4 +1,4 @@
-"""Objects that notebooks show as a small table and a drawing."""
+"""Display of objects in notebooks, as a small table and a drawing."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 class Shown(ABC):
-    """An object that notebooks show as a table of its facts and a drawing."""
+    """Base class of objects that notebooks show as a table and a drawing."""
 
     @abstractmethod
     def facts(self) -> Mapping[str, str]:
-        """Return what the table says: values with their units, by name."""
+        """Return the rows of the table: name, and value with its unit."""
 
     @abstractmethod
     def draw(self, axes: Axes) -> None:
@@ -65,7 +65,7 @@ def history_dataset(
     histories: Mapping[str, tuple[NDArray[np.float64], str, str]],
     **attrs: Any,
 ) -> xr.Dataset:
-    """Return a dataset of histories over time [s]: by name the values, the unit, and what it is."""
+    """Return a dataset of histories over time [s]; each is (values, unit, long name)."""
     import xarray as xr
 
     return xr.Dataset(

@@ -1,4 +1,4 @@
-"""Hashes and versions of what results are made from, and atomic writing of files and folders."""
+"""Hashes of files, versions of packages, and atomic writing of files and folders."""
 
 from __future__ import annotations
 
@@ -152,9 +152,9 @@ def processor() -> str:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside `path`, and move it there only if the block succeeds.
+    """Yield a temporary path beside `path`; if the block succeeds, move the file to `path`.
 
-    Readers see the old file, the new file, or none. A missing folder is created.
+    Readers see the old file, the new file, or no file. A missing folder is created.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def _why(error: OSError, partial: Path) -> str:
 
 
 def _settle(partial: Path, path: Path) -> None:
-    with partial.open("r+b") as stream:  # Windows flushes only what it may write to
+    with partial.open("r+b") as stream:  # Windows flushes only files that are open for writing
         os.fsync(stream.fileno())
     umask = os.umask(0)
     os.umask(umask)
@@ -209,12 +209,12 @@ def refuse_overwriting(
 ) -> None:
     """Raise an error if an output would overwrite an input.
 
-    `beside` is the output that the user named, if others are written beside it.
+    `beside` is the output that the user named, if other files are written beside it.
 
     Raises
     ------
     InputError
-        If an output is one of the inputs, also by another path.
+        If an output is one of the inputs, even under another path.
 
     Examples
     --------
@@ -233,11 +233,11 @@ def refuse_overwriting(
 
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """Give a temporary folder for the files of a run, and move them in only if the block succeeds.
+    """Yield a temporary folder for a run; if the block succeeds, move its files to `folder`.
 
-    Until then, an older run in the folder stays unchanged; afterwards the files listed in its
-    manifest are replaced or removed. ``manifest.json`` is removed first and written last, so that a
-    folder without it is an incomplete run. A missing folder is created.
+    Until then, an older run in the folder does not change. Then the files listed in its manifest
+    are replaced or removed. ``manifest.json`` is removed first and written last, so a folder
+    without it is an incomplete run. A missing folder is created.
 
     Raises
     ------
@@ -251,7 +251,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -> Iterator[Path]:
-    """Give a temporary folder in `parent`; errors name the `folder` that it is for."""
+    """Yield a temporary folder in `parent`; errors name `folder`, the final place."""
     is_new = not parent.exists()
     try:
         parent.mkdir(parents=True, exist_ok=True)
@@ -297,20 +297,20 @@ def is_within(name: str) -> bool:
     >>> is_within("figures/a.png"), is_within("../a.png"), is_within("/a.png"), is_within("C:a")
     (True, False, False, False)
     """
-    path = PureWindowsPath(name)  # which knows both slashes, and drives
+    path = PureWindowsPath(name)  # it parses both kinds of slashes, and drives
     return not path.anchor and ".." not in path.parts
 
 
 @contextmanager
 def replaced_folder(folder: Path) -> Iterator[Path]:
-    """Give a temporary folder beside `folder`, and move it there only if the block succeeds.
+    """Yield a temporary folder beside `folder`; if the block succeeds, move it to `folder`.
 
-    An existing folder is removed with all its files: the caller makes sure that this is right.
+    An existing folder is removed with all its files: the caller must check that this is right.
 
     Raises
     ------
     InputError
-        If it is a file, or cannot be written.
+        If `folder` is a file, or cannot be written.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(folder, "is a file. Must be a folder.")

@@ -93,7 +93,7 @@ class Record(Shown):
     time_step : float
         Interval between samples [s].
     uncorrected : bool
-        True if the archive publishes it without baseline correction.
+        True if the archive publishes the record without baseline correction.
     component : str
         Name of the component in the archive.
     orientation : Orientation
@@ -103,7 +103,7 @@ class Record(Shown):
     site_type : SiteType
         Free field, in a structure, in a borehole, or unknown.
     event, station, network, start_time : str
-        Names as the file states them, and the time of the first sample (ISO 8601, UTC).
+        Names from the file, and the time of the first sample (ISO 8601, UTC).
     magnitude : float
         Magnitude of the event [1].
     epicentral_distance : float
@@ -180,7 +180,7 @@ class Record(Shown):
                 f"Invalid record identifier {self.record_id!r}. Must be 1 to {LONGEST_ID} letters, "
                 "digits, points, hyphens or underscores, and begin with a letter or digit."
             )
-        # A read-only array that owns its data, as of another record, needs no copy.
+        # A read-only array that owns its data, such as that of another record, needs no copy.
         given = np.asarray(self.acceleration, dtype=np.float64)
         samples = given.copy() if given.flags.writeable or not given.flags.owndata else given
         if samples.ndim != 1 or samples.size < 2:
@@ -213,7 +213,7 @@ class Record(Shown):
         return self.time_step * (self.acceleration.size - 1)
 
     def facts(self) -> dict[str, str]:
-        """Return what is known of the record, for the table in notebooks."""
+        """Return the known metadata and the PGA, for the table in notebooks."""
         said = {
             "record": self.record_id,
             "earthquake": self.event,
@@ -226,7 +226,7 @@ class Record(Shown):
         return {name: value for name, value in said.items() if value}
 
     def draw(self, axes: Axes) -> None:
-        """Draw the acceleration into axes."""
+        """Draw the acceleration over time."""
         axes.plot(self.time, self.acceleration / GRAVITY, linewidth=0.7)
         axes.set(xlabel="time [s]", ylabel="acceleration [g]", title=self.record_id)
 
@@ -248,7 +248,7 @@ class Record(Shown):
         return float(np.abs(self.acceleration).max())
 
     def scaled(self, factor: float) -> Record:
-        """Return the record times a factor, which `processing` states.
+        """Return the record times a factor, and note it in `processing`.
 
         Examples
         --------

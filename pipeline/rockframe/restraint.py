@@ -1,4 +1,4 @@
-"""Restraints of a rocking frame: tendons and dissipaters, its pivots, and the abutments."""
+"""Restraints of a rocking frame: tendons, dissipaters, pivots and abutments."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ from rockframe.errors import invalid
 
 @dataclass(frozen=True, kw_only=True)
 class Tendon:
-    """A tendon through the axis of each column, from the foundation to the beam, unbonded.
+    """An unbonded tendon through the axis of each column, from the foundation to the beam.
 
     Parameters
     ----------
     area, modulus, length : float
         Cross-section [m2], Young's modulus [Pa] and free length [m] of one tendon.
     prestress : float
-        Its force at rest [N].
+        Force of the tendon at rest [N].
     yield_stress : float, optional
-        Stress at which it yields [Pa]; without, it never does.
+        Yield stress [Pa]; by default the tendon never yields.
     loses_prestress : bool
-        Let it flow at the yield stress, and slacken by what it has flowed; otherwise it stays
-        elastic, and the time at which it passes the yield stress is reported.
+        If true, the tendon yields at the yield stress, and its prestress decreases by the plastic
+        elongation. If false, it stays elastic, and the time at which it exceeds the yield stress is
+        reported.
 
     Raises
     ------
     ParameterError
-        If a dimension or the modulus is not positive, the prestress negative or above the yield
-        stress, or the yield stress of a tendon missing that loses prestress.
+        If a dimension or the modulus is not positive, the prestress is negative or above the yield
+        stress, or the tendon loses prestress and has no yield stress.
 
     Examples
     --------
@@ -60,31 +61,31 @@ class Tendon:
 
     @property
     def yield_force(self) -> float:
-        """Force at which it yields [N]."""
+        """Force at which the tendon yields [N]."""
         return self.yield_stress * self.area
 
     def force(self, stretch: float) -> float:
-        """Return the force [N] at a stretch [m], if it has not flowed before."""
+        """Return the force [N] at a stretch [m] of a tendon that has not yielded before."""
         force = self.prestress + self.stiffness * stretch
         return min(force, self.yield_force) if self.loses_prestress else force
 
 
 @dataclass(frozen=True, kw_only=True)
 class Dissipater:
-    """Bars that yield across each joint of a column: elastic and perfectly plastic, both ways.
+    """Bars across each joint of a column, elastic-perfectly plastic in tension and compression.
 
     Parameters
     ----------
     stiffness, yield_force : float
-        Of all the bars across one joint together [N/m], [N].
+        Stiffness [N/m] and yield force [N] of all bars across one joint together.
     lever_arm : float
-        Distance from the pivot to where they act [m]; on the axis of the column it is half the
-        width.
+        Distance from the pivot to the bars [m]; half the width if they are on the axis of the
+        column.
 
     Raises
     ------
     ParameterError
-        If one of them is not positive.
+        If a value is not positive.
 
     Examples
     --------
@@ -109,9 +110,9 @@ class Abutment:
     Parameters
     ----------
     gap : float
-        Displacement of the deck that closes it [m].
+        Displacement of the deck that closes the joint [m].
     uplift_allowance : float, optional
-        Lift of the deck that bearings, joints and services endure [m].
+        Largest lift of the deck that bearings, joints and services tolerate [m].
 
     Raises
     ------
@@ -138,14 +139,14 @@ class Pivot:
     Parameters
     ----------
     compressive_strength : float
-        Of the edge [Pa], uniform over the block.
+        Compressive strength of the edge [Pa], uniform over the block of stress.
     depth : float
-        Width of the edge out of the plane of rocking [m].
+        Depth of the edge, out of the plane of rocking [m].
 
     Raises
     ------
     ParameterError
-        If one of them is not positive.
+        If a value is not positive.
 
     Examples
     --------
@@ -160,7 +161,7 @@ class Pivot:
         _require_positive(self, "compressive_strength", "depth")
 
     def inset(self, force: float) -> float:
-        """Return how far from the edge the block bears a force [N]: half its length [m]."""
+        """Return the distance from the edge to the middle of the block under a force [N], in m."""
         return 0.5 * force / (self.compressive_strength * self.depth)
 
 

@@ -1,4 +1,4 @@
-"""The rivals of the rocking frame: its deck on isolators, and the frame with monolithic columns."""
+"""Models to compare with the rocking frame: its deck on isolators, and a monolithic frame."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from rockframe.units import GRAVITY
 
 #: k [s-2], k_z [s-2], q [m s-2] and c [s-1] of the equation of motion.
 Constants: TypeAlias = tuple[float, float, float, float]
-#: Kinetic energy of a column fixed at both ends over that of its mass at the top: the mean square
-#: of its shape 3 x^2 - 2 x^3.
+#: Kinetic energy of a column fixed at both ends, over that of its mass moving with the deck: the
+#: mean square of its shape 3 x^2 - 2 x^3.
 COLUMN_SHARE: Final = 13.0 / 35.0
-#: Yield displacement of a lead-rubber bearing if none is stated [m].
+#: Default yield displacement of a lead-rubber bearing [m].
 YIELD_DISPLACEMENT: Final = 0.01
 
 
@@ -22,8 +22,8 @@ YIELD_DISPLACEMENT: Final = 0.01
 class IsolatedDeck:
     """A deck on isolators and rigid piers, moving along one axis.
 
-    Its mass cancels. The vertical acceleration of the ground is left out: the weight on the
-    isolators, and with it the strength, is the one at rest.
+    The mass cancels. The vertical acceleration of the ground is ignored: the weight on the
+    isolators, and therefore their strength, is that at rest.
 
     Parameters
     ----------
@@ -31,11 +31,11 @@ class IsolatedDeck:
         Force of the isolators at zero displacement over the weight of the deck [1]: the
         characteristic strength of lead-rubber bearings, the coefficient of friction of pendulums.
     period : float
-        Period [s] of the deck on the stiffness after yielding, or while it slides.
+        Period of the deck [s] with the stiffness of the isolators after yielding or while sliding.
     yield_displacement : float
         Displacement at which the isolators first yield [m]; 0 if they stick until they slide.
     damping_ratio : float
-        Viscous damping over the critical one of the stiffness after yielding [1].
+        Viscous damping over the critical damping of the stiffness after yielding [1].
     name : str
         Name in tables.
 
@@ -51,8 +51,9 @@ class IsolatedDeck:
 
     Notes
     -----
-    u'' + 2 zeta w u' + w^2 u + z = -a with w = 2 pi / period; z is elastic-perfectly plastic with
-    the strength g ``strength_ratio``: together a bilinear spring with kinematic hardening.
+    u'' + 2 zeta w u' + w^2 u + z = -a with w = 2 pi / period, where z is elastic-perfectly plastic
+    with the strength g ``strength_ratio``. The sum w^2 u + z is a bilinear spring with kinematic
+    hardening.
     """
 
     strength_ratio: float
@@ -90,15 +91,15 @@ class IsolatedDeck:
         period : float, optional
             Period of the stiffness after yielding [s].
         effective_period, design_displacement : float, optional
-            Instead of it, the period [s] of the secant stiffness at a displacement [m].
+            Instead of ``period``: the period [s] of the secant stiffness at a displacement [m].
         yield_displacement, damping_ratio, name
-            As of the class.
+            See `IsolatedDeck`.
 
         Raises
         ------
         ParameterError
-            Unless either ``period`` or both others are stated, or if the strength alone is stiffer
-            than the effective period allows.
+            Unless ``period`` or both others are stated, and not all three; or if the strength alone
+            makes the secant period shorter than the effective period.
 
         Examples
         --------
@@ -158,7 +159,7 @@ class IsolatedDeck:
     def friction_pendulum(
         cls, *, radius: float, friction: float, damping_ratio: float = 0.0, name: str = "isolated"
     ) -> Self:
-        """Return a deck on friction pendulums: it sticks until it slides.
+        """Return a deck on friction pendulums, which are rigid until they slide.
 
         Parameters
         ----------
@@ -167,7 +168,7 @@ class IsolatedDeck:
         friction : float
             Coefficient of friction, the same at rest and in motion [1].
         damping_ratio, name
-            As of the class.
+            See `IsolatedDeck`.
 
         Examples
         --------
@@ -197,17 +198,18 @@ class IsolatedDeck:
 class FixedFrame:
     """A frame whose columns are fixed to the ground and to the deck, moving along one axis.
 
-    Its mass cancels. The vertical acceleration of the ground and the weight's moment about the
-    displaced columns (P-delta) are left out.
+    The mass cancels. The vertical acceleration of the ground and the moment of the weight on the
+    displaced columns (P-delta) are ignored.
 
     Parameters
     ----------
     period : float
         Natural period of the elastic frame [s].
     damping_ratio : float
-        Viscous damping over the critical one of the elastic frame [1]; unchanged by yielding.
+        Viscous damping over the critical damping of the elastic frame [1]; it does not change with
+        yielding.
     strength_ratio : float
-        Force at first yield over the weight of the effective mass [1]; infinite: elastic.
+        Force at first yield over the weight of the effective mass [1]; infinite if elastic.
     post_yield_ratio : float
         Stiffness after yielding over the elastic one [1].
     name : str
@@ -220,7 +222,7 @@ class FixedFrame:
 
     See Also
     --------
-    from_columns : The period from dimensions, modulus and masses.
+    from_columns : Frame from dimensions, modulus and masses.
 
     Notes
     -----
@@ -266,11 +268,11 @@ class FixedFrame:
         Parameters
         ----------
         columns : int
-            Their number.
+            Number of columns.
         height, width : float
             Clear height, and width along the motion [m].
         depth : float, optional
-            Depth across the motion [m]; without it the columns are circular.
+            Depth across the motion [m]; by default the columns are circular.
         modulus : float
             Young's modulus [Pa].
         column_mass, deck_mass : float
@@ -278,13 +280,14 @@ class FixedFrame:
         cracked_stiffness_ratio : float
             Stiffness of the cracked section over that of the whole one [1].
         damping_ratio, strength_ratio, post_yield_ratio, name
-            As of the class.
+            See `FixedFrame`.
 
         Notes
         -----
-        Each column has the stiffness 12 E I / H^3. The effective mass is that of the deck and
-        13/35 of the columns': the integral of (3 x^2 - 2 x^3)^2, the shape of a column whose ends
-        do not rotate. The load of the ground is taken to act on the same mass.
+        Each column has the stiffness 12 E I / H^3. The effective mass is the mass of the deck and
+        13/35 of that of the columns. This share is the integral of (3 x^2 - 2 x^3)^2, the squared
+        shape of a column whose ends do not rotate. The ground motion is assumed to load the same
+        mass.
 
         Examples
         --------

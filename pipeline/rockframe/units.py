@@ -1,4 +1,4 @@
-"""Units: SI inside the package; input and output are converted, and no unit is guessed."""
+"""Units. Inside the package all values are in SI; input and output convert, and never guess."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Final
 
 from rockframe.errors import require_known
 
-#: Acceleration of gravity [m s-2], as in the paper's examples, not the conventional 9.80665. The
-#: same value serves for the weight of the frame and for the unit "g" of a record, so that it
+#: Acceleration of gravity [m s-2], as in the paper's examples; the standard value is 9.80665. The
+#: same value is used for the weight of the frame and for the unit "g" of records, so that it
 #: cancels in their ratio, on which rocking depends.
 GRAVITY: Final = 9.81
 
@@ -25,7 +25,7 @@ ACCELERATION_UNITS: Final = {
 
 
 def plain_units(units: str) -> str:
-    """Return the usual spelling of acceleration units; other texts unchanged.
+    """Return the usual spelling of acceleration units, and other texts unchanged.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def acceleration_factor(units: str) -> float:
     Raises
     ------
     ParameterError
-        If `units` is none of these.
+        If `units` is not one of these.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def acceleration_factor(units: str) -> float:
     return ACCELERATION_UNITS[units]
 
 
-#: Units that data files may state: value in the SI units beside it.
+#: Units in data files: factor and SI unit.
 _KNOWN: Final = {
     **{"m": (1.0, "m"), "km": (1000.0, "m"), "cm": (0.01, "m"), "mm": (0.001, "m")},
     **{"s": (1.0, "s"), "ms": (0.001, "s"), "Hz": (1.0, "s-1"), "year": (1.0, "year")},
@@ -74,7 +74,7 @@ def conversion_factor(units: str, wanted: str) -> float | None:
     Parameters
     ----------
     units, wanted : str
-        As data files state them: ``m s-2``, ``m/s2``, ``m/s**2``, ``cm s-2``, ``g``, ``ms``.
+        Units as in data files: ``m s-2``, ``m/s2``, ``m/s**2``, ``cm s-2``, ``g``, ``ms``.
 
     Examples
     --------
