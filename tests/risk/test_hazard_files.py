@@ -65,7 +65,7 @@ def test_sample_of_openquake() -> None:
 @pytest.mark.parametrize(
     ("site", "message"),
     [
-        (None, "has 5 sites. Must be chosen with --hazard-site LON LAT"),
+        (None, "has 5 sites. Choose one with --hazard-site LON LAT"),
         (
             (-64.5, 0.51),
             r"nearest to -64.5 0.51 is 1.11 km away, at -64.5 0.5. Must be within 1 km",

@@ -1,1 +1,1 @@
-"""Horizontal components of a station: pairing, rotation, and measures over all azimuths."""
+"""Horizontal components of a motion: pairing, rotation, and measures over all azimuths."""

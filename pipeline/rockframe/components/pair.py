@@ -14,7 +14,7 @@ from rockframe.record import Record
 
 Float = NDArray[np.float64]
 
-#: Azimuths are stated in whole degrees, so a larger deviation from 90 degrees is real [degree].
+#: Tolerance of the right angle [degree]. Files state whole degrees, so larger deviations are real.
 _SQUARE: Final = 0.01
 
 
@@ -32,8 +32,8 @@ class HorizontalPair:
     Raises
     ------
     ParameterError
-        If time steps, lengths or start times differ, or the azimuths are not stated or not 90
-        degrees apart.
+        If time steps, lengths or start times differ, an azimuth is unknown, or the azimuths are not
+        90 degrees apart.
 
     Examples
     --------
@@ -67,10 +67,10 @@ class HorizontalPair:
         Parameters
         ----------
         azimuths : iterable of float
-            Clockwise from north [degree].
+            Azimuths, clockwise from north [degree].
         series : two arrays, shape (samples,), optional
-            Series to rotate instead of the accelerations [m s-2]: a linear function of each
-            component, such as its velocity.
+            Series to rotate instead of the accelerations [m s-2], for example the velocities. Each
+            must be a linear function of its component.
 
         Returns
         -------
@@ -105,7 +105,7 @@ def _require_same_times(one: Record, other: Record) -> None:
 
 
 def _cosine(degrees: Float) -> Float:
-    """Return the cosine; exactly zero at right angles, where components must not mix."""
+    """Return the cosine, exactly zero at right angles so that components do not mix."""
     turned = np.mod(degrees, 360.0)
     cosine: Float = np.cos(np.radians(turned))
     cosine[(turned == 90.0) | (turned == 270.0)] = 0.0

@@ -1,4 +1,4 @@
-"""Find the records that are components of one motion."""
+"""Search for the records that are components of one motion."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from rockframe.components.pair import HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.record import Orientation, Record
 
-#: Channels of one recording end almost together. At most this share of the longest is cut off or
-#: padded with zeros; a larger difference means that they do not belong together.
+#: Largest difference in length of channels of one motion, as a share of the longest. They are cut
+#: or padded with zeros to one length; a larger difference means that they do not belong together.
 _SPARE: Final = 0.05
 
 
@@ -42,17 +42,18 @@ def pair_horizontals(
     Parameters
     ----------
     records : iterable of Record
-        Records of any number of stations and events. Two belong together if they agree in event,
+        Records of any number of stations and events. Two form a pair if they have the same event,
         station, network, start time, format and time step, and their azimuths are 90 degrees apart.
-        Channels that end within 5 % of each other, including the vertical, are cut to the shortest.
+        Channels whose lengths differ by at most 5 %, including the vertical, are cut to the
+        shortest.
 
     Returns
     -------
     pairs : tuple of HorizontalPair
-        In the order of their first records; with the vertical of the same motion if there is
+        Pairs in the order of their first records, with the vertical of the same motion if there is
         exactly one.
     unpaired : tuple of Unpaired
-        Every other record that is not vertical, with the reason.
+        All other records that are not vertical, with the reason.
 
     Examples
     --------
@@ -126,8 +127,8 @@ def motion_of(record: Record) -> Hashable:
     >>> motion_of(one) == motion_of(replace(one, record_id="b", component="090"))
     True
     """
-    # Records without a station cannot be matched. The format is part of the key because a raw and a
-    # corrected file of one record are two motions.
+    # A record without a station has a key of its own: it cannot be matched. The format is part of
+    # the key because a raw and a corrected file of one record are two motions.
     alone = "" if record.station else record.record_id
     same = (record.event, record.network, record.station, record.start_time)
     return *same, record.source_format, alone
@@ -161,7 +162,7 @@ def _of_length(record: Record, count: int) -> Record:
 
 
 def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
-    """Return the pair of a motion, or raise a ParameterError that says why there is none."""
+    """Return the pair of a motion, or raise a ParameterError with the reason why there is none."""
     names = ", ".join(record.record_id for record in known)
     where = f"of station {known[0].station!r}" if known[0].station else "without a stated station"
     if len(known) == 1:
@@ -171,7 +172,7 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     if len(known) > 2:
         raise ParameterError(f"{len(known)} horizontals {where}: {names}. Must be two.")
     if not _fits(*known):
-        return HorizontalPair(*known)  # raises an error that says what differs
+        return HorizontalPair(*known)  # raises an error that states the difference
     verticals = [r for r in motion if r.orientation.upright]
     beside = verticals if len(verticals) == 1 and _fits(verticals[0], known[0]) else []
     count = min(record.acceleration.size for record in (*known, *beside))

@@ -24,7 +24,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     pair : HorizontalPair
         The two recorded components.
     azimuth : float
-        Direction of positive acceleration, clockwise from north [degree]; 450 is 90.
+        Direction of positive acceleration, clockwise from north [degree]; 450 is the same as 90.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Recor
     Returns
     -------
     normal, parallel : Record
-        Positive toward strike + 90 degrees, and toward the strike.
+        Components that are positive toward strike + 90 degrees, and toward the strike.
 
     Raises
     ------
@@ -116,9 +116,9 @@ def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Recor
 
 Float = NDArray[np.float64]
 
-#: Default azimuths [degree]; beyond 180 degrees the motion only changes sign.
+#: Default azimuths [degree]; from 180 degrees on, the motion only changes sign.
 HALF_TURN: Final = tuple(float(azimuth) for azimuth in range(180))
-#: Azimuths rotated at once; limits memory.
+#: Number of azimuths that are rotated at a time, to limit memory.
 _BATCH: Final = 16
 
 
@@ -129,9 +129,9 @@ class Sweep:
     Parameters
     ----------
     azimuths : array, shape (azimuths,)
-        Clockwise from north [degree].
+        Azimuths, clockwise from north [degree].
     values : array, shape (azimuths,)
-        Values of the measure, in its own unit.
+        Values of the measure, in the unit of the measure.
 
     Examples
     --------
@@ -167,14 +167,14 @@ def rotd(
     pair : HorizontalPair
         The two recorded components.
     transform : callable, optional
-        Linear function of a component and its time step, evaluated once for each component, for
-        example `rockframe.signals.integrate` for PGV (default: the acceleration itself).
+        Linear function of a component and its time step, evaluated once for each component. An
+        example is `rockframe.signals.integrate`, for PGV. The default is the acceleration itself.
     measure : callable, optional
-        Called with the motion toward each azimuth, shape (samples,); returns the measure (default:
-        largest absolute value). If it depends on the sign of the motion, pass azimuths over 360
-        degrees.
+        Function that returns the measure of the motion toward an azimuth, shape (samples,). The
+        default is the largest absolute value. If the measure depends on the sign of the motion,
+        pass azimuths over 360 degrees.
     azimuths : sequence of float
-        Clockwise from north [degree] (default: 0 to 179).
+        Azimuths, clockwise from north [degree]; by default 0 to 179.
 
     Raises
     ------

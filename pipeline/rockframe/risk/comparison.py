@@ -18,8 +18,8 @@ Float = NDArray[np.float64]
 
 #: Fewest independent motions for which a better measure is named.
 FEWEST_MOTIONS: Final = 10
-#: Probability that one of two equally good measures is named, by chance. The test is two-sided,
-#: because only the data tell which measure leads.
+#: Probability that chance alone names one of two equally good measures. The test is two-sided,
+#: because either measure may lead.
 _LEVEL: Final = 0.05
 
 
@@ -32,7 +32,7 @@ class Preference:
     measure : str
         Name of the measure; empty if none can be named.
     reason : str
-        Reason in words, also if no measure is named.
+        Reason in words, whether or not a measure is named.
     """
 
     measure: str
@@ -52,9 +52,9 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
     Vuong's (1989) test: the mean difference of log-likelihood over the independent motions,
     divided by its standard error, is compared with Student's t at 5 %, two-sided. All scales of a
     motion count as one observation, because more scales are not more evidence. If the differences
-    are normal, chance alone names a measure with a probability of 5 %. In simulations with two
-    equally noisy copies of the decisive measure, one was named in 9, 8 and 5 % of the cases with
-    10, 20 and 60 motions: the result for few motions is only a hint.
+    are normally distributed, chance alone names a measure with a probability of 5 %. In simulations
+    with two equally noisy copies of the decisive measure, one copy was named in 9, 8 and 5 % of the
+    cases with 10, 20 and 60 motions. The result for few motions is therefore only an indication.
 
     Examples
     --------
@@ -86,7 +86,9 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
     needed = float(scipy.special.stdtrit(motions - 1, 1.0 - 0.5 * _LEVEL))
     if not total > needed * error or total < 1e-9:
         return Preference(
-            "", f"{first} and {second} tell it equally well: their difference is within chance"
+            "",
+            f"{first} and {second} predict the outcome equally well: their difference is within "
+            "chance",
         )
     return Preference(
         first,

@@ -44,14 +44,14 @@ def peak_distribution(
     levels : array_like, shape (levels,)
         Levels of the same quantity.
     clusters : array_like of int, shape (motions,), optional
-        Motions with the same number are drawn together.
+        Motions with the same number are drawn together in the bootstrap.
     seed : int
         Random seed of the bootstrap.
 
     Notes
     -----
-    The bootstrap gives no band where none or all of the motions lie below a level. The band is
-    therefore at least as wide as Wilson's interval for the number of independent motions.
+    The bootstrap band has no width where none or all of the motions are below a level. The band is
+    therefore extended to Wilson's interval for the number of independent motions.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def over_azimuths(
     [0.1, 0.3, inf]
     """
     values, belongs = np.asarray(peaks, dtype=np.float64), np.asarray(clusters)
-    # "higher", because a number and infinity cannot be interpolated
+    # "higher", because interpolation between a number and infinity is not possible
     return np.stack(
         [
             np.percentile(values[belongs == one], np.asarray(shares), axis=0, method="higher")

@@ -27,12 +27,13 @@ def fit_fragility(
     Parameters
     ----------
     intensity : array_like, shape (motions,)
-        Of each motion as recorded; one that is not positive or not known is left out.
+        Intensity of each motion as recorded. Motions with an unknown or non-positive one are
+        skipped.
     scales : array_like, shape (scales,), optional
         Multiples of the motions [1].
     overturned : array_like of bool, shape (motions, scales)
-        True if the motion at this scale overturns the structure. Without scales, of shape
-        (motions,); then it may be the second argument: ``fit_fragility(intensity, overturned)``.
+        True if the motion at this scale overturns the structure. Without scales the shape is
+        (motions,), and it may be the second argument: ``fit_fragility(intensity, overturned)``.
     clusters : array_like of int, shape (motions,), optional
         Motions with the same number are not independent, for example azimuths of one record.
 

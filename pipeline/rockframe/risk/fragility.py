@@ -33,11 +33,12 @@ class Fragility(Shown):
     Parameters
     ----------
     outcome : Outcome
-        A curve exists only if it is ``FITTED``; otherwise its values are NaN.
+        Result of the fit. A curve exists only if it is ``FITTED``; otherwise its values are NaN.
     motions, observations, overturned : int
-        Number of independent motions, of motions times scales, and of those that overturn.
+        Number of independent motions, of observations (motions times scales), and of observations
+        that overturn.
     lowest, highest : float
-        Range of the intensities tried, in the unit of the measure.
+        Range of the intensities of the observations, in the unit of the measure.
     safe_to, overturned_from : float
         Strongest observation that stands, and weakest that overturns.
     intercept, slope : float
@@ -100,7 +101,7 @@ class Fragility(Shown):
         }
 
     def draw(self, axes: Axes) -> None:
-        """Draw the curve with its 90 % confidence band into axes."""
+        """Draw the curve with its 90 % confidence band."""
         if not math.isnan(self.lowest):
             x = np.geomspace(0.8 * self.lowest, 1.25 * self.highest, 101)
             axes.fill_between(x, *self.band(x), alpha=0.2, linewidth=0)
@@ -172,10 +173,11 @@ class Fragility(Shown):
         """Return the 90 % confidence bounds of the probability [1].
 
         With a curve they follow from the covariance and Student's t. If no motion or every motion
-        overturned, or the verdicts are separated, the upper bound follows from the number of
-        independent motions that stand at this intensity or above, and the lower bound from the
-        number that overturn at it or below, because overturning does not become rarer with
-        intensity. Otherwise the bounds are 0 and 1, or NaN if there is nothing that could reach it.
+        overturned, or the verdicts are separated, there is no curve. The upper bound then follows
+        from the number of independent motions that stand at this intensity or above, and the lower
+        bound from the number that overturn at this intensity or below: overturning is assumed not
+        to become rarer with intensity. Otherwise the bounds are 0 and 1, or NaN if the structure
+        cannot reach the limit state (``ABSENT``).
         """
         x = np.asarray(intensity, dtype=np.float64)
         zero, one = np.zeros_like(x), np.ones_like(x)
@@ -188,14 +190,14 @@ class Fragility(Shown):
         if self.outcome in _WITHOUT_MAXIMUM:
             stand = (self.stood >= x[..., None]).sum(axis=-1)
             fall = (self.fell <= x[..., None]).sum(axis=-1)
-            # neither bound holds where one motion stands and another overturns
+            # where one motion stands and another overturns, neither bound applies
             low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
             return low, np.where(fall > 0, one, _left_open(stand))
         return (np.full_like(x, np.nan),) * 2 if self.outcome is Outcome.ABSENT else (zero, one)
 
 
 def _left_open(motions: NDArray[np.intp]) -> Float:
-    """Return the upper bound of the probability of an event that no motion showed."""
+    """Return the upper bound of the probability of an event that occurred under no motion."""
     chance = 0.5 * (1.0 - CONFIDENCE)
     return np.where(motions > 0, 1.0 - chance ** (1.0 / np.maximum(motions, 1)), 1.0)
 

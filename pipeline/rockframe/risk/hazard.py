@@ -21,7 +21,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 class Curve(Protocol):
-    """A fragility: fitted (`Fragility`) or stated (`LognormalFragility`)."""
+    """Interface of fragilities: fitted (`Fragility`) or stated (`LognormalFragility`)."""
 
     @property
     def lowest(self) -> float:
@@ -45,16 +45,17 @@ class HazardCurve:
     Parameters
     ----------
     measure : str
-        Name of the measure, as `measure_of` takes it.
+        Name of the measure, see `measure_of`.
     intensity : array, shape (points,)
-        Increasing, in SI units.
+        Increasing intensities in SI units.
     rate : array, shape (points,)
-        Annual rates of exceedance [1/year], decreasing.
+        Decreasing annual rates of exceedance [1/year].
 
     Raises
     ------
     ParameterError
-        If there are fewer than two points, or they break one of these rules.
+        If there are fewer than two points, a value is not positive and finite, the intensities do
+        not increase, or the rates do not decrease.
 
     Examples
     --------
@@ -86,14 +87,14 @@ class HazardCurve:
             raise ParameterError("Invalid rates of the hazard curve. Must be decreasing.")
 
     def rate_of(self, intensity: Float | float) -> Float:
-        """Return the annual rate at which intensities within the curve are exceeded [1/year]."""
+        """Return the annual rate at which an intensity within the curve is exceeded [1/year]."""
         logs = np.interp(np.log(intensity), np.log(self.intensity), np.log(self.rate))
         return np.asarray(np.exp(logs))
 
 
 @dataclass(frozen=True)
 class LognormalFragility:
-    """A lognormal fragility curve that is stated, for example by a code or another study.
+    """A lognormal fragility curve with stated parameters, for example from a code.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ class LognormalFragility:
         return np.asarray(scipy.special.ndtr(np.log(intensity / self.median) / self.beta))
 
     def band(self, intensity: Float) -> tuple[Float, Float]:
-        """Return the probability twice: a stated curve has no band."""
+        """Return the probability twice, because a stated curve has no band."""
         return (self.probability(intensity),) * 2
 
 
@@ -134,12 +135,12 @@ class OverturningRate:
     Parameters
     ----------
     rate, low, high : float
-        Mean annual rate [1/year], NaN without a fragility curve, and its bounds.
+        Mean annual rate and its bounds [1/year]; the rate is NaN without a fragility curve.
     contributions : array, shape (points,)
-        Contribution of the motions between each point of the hazard curve and the next; the last
-        one is that of motions above the curve [1/year].
+        Contribution of the motions between each point of the hazard curve and the next [1/year].
+        The last value is that of the motions above the curve.
     extrapolated : float
-        Share of the rate from intensities outside the range tried [1].
+        Share of the rate from intensities outside the range of the fragility [1].
     """
 
     rate: float
@@ -152,9 +153,9 @@ class OverturningRate:
 def overturning_rate(curve: HazardCurve, fragility: Curve) -> OverturningRate:
     """Return the mean annual rate of overturning, by integration over the hazard curve.
 
-    Motions above the last point of the curve overturn with the probability at that point; in the
+    Motions above the last point of the curve overturn with the probability at that point; for the
     upper bound all of them overturn. Motions below the first point are not counted, because the
-    curve does not state how frequent they are.
+    curve does not contain their frequency.
 
     Parameters
     ----------
@@ -166,7 +167,7 @@ def overturning_rate(curve: HazardCurve, fragility: Curve) -> OverturningRate:
     Notes
     -----
     The rate is the integral of P(x) over the rates of the intensities x, by Gauss's rule in ln x.
-    Under rates k x^-a, a lognormal fragility gives k m^-a exp(a^2 beta^2 / 2).
+    With rates k x^-a, it is k m^-a exp(a^2 beta^2 / 2) for a lognormal fragility of median m.
 
     Examples
     --------
@@ -205,5 +206,5 @@ def _frequencies(falling: Float, steps: Float) -> Float:
     slope = np.diff(falling)[:, None]
     exceeded = np.exp(falling[:-1, None] + slope * ends)
     shares = _WEIGHTS * np.exp(slope * steps).reshape(-1, _CELLS, _WEIGHTS.size)
-    shares /= shares.sum(axis=2, keepdims=True)  # so that each cell has exactly its rate
+    shares /= shares.sum(axis=2, keepdims=True)  # so that the rates of each cell add up exactly
     return np.asarray((-np.diff(exceeded, axis=1)[:, :, None] * shares).reshape(len(slope), -1))

@@ -1,8 +1,9 @@
-"""Files of hazard curves: own tables, OpenQuake, and the hazard tools of the USGS.
+"""Readers of hazard curves: tables of rockframe, OpenQuake, and the hazard tools of the USGS.
 
-Hazard studies publish annual rates, or probabilities in a time such as 50 years, and a column
-named for one may contain the other. `read_hazard` rejects rates that no site has, and a curve that
-stays just below 1, as probabilities do. Small probabilities cannot be told from rates.
+Hazard studies publish annual rates, or probabilities in a time such as 50 years, and a column may
+have the name of one and contain the other. `read_hazard` rejects rates that are too large for any
+site, and a curve that stays just below 1, as probabilities do. It cannot distinguish small
+probabilities from rates.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ Lines = list[tuple[int, list[str]]]
 _RATE: Final = "annual_rate"
 _PROBABILITY: Final = re.compile(r"probability_in_(\d+(?:\.\d+)?)_years?")
 #: A curve contains probabilities if it starts between `_NEAR_ONE` and 1 and falls with a smaller
-#: power of the intensity than `_LEVEL`. Rates level off too, but seldom just below once a year.
+#: power of the intensity than `_LEVEL`. Rates may level off too, but seldom just below 1 per year.
 _NEAR_ONE: Final = 0.9
 _LEVEL: Final = 0.5
-#: Largest possible rates fall with this power of the intensity, from once a year at
-#: `Measure.yearly`. They are several times the rates at the most active sites.
+#: The largest accepted rate is once a year at `Measure.yearly`, and falls with this power of the
+#: intensity. It is several times the rate at the most active sites.
 _FALL: Final = 2.0
 _CONVERT: Final = (
     "If these are probabilities in 50 years, name the column probability_in_50_years: they are "
@@ -44,23 +45,26 @@ _CONVERT: Final = (
 #: Headings of the USGS hazard tools, in lower case.
 _USGS: Final = re.compile(r"annual (frequency|rate) of exceed[ae]nce", re.IGNORECASE)
 _GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
-#: OpenQuake's names of measures, and those of folders and files of the USGS.
+#: Names of measures in OpenQuake files, and in names of folders and files of the USGS.
 _IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
 _NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
-_VELOCITY: Final = 0.01  # both state velocities in cm/s
-#: Largest distance of a site from the stated place, and the earth's radius [km].
+_VELOCITY: Final = 0.01  # both have velocities in cm/s
+#: Largest distance of a site from the requested place, and the earth's radius [km].
 _NEAR, _EARTH = 1.0, 6371.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Points:
-    """Points of a curve as a file states them: intensities in SI units, and values by `years`."""
+    """Points of a curve in a file: intensities in SI units, and rates or probabilities.
+
+    `years` is the time of the probabilities, or 0 for annual rates.
+    """
 
     measure: Measure
     lines: Sequence[int]
     intensity: Float
     values: Float
-    years: float = 0.0  # 0: annual rates
+    years: float = 0.0
 
 
 def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCurve:
@@ -73,15 +77,15 @@ def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCu
         of pga_g, pgv_m_s, a_p_g, L_p_m, sa_1s_g (or another period); or hazard curves of OpenQuake
         or of the USGS.
     site : (float, float), optional
-        Longitude and latitude [degree]: the nearest site of the file within 1 km is read. A file
-        of one site needs none.
+        Longitude and latitude [degree]. The nearest site of the file, within 1 km, is read. It is
+        not needed if the file has one site.
 
     Raises
     ------
     InputError
-        If the file cannot be read, has other columns, invalid numbers or no curve; if an
-        intensity or a rate is larger than at any site, or the rates are level near 1; if no site
-        is near, or the file has several and none is stated.
+        If the file cannot be read, has other columns, invalid numbers or no curve; if an intensity
+        or a rate is too large for any site, or the rates are level near 1; if no site is near, or
+        the file has several sites and none is requested.
 
     Examples
     --------
@@ -126,7 +130,7 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
         stated = ", ".join(header) or "missing"
         raise InputError(path, f"columns {stated}. Must be {_RATE} and one of {known}.", line=line)
     measure, years = measures[strong[0]], _years(header[often[0]])
-    assert measure is not None  # noqa: S101 -- chosen so
+    assert measure is not None  # noqa: S101  `strong` has only such columns
     rows = np.array([_numbers(path, row, at) for at, row in lines[1:]]).reshape(-1, 2)
     return _Points(
         measure,
@@ -138,7 +142,7 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
 
 
 def _years(heading: str) -> float | None:
-    """Return the years of a column of probabilities, 0 for one of rates, None for another one."""
+    """Return the years of a column of probabilities, 0 for rates, None for another column."""
     stated = _PROBABILITY.fullmatch(heading)
     if stated:
         return float(stated[1])
@@ -177,7 +181,7 @@ def _intensity(heading: str, before: str) -> float | None:
 def _nearest(
     path: Path, lines: Lines, header: Sequence[str], site: tuple[float, float] | None
 ) -> tuple[int, list[str]]:
-    """Return the row of the stated site, or of the only one."""
+    """Return the row of the requested site, or of the only one."""
     places = []
     for line, row in lines[1:]:
         try:
@@ -185,9 +189,7 @@ def _nearest(
         except (ValueError, IndexError):
             raise InputError(path, "no longitude and latitude.", line=line) from None
     if site is None and len(places) != 1:
-        raise InputError(
-            path, f"has {len(places)} sites. Must be chosen with --hazard-site LON LAT."
-        )
+        raise InputError(path, f"has {len(places)} sites. Choose one with --hazard-site LON LAT.")
     if site is None:
         return lines[1]
     away = [_distance(site, place) for place in places] or [math.inf]
@@ -200,7 +202,7 @@ def _nearest(
 
 
 def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
-    """Return the distance of two places [km], by the haversine formula."""
+    """Return the distance between two places [km], by the haversine formula."""
     (x, y), (u, v) = ((math.radians(lon), math.radians(lat)) for lon, lat in (one, other))
     share = math.sin(0.5 * (v - y)) ** 2
     share += math.cos(y) * math.cos(v) * math.sin(0.5 * (u - x)) ** 2
@@ -221,7 +223,7 @@ def _measure_of(path: Path, imt: str) -> Measure:
 
 
 def _named_by(path: Path) -> Measure:
-    """Return the measure that the file or its folder is named for."""
+    """Return the measure that is part of the name of the file or of its folder."""
     for name in (path.stem, path.absolute().parent.name):
         stated = _NAMED.search(name.replace("_", "-"))
         if stated:
@@ -234,7 +236,7 @@ def _named_by(path: Path) -> Measure:
 
 
 def _curve(path: Path, points: _Points) -> HazardCurve:
-    """Return the curve of rates, without the points that say nothing."""
+    """Return the curve of rates, without points that have no information."""
     measure, rates = points.measure, points.values
     printed = points.intensity / measure.printed
     if points.years:
@@ -245,12 +247,12 @@ def _curve(path: Path, points: _Points) -> HazardCurve:
         with np.errstate(divide="ignore"):
             rates = -np.log1p(-rates) / points.years
     kept = np.ones(rates.size, dtype=bool)
-    if points.years or len(set(points.lines)) < rates.size:  # as an engine writes it
-        # never and always have no rate; of equal rates the strongest intensity says all
+    if points.years or len(set(points.lines)) < rates.size:  # written by a hazard program
+        # probabilities 0 and 1 have no rate; of equal rates the largest intensity is kept
         kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
         if kept.sum() < 2:
             raise InputError(
-                path, "has fewer than two different rates at this site. Must have two or more."
+                path, "has fewer than two different rates at this site. Must have at least two."
             )
     for line, x, rate in zip(np.array(points.lines)[kept], printed[kept], rates[kept], strict=True):
         _require_possible(path, int(line), measure, float(x), float(rate))

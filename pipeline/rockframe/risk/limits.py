@@ -1,4 +1,4 @@
-"""Limit states: overturning, and stated limits of rotation, drift, lift, impacts and restraints."""
+"""Limit states: overturning, and user limits on rotation, drift, lift, impacts and restraints."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class LimitState:
 
     @property
     def name(self) -> str:
-        """Its name in datasets and tables."""
+        """Name in datasets and tables."""
         if not self.quantity:
             return "overturning"
         return f"{self.quantity}_{self.value:g}{QUANTITIES[self.quantity][2]}".replace("/", "_")
 
     @property
     def words(self) -> str:
-        """Its name in figures."""
+        """Name in figures."""
         if not self.quantity:
             return self.name
         _, symbol, unit = QUANTITIES[self.quantity]
@@ -60,7 +60,7 @@ class LimitState:
 
     @classmethod
     def named(cls, name: str) -> LimitState:
-        """Return the limit state of a name.
+        """Return the limit state with a name.
 
         Examples
         --------
@@ -75,12 +75,12 @@ class LimitState:
     def reached(
         self, peaks: Mapping[str, NDArray[Any]], overturned: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
-        """Return True for each scenario that reaches it.
+        """Return True for each scenario that reaches the limit state.
 
         Parameters
         ----------
         peaks : mapping of str to array
-            The variables of `QUANTITIES`, of scenarios.
+            The variables named in `QUANTITIES`, for each scenario.
         overturned : array of bool
             True for scenarios that overturn.
         """
@@ -89,5 +89,5 @@ class LimitState:
         return np.asarray(overturned | (peaks[QUANTITIES[self.quantity][0]] >= self.value))
 
 
-#: Overturning, which always is a limit state.
+#: The limit state of overturning, which is always included.
 OVERTURNING: Final = LimitState("", 0.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 
-#: Observations processed together, which bounds the memory of a step.
+#: Number of observations that are processed together, to limit memory.
 _BLOCK: Final = 65536
 #: Largest number of Newton steps; many are needed only if the data hardly overlap.
 _STEPS: Final = 200
@@ -32,7 +32,7 @@ class LogisticFit:
 def maximum_likelihood(
     x: Float, happened: NDArray[np.bool_], clusters: NDArray[np.intp]
 ) -> LogisticFit:
-    """Return the curve of maximum likelihood, which exists if the outcomes overlap in x.
+    """Return the curve of maximum likelihood. It exists only if the outcomes overlap in x.
 
     Parameters
     ----------
@@ -41,7 +41,8 @@ def maximum_likelihood(
     happened : array of bool, shape (rows, columns)
         Outcomes, which must overlap in x.
     clusters : array of int, shape (rows,)
-        Rows with the same number are not independent; the numbers count from 0 without gaps.
+        Number of the cluster of each row, from 0 without gaps. Rows of one cluster are not
+        independent.
 
     Notes
     -----
@@ -68,7 +69,7 @@ def maximum_likelihood(
 
 
 def _terms(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[float, Float, Float]:
-    """Return the log-likelihood, its gradient, and its negative curvature."""
+    """Return the log-likelihood, its gradient, and its curvature times -1."""
     total, gradient, curvature = 0.0, np.zeros(2), np.zeros((2, 2))
     for rows in _blocks(z):
         part, missed, weight = _of_block(z[rows], happened[rows], where)
@@ -80,11 +81,11 @@ def _terms(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[float, 
 
 
 def _of_block(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[Float, Float, Float]:
-    """Return the log-likelihood of each observation, observed minus expected, and variance."""
+    """Return log-likelihood, observed minus expected outcome, and variance of each observation."""
     logit = where[0] + where[1] * z
     small = np.exp(-np.abs(logit))
     probability = np.where(logit >= 0.0, 1.0, small) / (1.0 + small)
-    # ln P of each outcome is -ln(1 + exp(-+logit)), written so that exp cannot overflow
+    # ln P of an outcome is -ln(1 + exp(-logit)) or -ln(1 + exp(logit)), here without overflow
     against = np.where(happened, -logit, logit)
     likelihood = -(np.maximum(against, 0.0) + np.log1p(small))
     return likelihood, happened - probability, small / (1.0 + small) ** 2
@@ -111,7 +112,7 @@ def _described(
         both = np.stack([missed.sum(axis=1), (missed * z[rows]).sum(axis=1)], axis=1)
         np.add.at(scores, clusters[rows], both)
         squares += float((missed**2).sum())
-    # the scores add up to zero, so those of two clusters are opposite: their covariance is singular
+    # scores add up to zero, so with two clusters they are opposite, and their covariance singular
     spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 2 else np.nan)
     centre, spread = scaling
     back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])

@@ -23,11 +23,11 @@ class Measure:
     symbol, unit : str
         Symbol and unit as printed.
     printed : float
-        Printed unit in SI units.
+        Value of the printed unit in SI units.
     largest : float
-        Largest intensity of a hazard curve, as printed.
+        Largest plausible intensity of a hazard curve, in the printed unit.
     yearly : float
-        Intensity that no site exceeds more than once a year in the long run, as printed.
+        Intensity in the printed unit that every site exceeds less than once a year on average.
 
     Examples
     --------
@@ -63,7 +63,7 @@ _SPECTRAL: Final = re.compile(r"sa_([0-9.e+-]+)s(_g)?")
 
 
 def spectral(period: float) -> Measure:
-    """Return the spectral acceleration at a period [s], 5 % damped.
+    """Return the measure of the spectral acceleration at a period [s], 5 % damped.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def spectral(period: float) -> Measure:
 
 
 def measure_of(name: str) -> Measure:
-    """Return the measure of a name: one of `MEASURES`, or a spectral acceleration.
+    """Return the measure with a name: one of `MEASURES`, or a spectral acceleration.
 
     Examples
     --------
@@ -86,7 +86,7 @@ def measure_of(name: str) -> Measure:
 
 
 def measure_of_column(column: str) -> Measure | None:
-    """Return the intensity measure that a table column holds; None if it holds none."""
+    """Return the intensity measure in a table column; None if the column has another quantity."""
     if column in COLUMNS:
         return COLUMNS[column]
     period = period_of(column) if column.endswith("_g") else 0.0
@@ -94,7 +94,7 @@ def measure_of_column(column: str) -> Measure | None:
 
 
 def period_of(name: str) -> float:
-    """Return the period of a spectral acceleration [s]; 0 of another measure."""
+    """Return the period of a spectral acceleration [s]; 0 for other measures."""
     stated = _SPECTRAL.fullmatch(name)
     try:
         return float(stated[1]) if stated else 0.0

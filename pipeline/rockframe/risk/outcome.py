@@ -22,7 +22,7 @@ class Outcome(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """The outcome in words, for overturning."""
+        """Outcome in words, for overturning."""
         return self.sentence_of("")
 
     def sentence_of(self, limit: str) -> str:

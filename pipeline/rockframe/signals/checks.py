@@ -8,7 +8,7 @@ from enum import IntEnum
 from types import MappingProxyType
 from typing import Final
 
-#: Unit of each check, and whether the limit is a lower limit (otherwise an upper one); in order.
+#: The checks in order: unit, and True if the limit is a lower limit, False if it is an upper one.
 CHECKS: Final[Mapping[str, tuple[str, bool]]] = MappingProxyType(
     {
         "peak_acceleration": ("m s-2", False),
@@ -53,7 +53,7 @@ class Check:
         The limit that decided the verdict: the rejection limit if the value is beyond it, else the
         warning limit.
     verdict : CheckVerdict
-        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which counts neither for nor against the
+        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which does not affect the verdict on the
         record.
     unit : str
         Unit of value and limit.

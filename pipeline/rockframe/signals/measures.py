@@ -14,11 +14,13 @@ from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
 
-#: Length of the windows at the beginning and end of a record [s]: several samples at any usual
-#: rate, so that a single sample near zero hides nothing, but short compared with strong motion.
+#: Length of the windows at the beginning and end of a record [s]. It contains several samples at
+#: any usual rate, so that one sample near zero does not matter, and is short compared with the
+#: motion.
 OPENING: Final = 0.1
-#: An extreme can be the limit of the instrument only if it is comparable to the peak. The rest
-#: level of a one-sided motion is an extreme too, but is not clipped.
+#: Smallest distance of an extreme from the median, as a share of that of the other extreme, at
+#: which it can be clipped. The rest level of a one-sided motion is an extreme too, but is not
+#: clipped.
 _COMPARABLE: Final = 0.5
 
 
@@ -121,9 +123,9 @@ def clipped_samples(acceleration: Float) -> int:
 
 
 def longest_constant(series: Float, time_step: float) -> float:
-    """Return the longest time during which a series does not change at all [s].
+    """Return the longest time during which a series is constant [s].
 
-    Gaps filled with zeros or with the last value appear as such times.
+    Gaps that were filled with zeros or with the last value are constant.
 
     Parameters
     ----------

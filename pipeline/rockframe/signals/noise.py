@@ -6,26 +6,26 @@ import math
 from typing import Final
 
 import numpy as np
-import scipy  # what is used of it is loaded then: half a second
+import scipy  # its submodules load when they are first used, which takes half a second
 from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 
-#: Length of the first window, which sets the noise level for detecting the onset [s].
+#: Length of the first window, whose level is used to detect the onset of the motion [s].
 _LISTEN: Final = 2.0
-#: Onset threshold in units of that level: twice what Gaussian noise reaches in 10,000 samples.
+#: Onset threshold in units of that level: twice the peak of Gaussian noise in 10,000 samples.
 _ONSET: Final = 8.0
 #: Bands per octave over which Fourier amplitudes are averaged.
 _BANDS_PER_OCTAVE: Final = 3
 #: Share of the time before the onset that is not used, because the arrival may be emergent.
 _GUARD: Final = 0.2
-#: Noise is stationary: the levels of its four quarters differ by less than this factor. The tapered
-#: P waves of a triggered record differ by more.
+#: Largest ratio between the levels of the four quarters of a window of noise. Tapered P waves of a
+#: triggered record have a larger ratio.
 _STEADY: Final = 3.0
 _QUARTERS: Final = 4
-#: Least number of cycles in the noise window for which a band is judged.
+#: Least number of cycles of a frequency in the noise window; lower frequencies are not judged.
 _CYCLES: Final = 2.0
-#: Share of a window that is tapered (cosine), both ends together.
+#: Share of a window that is tapered with a cosine, at both ends together.
 _TAPER: Final = 0.1
 #: Factor between a filter corner and the usable band, as for PEER's lowest usable frequencies.
 CORNER_MARGIN: Final = 1.25
@@ -48,9 +48,9 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
     Returns
     -------
     length, level : float
-        0 and NaN if the noise is unknown: no event is found, it begins within 2 s, or the time
-        before it is padding (equal samples) or a growing motion (quarters that differ by a factor
-        of 3).
+        Length of the window and level of the noise. They are 0 and NaN if the noise is unknown: no
+        event is found; it begins within 2 s; the first 2 s are padding (equal samples); or the
+        motion grows in the window (quarters that differ by a factor of 3).
 
     Examples
     --------
@@ -80,8 +80,8 @@ def signal_to_noise_band(
 ) -> tuple[float, float]:
     """Return the band in which the Fourier amplitudes of the motion exceed those of the noise [Hz].
 
-    Both are root-mean-square amplitudes over thirds of an octave; the noise is scaled to the
-    duration of the motion. The band is the unbroken one around the largest amplitude.
+    Both are root-mean-square amplitudes over thirds of an octave. The noise is scaled to the
+    duration of the motion. The band is the continuous one around the largest amplitude.
 
     Parameters
     ----------
@@ -99,9 +99,10 @@ def signal_to_noise_band(
     Returns
     -------
     low, high : float
-        Edges of the band [Hz]. An edge is 0 or infinity if even the lowest or highest band that can
-        be judged exceeds the noise (two cycles in the noise window; the Nyquist frequency). Both
-        are NaN if no band exceeds the noise.
+        Edges of the band [Hz]. The lower edge is 0 if the motion exceeds the noise even at the
+        lowest frequency that can be judged (two cycles in the noise window). The upper edge is
+        infinite if it does so up to the Nyquist frequency. Both are NaN if no band exceeds the
+        noise.
 
     Examples
     --------
@@ -126,7 +127,7 @@ def signal_to_noise_band(
     known = np.isfinite(noise) & np.isfinite(motion)
     if not known.any():
         return 0.0, math.inf
-    # A band that is too narrow to hold a Fourier line does not limit the others.
+    # A band that is too narrow to contain a Fourier line does not limit the others.
     stands_out = ~known | (motion >= ratio**2 * noise)
     top = int(np.where(known, motion, -1.0).argmax())
     if not stands_out[top]:
@@ -149,18 +150,18 @@ def usable_periods(
     Parameters
     ----------
     time_step, duration : float
-        Time step and duration of the record [s]; they limit the periods to two steps or more and to
-        the duration or less.
+        Time step and duration of the record [s]. Usable periods are at least two time steps and at
+        most the duration.
     corners : (float, float)
-        Corners of the band-pass [Hz], NaN if unknown; the usable band keeps a factor of 1.25 from
-        them.
+        Corners of the band-pass [Hz], NaN if unknown. Usable frequencies are inside the band by a
+        factor of 1.25.
     band : (float, float)
         Band that exceeds the noise [Hz], from `signal_to_noise_band`.
 
     Returns
     -------
     shortest, longest : float
-        NaN if neither corner nor noise limits it; both 0 if no period is usable.
+        Shortest and longest usable period [s]; both 0 if no period is usable.
 
     References
     ----------
@@ -185,7 +186,7 @@ def usable_periods(
 
 
 def _density(window: Float, time_step: float, edges: Float) -> Float:
-    """Return the mean power per hertz and second in each band; NaN where it has no Fourier line."""
+    """Return the mean power per hertz and second in each band; NaN without a Fourier line."""
     level = scipy.signal.detrend(window, type="linear")
     taper = scipy.signal.windows.tukey(window.size, _TAPER)
     power = np.abs(np.fft.rfft(level * taper)) ** 2 * time_step / np.square(taper).sum()

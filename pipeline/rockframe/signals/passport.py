@@ -25,7 +25,7 @@ from rockframe.study.passport import PassportLimits
 
 @dataclass(frozen=True, kw_only=True)
 class Measures:
-    """Measured quantities of a record; NaN where one cannot be measured.
+    """Measured quantities of a record. Quantities that cannot be measured are NaN.
 
     Parameters
     ----------
@@ -36,13 +36,14 @@ class Measures:
     arias_intensity : float
         Arias intensity after processing [m s-1].
     strong_start, strong_end, strong_end_75 : float
-        Times at which the Arias intensity passes 5, 95 and 75 % [s].
+        Times at which the Arias intensity reaches 5, 95 and 75 % of its final value [s].
     end_velocity, end_displacement : float
-        Velocity [m s-1] and displacement [m] at the end of the record: the drift of the baseline.
-        They are integrated from rest or, for records corrected here, from the start values that
-        `correct` returns. Rotated motions are integrated from rest.
+        Velocity [m s-1] and displacement [m] at the end of the record, due to drift of the
+        baseline. They are integrated from rest. Records that this package corrected are integrated
+        from the start values of `correct`, unless they were rotated.
     end_velocity_share, end_displacement_share : float
-        Absolute values of the above divided by the peaks of velocity and displacement [1].
+        Absolute end velocity and displacement, divided by the peaks of velocity and displacement
+        [1].
     clipped_samples : int
         Length of the longest run of equal samples at an extreme, before processing.
     constant_time : float
@@ -84,12 +85,12 @@ class Measures:
 
     @property
     def significant_duration(self) -> float:
-        """D5-95 [s]."""
+        """Significant duration D5-95 [s]."""
         return self.strong_end - self.strong_start
 
     @property
     def significant_duration_75(self) -> float:
-        """D5-75 [s]."""
+        """Significant duration D5-75 [s]."""
         return self.strong_end_75 - self.strong_start
 
 
@@ -142,9 +143,9 @@ def passport(
     Parameters
     ----------
     before, after : Record
-        The record as published by the archive, and after processing by this package; the same one
-        if it was not processed. Clipping, gaps, noise and late triggers are measured before
-        processing, because a filter hides them; intensity and drift are measured after it.
+        The record as published by the archive, and after processing by this package; the same
+        record if it was not processed. Clipping, gaps, noise and late triggers are measured before
+        processing, because a filter hides them. Intensity and drift are measured after processing.
     limits : PassportLimits
         Limits of warning and rejection.
     start : (float, float)
@@ -167,7 +168,7 @@ def passport(
     >>> print(f"{result.measures.significant_duration:.2f} s")
     11.60 s
     """
-    # Squares of absurdly large samples overflow; the check of the peak rejects them.
+    # Squares of extremely large samples overflow; the check of the peak rejects them.
     with np.errstate(over="ignore", invalid="ignore"):
         measures = _measure(before, after, limits.signal_to_noise_ratio, start)
     return Passport(measures, _judge(measures, after, limits))

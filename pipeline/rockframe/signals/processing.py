@@ -1,4 +1,4 @@
-"""Signal processing of accelerograms: arrays in, arrays out."""
+"""Baseline correction, band-pass and integration of accelerograms."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy  # what is used of it is loaded then: half a second
+import scipy  # its submodules load when they are first used, which takes half a second
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
@@ -17,10 +17,10 @@ Float = NDArray[np.float64]
 #: Share of the record that is tapered (cosine) at each end.
 _TAPER: Final = 0.02
 _ORDER: Final = 4
-#: Length of zero padding at each end in periods of the high-pass corner. The total is 1.5 x order,
-#: as Boore (2005) recommends, so that the filter transient decays inside the padding.
+#: Length of the zero padding at each end, in periods of the high-pass corner. Both ends together
+#: have 1.5 x order periods, as Boore (2005) recommends, so that the filter transient decays inside.
 _PAD_PERIODS: Final = 0.75 * _ORDER
-#: The low-pass corner stays below this share of the Nyquist frequency.
+#: Largest low-pass corner, as a share of the Nyquist frequency.
 _NYQUIST_SHARE: Final = 0.8
 
 
@@ -98,8 +98,8 @@ def correct(
     array, shape (samples,)
         Corrected acceleration [m s-2].
     (float, float)
-        Velocity [m s-1] and displacement [m] at its first sample: the integrals over the padding
-        before it, into which the filter has spread part of the motion.
+        Velocity [m s-1] and displacement [m] at the first sample. They are integrals over the
+        padding before it, into which the filter spreads part of the motion.
     tuple of str
         Processing steps, in order.
 

@@ -13,9 +13,10 @@ from rockframe.errors import ParameterError
 
 Float = NDArray[np.float64]
 
-#: Fewest steps per period of the oscillator: its peak between them is off by 3e-5 at most.
+#: Least number of steps per period of the oscillator. The relative error of the peak, interpolated
+#: between steps, is then at most 3e-5.
 _STEPS: Final = 20
-#: Fewest steps between samples, because the ground turns at each sample.
+#: Least number of steps between samples, because the slope of the ground jumps at each sample.
 _PARTS: Final = 4
 
 
@@ -27,7 +28,7 @@ def spectral_acceleration(
     Parameters
     ----------
     acceleration : array_like, shape (samples,)
-        Ground acceleration [m s-2]; straight lines join the samples.
+        Ground acceleration [m s-2], linear between samples.
     time_step : float
         Interval between samples [s].
     periods : array_like, shape (periods,)
@@ -38,13 +39,13 @@ def spectral_acceleration(
     Raises
     ------
     ParameterError
-        Unless periods, damping and time step are positive and finite, the damping below 1.
+        Unless periods, damping and time step are positive and finite, and the damping is below 1.
 
     Notes
     -----
-    The oscillators start at rest and move freely for a period after the record. Their recursion is
-    exact for ground acceleration that is linear between samples (Nigam and Jennings 1969); the peak
-    between two steps is that of the cubic with their displacements and velocities.
+    The oscillators start at rest, and vibrate freely for one period after the record. The recursion
+    is exact for ground acceleration that is linear between samples (Nigam and Jennings 1969). The
+    peak between two steps is that of the Hermite cubic of displacement and velocity.
 
     Examples
     --------
@@ -71,7 +72,7 @@ def _peak(ground: Float, time_step: float, period: float, damping: float) -> flo
     lower = [1.0, 2.0 * damping * omega, omega**2]
     x, v = (_filtered(upper, lower, step, finer) for upper in ([-(omega**2)], [-(omega**2), 0.0]))
     turns = np.flatnonzero(v[:-1] * v[1:] < 0.0)
-    at = v[turns] / (v[turns] - v[turns + 1])  # of the interval
+    at = v[turns] / (v[turns] - v[turns + 1])  # place of the peak, as a share of the step
     rise = x[turns + 1] - x[turns]
     cubic = (
         at
@@ -83,6 +84,6 @@ def _peak(ground: Float, time_step: float, period: float, damping: float) -> flo
 
 
 def _filtered(upper: list[float], lower: list[float], step: float, ground: Float) -> Float:
-    """Return the output of a linear system under ground acceleration joined by straight lines."""
+    """Return the output of a linear system under piecewise linear ground acceleration."""
     above, below, _ = scipy.signal.cont2discrete((upper, lower), step, method="foh")
     return np.asarray(scipy.signal.lfilter(above.ravel(), below, ground))

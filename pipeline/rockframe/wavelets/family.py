@@ -1,4 +1,4 @@
-"""The four wavelets by name, and their free parameters: phase and number of half cycles."""
+"""Wavelets by name, with their free parameters: phase and number of half cycles."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ RICKERS: Final[Mapping[str, MotherWavelet]] = MappingProxyType(
     {wavelet.name: wavelet for wavelet in (SYMMETRIC_RICKER, ANTISYMMETRIC_RICKER)}
 )
 _ANY_PHASE: Final = "ricker_any_phase"
-#: Points at which the peak of a wavelet is searched, and how often the search is refined.
+#: Number of points in a search for the peak of a wavelet, and number of refinements.
 _PEAK_POINTS: Final = 401
 _PEAK_ROUNDS: Final = 4
 
 
 @dataclass(frozen=True)
 class Family:
-    """The wavelets of one name: all weighted sums of their parts.
+    """All wavelets with one name. They are the weighted sums of one or two parts.
 
     Parameters
     ----------
     name : str
         Name in datasets and on the command line.
     parts : callable
-        Function of the number of half cycles (None for wavelets without it) that returns one
-        wavelet, or an even and an odd one whose weighted sums have every phase.
+        Function of the number of half cycles (None for wavelets without this parameter). It returns
+        one wavelet, or an even and an odd one whose weighted sums have all phases.
     has_half_cycles : bool
         True if the number of half cycles is a parameter.
 
@@ -63,9 +63,9 @@ class Family:
         Parameters
         ----------
         line : float, or array of shape (points,)
-            Step of frequency times T_p [1].
+            Step of the frequency times T_p [1].
         count : int
-            Number of frequencies, from 0.
+            Number of frequencies, starting at 0.
         half_cycles : float, array of shape (points,), or None
             Number of half cycles [1].
         """
@@ -103,7 +103,7 @@ WAVELETS: Final[Mapping[str, Family]] = MappingProxyType(
         )
     }
 )
-#: All shapes of a pulse: the wavelets, which are searched for in records, and the textbooks' sines.
+#: All shapes of a pulse: the wavelets, which are searched for in records, and sines and cosines.
 SHAPES: Final[Mapping[str, Family]] = MappingProxyType(
     {
         **WAVELETS,
@@ -142,14 +142,14 @@ def phase_and_amplitude(
     half_cycles : float or None
         Number of half cycles.
     coefficients : tuple of float
-        A factor for each of its parts, in any unit.
+        A factor for each part of the wavelet, in any unit.
 
     Returns
     -------
     phase : float
-        From 0 to 2 pi [rad].
+        Phase, from 0 to 2 pi [rad].
     amplitude : float
-        In the unit of the coefficients.
+        Peak, in the unit of the coefficients.
 
     Examples
     --------

@@ -1,12 +1,13 @@
 """The wavelet of Mavroeidis and Papageorgiou (2003): a cosine in a raised-cosine window.
 
-With gamma half cycles its velocity is, over |tau| <= gamma / 2,
+With gamma half cycles, the velocity is
 
-    v(tau) = w(tau) cos(2 pi tau + phi),  w(tau) = [1 + cos(2 pi tau / gamma)] / 2,
+    v(tau) = w(tau) cos(2 pi tau + phi),  w(tau) = [1 + cos(2 pi tau / gamma)] / 2
 
-and zero elsewhere. The integral of its acceleration v' is zero for any gamma and phi, because v
-vanishes at both ends; it would not be with the Gaussian window of a Gabor wavelet. The final
-displacement is zero only for integer gamma >= 2, or for phi = pi / 2.
+for |tau| <= gamma / 2, and zero elsewhere. The integral of the acceleration v' is zero for any
+gamma and phi, because v is zero at both ends. A Gabor wavelet, which has a Gaussian window, does
+not have this property. The final displacement is zero only for integer gamma >= 2, or for
+phi = pi / 2.
 
 References
 ----------
@@ -34,7 +35,7 @@ _TURN: Final = 2.0 * math.pi
 
 @lru_cache(maxsize=256)
 def mavroeidis_papageorgiou(half_cycles: float) -> tuple[MotherWavelet, MotherWavelet]:
-    """Return the wavelets of phase 0 and pi / 2, whose weighted sums have every phase.
+    """Return the wavelets of phase 0 and pi / 2, whose weighted sums have all phases.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def mavroeidis_papageorgiou(half_cycles: float) -> tuple[MotherWavelet, MotherWa
 
 
 def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
-    """Return the spectra of the wavelets of phase 0 and pi / 2, for the cost of one.
+    """Return the spectra of the wavelets of phase 0 and pi / 2, in the time of one spectrum.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
 def spectra_of_lines(
     line: float | Float, count: int, half_cycles: float | Float
 ) -> tuple[Complex, Complex]:
-    """Return `spectra` at `count` frequencies from 0, `line` apart, at a third of the cost."""
+    """Return `spectra` at `count` frequencies from 0, `line` apart, in a third of the time."""
     nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
     turned = phase_ramp(math.pi * half_cycles * line, count)
     return _spectra(nu, np.asarray(half_cycles)[..., None], turned)
@@ -113,7 +114,7 @@ def _of_phase(gamma: float, phi: float) -> MotherWavelet:
 
 
 def _area_of_cosine(tau: Float, end: float, rate: float, phi: float) -> Float:
-    """Return the integral of cos(rate tau + phi) from -end; the rate may be 0."""
+    """Return the integral of cos(rate x + phi) over x from -end to tau; the rate may be 0."""
     length = tau + end
     middle = np.cos(phi + 0.5 * rate * (tau - end))
     return np.asarray(length * middle * np.sinc(rate * length / _TURN))
@@ -125,7 +126,7 @@ def _window_spectrum(x: Float, sine: Float, gamma: float | Float) -> Float:
     `sine` is sin(pi x).
     """
     rest = x * (1.0 - x) * (1.0 + x)
-    near = np.abs(rest) < 1e-6  # at 0 and +-1 the limit follows from three shifted sincs
+    near = np.abs(rest) < 1e-6  # at 0 and +-1: use the equal sum of three shifted sincs
     whole = sine / (math.pi * np.where(near, 1.0, rest))
     if near.any():
         there = x[near]

@@ -23,16 +23,16 @@ class MotherWavelet:
     name : str
         Name in datasets and on the command line.
     acceleration, velocity, displacement : callable
-        Functions of tau [1]; in units of a_p, a_p T_p and a_p T_p^2.
+        Functions of tau = time / T_p [1], in units of a_p, a_p T_p and a_p T_p^2.
     spectrum : callable
-        Fourier integral of the acceleration, with exp(-2 pi i nu tau), as a function of
+        Fourier integral of the acceleration with exp(-2 pi i nu tau), a function of
         nu = frequency times T_p [1].
     energy : float
         Integral of the squared acceleration over all tau [1].
     reach : float
         |tau| beyond which the acceleration is below 1e-16.
     finite : bool
-        True if it ends at its reach with a kink; False if it decays smoothly.
+        True if the pulse ends at its reach with a kink; False if it decays smoothly.
     """
 
     name: str
@@ -51,7 +51,7 @@ class MotherWavelet:
 
     @property
     def core(self) -> float:
-        """Largest |tau| outside of which less than 1e-6 of its energy lies."""
+        """The |tau| beyond which less than 1e-6 of the energy lies."""
         return self.reach if self.finite else 0.5 * self.reach
 
 
@@ -61,7 +61,7 @@ def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> Mother
     Parameters
     ----------
     parts : sequence of MotherWavelet
-        One wavelet, or an even and an odd one: the integral of their product is zero, so that
+        One wavelet, or an even and an odd one. The integral of the product of these is zero, so
         their energies add up.
     weights : sequence of float
         Factor of each wavelet.

@@ -22,27 +22,27 @@ class Pulse:
     Parameters
     ----------
     wavelet : str
-        Name of the wavelet, a key of ``WAVELETS``; or ``half_sine``, ``full_sine`` or
-        ``full_cosine``, whose duration is half a period or one.
+        Name of the wavelet, a key of ``WAVELETS``; or ``half_sine``, which lasts half a period;
+        or ``full_sine`` or ``full_cosine``, which last one period.
     a_p : float
         Amplitude: the largest absolute acceleration [m s-2].
     T_p : float
-        Period, 2 pi / omega_p [s]. For Ricker wavelets of any phase the Fourier spectrum has its
-        maximum there; for ``mavroeidis_papageorgiou`` it is the period of the cosine.
+        Period, 2 pi / omega_p [s]. The Fourier spectrum of a Ricker wavelet of any phase has its
+        maximum at this period. For ``mavroeidis_papageorgiou`` it is the period of the cosine.
     time : float
         Centre of the pulse [s].
     phase : float
-        From 0 to 2 pi [rad]. Rickers of fixed phase, sines and cosine: 0, or pi for the reversed
-        pulse. ``ricker_any_phase``: 0 is the symmetric and pi / 2 the antisymmetric
-        wavelet. ``mavroeidis_papageorgiou``: phase of the cosine in the velocity.
+        Phase, from 0 to 2 pi [rad]. Rickers of fixed phase, sines and cosine: 0, or pi for the
+        reversed pulse. ``ricker_any_phase``: 0 is the symmetric wavelet and pi / 2 the
+        antisymmetric one. ``mavroeidis_papageorgiou``: phase of the cosine in the velocity.
     half_cycles : float, optional
         Number of half cycles of ``mavroeidis_papageorgiou``, 1 or more [1]; None for the others.
 
     Raises
     ------
     ParameterError
-        If the wavelet is unknown, `a_p` is negative, `T_p` not positive, `time` not finite,
-        or phase or half cycles not as said above.
+        If the wavelet is unknown, `a_p` is negative, `T_p` is not positive, `time` is not finite,
+        or the wavelet does not allow the phase or the number of half cycles.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """The symmetric and antisymmetric Ricker wavelets: Makris and Vassiliou (2013), section 6.
 
-Each is scaled to a peak of 1. Acceleration, velocity and displacement vanish at both ends, so that
-the pulses are physically realizable.
+Both are scaled to a peak of 1. Acceleration, velocity and displacement tend to zero at both ends,
+so the ground ends where it began.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ANTISYMMETRIC_RATE: Final = 2.0 * math.pi / math.sqrt(3.0)
 
 
 def _symmetric_acceleration(tau: Float) -> Float:
-    """Eq (44)."""
+    """Return the acceleration of eq (44)."""
     y = (math.pi * tau) ** 2
     return (1.0 - 2.0 * y) * np.exp(-y)
 
@@ -42,7 +42,7 @@ def _symmetric_spectrum(nu: Float) -> Complex:
 
 
 def _antisymmetric_acceleration(tau: Float) -> Float:
-    """Eq (45), with the factor 2 pi / (sqrt 3 T_p) that the printed equation lacks."""
+    """Return the acceleration of eq (45), with the factor 2 pi / (sqrt 3 T_p) missing in print."""
     x = _ANTISYMMETRIC_RATE * tau
     return (x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA
 

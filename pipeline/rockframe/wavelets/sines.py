@@ -1,7 +1,8 @@
-"""The pulses of textbooks: half a sine, a sine, and a cosine, each of one period at most.
+"""Pulses of textbooks: half a period of a sine, and a period of a sine or a cosine.
 
-Unlike the wavelets, they end with a kink or a jump, and leave the ground moving or displaced: they
-are excitations of known closed forms, and are not searched for in records.
+Unlike the wavelets, they end with a kink or a jump. After a half sine the ground keeps moving, and
+after a full sine it stays displaced. They are excitations with known closed-form responses, and are
+not searched for in records.
 """
 
 from __future__ import annotations
@@ -51,13 +52,13 @@ def _full_cosine_displacement(tau: Float) -> Float:
 
 
 def _spectrum(nu: Float, length: float, odd: bool = False) -> Complex:
-    """Return the Fourier integral of cos(2 pi tau), or sin, over a length of periods."""
+    """Return the Fourier integral of cos(2 pi tau), or of sin, over a length in periods."""
     below, above = np.sinc(length * (nu - 1.0)), np.sinc(length * (nu + 1.0))
     total = -1j * (below - above) if odd else below + above
     return np.asarray(0.5 * length * total, dtype=np.complex128)
 
 
-#: Half a sine: a_p sin(omega_p t) over half a period.
+#: a_p sin(omega_p t) over half a period.
 HALF_SINE: Final = MotherWavelet(
     name="half_sine",
     acceleration=lambda tau: np.cos(_TWO_PI * tau) * _inside(tau, 0.25),
@@ -68,7 +69,7 @@ HALF_SINE: Final = MotherWavelet(
     reach=0.25,
     finite=True,
 )
-#: A sine: a_p sin(omega_p t) over a period; its velocity is one-sided.
+#: a_p sin(omega_p t) over a period; the velocity does not change its sign.
 FULL_SINE: Final = MotherWavelet(
     name="full_sine",
     acceleration=lambda tau: -np.sin(_TWO_PI * tau) * _inside(tau, 0.5),
@@ -79,7 +80,7 @@ FULL_SINE: Final = MotherWavelet(
     reach=0.5,
     finite=True,
 )
-#: A cosine: a_p cos(omega_p t) over a period; its displacement is one-sided.
+#: a_p cos(omega_p t) over a period; the displacement does not change its sign.
 FULL_COSINE: Final = MotherWavelet(
     name="full_cosine",
     acceleration=lambda tau: -np.cos(_TWO_PI * tau) * _inside(tau, 0.5),
