@@ -1,4 +1,4 @@
-"""Oscillators to compare the rocking frame with: isolated decks and monolithic frames."""
+"""Responses of isolated decks and monolithic frames, and their comparison with rocking frames."""
 
 from rockframe.oscillators.response import OscillatorPeaks as OscillatorPeaks
 from rockframe.oscillators.response import OscillatorResponse as OscillatorResponse

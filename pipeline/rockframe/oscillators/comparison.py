@@ -1,7 +1,7 @@
-"""A bridge that rocks freely beside its rivals: restrained, hybrid, isolated, monolithic.
+"""Comparison of a freely rocking bridge with restrained, hybrid, isolated and monolithic ones.
 
-All are brought to the same quantities: drift and lift of the deck, the shear that the ground bears
-over the weight of deck and columns, and how long the assumptions of each model hold.
+The same quantities are computed for all: drift and lift of the deck, base shear over the weight of
+deck and columns, and the time until which the assumptions of the model hold.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Float = NDArray[np.float64]
 
 
 class Validity(IntEnum):
-    """The first end of a model's validity; the values of the flag variable `validity`."""
+    """Event that ends the validity of a model; the values of the flag variable `validity`."""
 
     HOLDS = 0
     OVERTURNS = 1
@@ -41,18 +41,18 @@ class Validity(IntEnum):
 
 @dataclass(frozen=True)
 class Rivals:
-    """The variants of one bridge.
+    """The models of one bridge.
 
     Parameters
     ----------
     frame : RockingFrame
         The free frame, with a beam and without restraints.
     restrained, hybrid : RockingFrame, optional
-        The same columns with tendons, and with tendons and dissipaters.
+        The frame with tendons; the frame with tendons and dissipaters.
     isolated : IsolatedDeck, optional
-        The same deck on isolators and rigid piers.
+        The deck on isolators and rigid piers.
     fixed : FixedFrame, optional
-        The same columns, monolithic with ground and deck.
+        The frame with columns fixed to the ground and the deck.
 
     Raises
     ------
@@ -69,54 +69,58 @@ class Rivals:
     def __post_init__(self) -> None:
         if not self.frame.mass_ratio > 0.0:
             raise ParameterError(
-                f"Frame {self.frame.name!r} is a column without a beam. Must have a mass_ratio "
-                "above 0, to be compared with other bridges."
+                f"Frame {self.frame.name!r} is a column without a beam. Only frames with a "
+                "mass_ratio above 0 can be compared with other bridges."
             )
         if self.frame.restrained:
             raise ParameterError(
-                f"Frame {self.frame.name!r} is restrained. Must be free: the first of the models."
+                f"Frame {self.frame.name!r} has tendons or dissipaters. Must be without them: they "
+                "belong to the restrained and hybrid models."
             )
 
     @property
     def models(self) -> dict[str, RockingFrame | IsolatedDeck | FixedFrame]:
-        """The variants of the bridge that are stated, by name."""
+        """The models that are given, by name."""
         others = {name: getattr(self, name) for name in RIVALS if getattr(self, name) is not None}
         return {"free": self.frame, **others}
 
 
-#: The variants that a free frame is compared with.
+#: Names of the models that a free frame is compared with.
 RIVALS = ("restrained", "hybrid", "isolated", "fixed")
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """The response of one variant.
+    """The response of one model of a bridge.
 
     Parameters
     ----------
     model : str
-        Its name: free, restrained, hybrid, isolated or fixed.
+        Name of the model: free, restrained, hybrid, isolated or fixed.
     time, u, v : array, shape (nodes,)
         Time [s], drift and lift of the deck [m]; NaN after overturning.
     base_shear : array, shape (nodes,)
-        Force of the ground to the right, of tendons too, over the weight of deck and columns [1].
+        Force of the ground to the right, including that of tendons, over the weight of deck and
+        columns [1].
     peak_u, peak_v, residual_u : float
-        Largest drift and lift, and the drift that is left [m]. Infinite where it overturns.
+        Largest drift, largest lift, and residual drift [m]; infinite if the frame overturns.
     peak_base_shear : float
-        Largest base shear at the nodes [1]; where it overturns, until then.
+        Largest base shear at the nodes [1], until overturning.
     peak_rotation_ratio, ductility : float
-        Largest |theta| / alpha of frames that rock; largest over yield drift of others [1].
+        Largest |theta| / alpha of rocking frames; largest drift over yield drift of others [1].
     peak_tendon_force : float
-        Largest force of a tendon [N]; NaN without.
+        Largest force of a tendon [N]; NaN without tendons.
     friction_demand : float
-        Coefficient of friction that base and top joints of a rocking frame need, impacts
-        included [1].
+        Coefficient of friction that base and top joints of a rocking frame need, also during
+        impacts [1].
     validity : Validity
-        What ends the validity of the model first.
+        Event that first ends the validity of the model.
     valid_until : float
-        When [s]; NaN if nothing does, or only after the end of the motion or between two nodes.
+        Time of this event [s]. NaN if there is none, or if it occurs after the end of the motion or
+        between two nodes.
     gap_closed_time, closing_velocity : float
-        When the deck first closes the gap of an abutment [s], and how fast [m s-1]; NaN if never.
+        Time [s] and velocity [m s-1] at which the deck first closes the gap of an abutment; NaN if
+        never.
     """
 
     model: str
@@ -139,25 +143,25 @@ class Compared:
 
 
 def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list[Compared]:
-    """Compute the responses of a free frame and of its rivals to one motion.
+    """Compute the responses of all models of a bridge to one motion.
 
     Parameters
     ----------
     rivals : Rivals
-        The variants of the bridge.
+        The models of the bridge.
     motion : Record, Pulse or GroundAcceleration
-        Ground acceleration, as `respond` takes it; isolated and monolithic bridges leave out a
-        vertical one.
+        Ground acceleration, as for `respond`. Isolated and monolithic bridges ignore its vertical
+        component.
 
     Returns
     -------
     list of Compared
-        The free frame first.
+        One response for each model, the free frame first.
 
     Raises
     ------
     ParameterError
-        As `respond` says.
+        If the motion is invalid, see `respond`.
 
     Examples
     --------
@@ -254,12 +258,12 @@ def _oscillating(
 
 
 def _known(time: float) -> float:
-    """Return a time, infinite for what happens between or after the nodes."""
+    """Return a time; infinite instead of NaN, for events between or after the nodes."""
     return math.inf if math.isnan(time) else time
 
 
 def _first(ends: dict[Validity, float]) -> tuple[Validity, float]:
-    """Return what ends the validity first, and when: NaN if that is not known."""
+    """Return the event that first ends the validity, and its time; NaN if the time is unknown."""
     happens = {end: time for end, time in ends.items() if not math.isnan(time)}
     if not happens:
         return Validity.HOLDS, math.nan

@@ -1,17 +1,18 @@
 """The kernel of oscillators with one hysteretic spring, integrated to round-off.
 
-Per mass and relative to the ground, which has the acceleration a:
+Per unit mass, with u relative to the ground, which has the acceleration a:
 
-u'' + c u' + k u + z = -a,   |z| <= q,   z' = k_z u' while |z| < q or u' drives it back, else 0.
+u'' + c u' + k u + z = -a,   |z| <= q,   z' = k_z u' while |z| < q or u' reduces |z|, else 0.
 
 So an oscillator is on one of four branches: elastic (stiffness k + k_z), yielding in the direction
-+1 or -1 (stiffness k, z = +-q), or, if k_z is infinite, stuck (u' = 0). On each the equation is
-linear, and the ground a polynomial in each interval. `_run` goes over whole intervals with the
-exact transition of a branch, as long as bounds show that the branch is kept and that no peak lies
-between the nodes. `_kink` goes through a single change of branch on straight ground. `_cross` takes
-the others: it follows the Taylor series, and locates changes of branch and peaks as its roots.
++1 or -1 (stiffness k, z = +-q), or, if k_z is infinite, stuck (u' = 0). On each branch the equation
+is linear, and in each interval the ground is a polynomial in time. `_run` advances by whole
+intervals with the exact transition of a branch, as long as bounds show that the branch does not
+change and that there is no new peak between the nodes. `_kink` advances through a single change of
+branch under a straight line of ground acceleration. `_cross` advances through all other intervals:
+it locates changes of branch and peaks as roots of the Taylor series.
 
-The file is long because numba's cache sees no change of a function in another file.
+The file is long because numba's cache does not detect changes of functions in other files.
 """
 
 from __future__ import annotations
@@ -35,22 +36,22 @@ STUCK: Final = 2.0
 
 # Slots of the summary array.
 PEAK: Final = 0  # largest |u| [m]
-PEAK_TIME: Final = 1  # when [s], NaN if it never moves
+PEAK_TIME: Final = 1  # time of the largest |u| [s], NaN if the oscillator never moves
 PEAK_FORCE: Final = 2  # largest |k u + z + c u'| [m s-2]
-RESIDUAL: Final = 3  # u when it has come to rest [m]
-FIRST_YIELD: Final = 4  # when [s], NaN if never
+RESIDUAL: Final = 3  # u at rest after the motion [m]
+FIRST_YIELD: Final = 4  # time of the first yielding [s], NaN if never
 YIELDS: Final = 5  # number of excursions into yielding
 DISSIPATED: Final = 6  # integral of |z u'| while yielding [m2 s-2]
 SUMMARY_SIZE: Final = 7
 
 #: Columns of the bounds of the ground in an interval: of |a|, |a'| and |a''|.
 BOUNDS: Final = 3
-#: Largest (rate x step) of one Taylor series, and the share of its last term.
+#: Largest (rate x step) of one Taylor series, and the relative size of its last term.
 _STRIDE: Final = 0.5
 _LAST_TERM: Final = 1e-17
-# Rows of the working memory: the series of u and its derivatives, the force's, the ground about
-# the present, the ends of monotone parts, and 1 / ((n + 1) (n + 2)). The coefficients in a row
-# are followed by a zero.
+# Rows of the working memory: the series of u and its derivatives; that of the force and its
+# derivatives; the ground about the present time; the ends of monotone parts; 1 / ((n + 1) (n + 2)).
+# A zero follows the coefficients in each row.
 _U: Final = 0
 _FORCE: Final = 9
 _GROUND: Final = 18
@@ -58,24 +59,24 @@ _MARKS: Final = 19
 _SHARES: Final = 20
 _ROWS: Final = 21
 _TERMS: Final = 48
-#: A transition is used if this share of the bound on the rates remains.
+#: `_transition` is used if its share is at least this large, otherwise the interval is too long.
 _LEAST_SHARE: Final = 0.25
-#: Relative size of the last Newton step; its error is the square of it, so round-off.
+#: Newton's method stops at this relative step; the error is about its square, which is round-off.
 _ROOT_TOLERANCE: Final = 1e-13
-#: Relative distance from a root that the next step, of third order, bridges to round-off.
+#: Relative step after which one more step of third order reaches the root to round-off.
 _NEAR: Final = 1e-4
-#: Excess over a limit up to which it is just reached, to round-off: without damping that happens
-#: in each cycle.
+#: A limit counts as exceeded only above this factor. Without damping it is just reached, to
+#: round-off, in each cycle.
 _BEYOND: Final = 1.0 + 1e-12
-#: Most changes of branch that may follow each other within round-off of one instant.
+#: Largest number of consecutive changes of branch within round-off of one instant.
 _MOST_IDLE: Final = 8
-#: An oscillator that still moves after so many steps is taken as it is.
+#: Largest number of steps after the motion; the last state is then final.
 _MOST_TAIL: Final = 1_000_000
 
 
 @compiled
 def _order(rate_step: float, degree: int) -> int:
-    """Degree at which the series of a step may end."""
+    """Return the degree at which the series of a step can end."""
     order = degree + 2
     term = rate_step
     while term > _LAST_TERM and order < _TERMS - 3:
@@ -88,7 +89,7 @@ def _order(rate_step: float, degree: int) -> int:
 def _series(
     work: Float, degree: int, u: float, v: float, rest: tuple[float, float, float], order: int
 ) -> None:
-    """Fill in the Taylor coefficients of u'' = -(ground + push + c u' + k u)."""
+    """Fill in the Taylor coefficients of u from u'' = -(ground + push + c u' + k u)."""
     push, c, k = rest
     work[_U, 0], work[_U, 1] = u, v
     for n in range(order - 1):
@@ -103,7 +104,7 @@ def _series(
 
 @compiled
 def _value(rows: Float, row: int, order: int, t: float) -> float:
-    """Value of the polynomial in a row, of this degree: its even and its odd part at once."""
+    """Return the value of the polynomial in a row; even and odd parts are computed in parallel."""
     t2 = t * t
     even = odd = 0.0
     for n in range(order // 2, -1, -1):
@@ -114,7 +115,7 @@ def _value(rows: Float, row: int, order: int, t: float) -> float:
 
 @compiled
 def _differentiate(work: Float, row: int, order: int, top: int) -> None:
-    """Fill in the derivatives of the polynomial in a row, into those below it."""
+    """Fill the rows below a polynomial with its derivatives."""
     for d in range(1, top + 1):
         for n in range(order - d + 1):
             work[row + d, n] = (n + 1) * work[row + d - 1, n + 1]
@@ -126,10 +127,10 @@ def _differentiate(work: Float, row: int, order: int, top: int) -> None:
 def _root(
     work: Float, row: int, order: int, level: float, a: float, b: float, low: float, high: float
 ) -> float:
-    """Root in [a, b] of a row minus level, which is low at a and high at b, of opposite signs.
+    """Return the root in [a, b] of the polynomial in a row minus level.
 
-    Newton's method in a bracket, which is halved where a step would leave it or is slow. The
-    derivative is in the next row.
+    `low` and `high` are its values at a and b, of opposite signs. Newton's method in a bracket,
+    which is halved if a step would leave it or is slow. The next row contains the derivative.
     """
     if low == 0.0:
         return a
@@ -159,10 +160,10 @@ def _root(
 
 @compiled
 def _turns(work: Float, row: int, order: int, top: int, h: float) -> int:
-    """Fill in where a polynomial turns in (0, h], in order, and then h; return how many they are.
+    """Fill in the times in (0, h] at which a polynomial turns, then h; return their number.
 
-    Each derivative is monotone between the roots of the next one. That of the order `top` obeys an
-    equation without the ground, or is linear: it has one root at most.
+    Each derivative is monotone between the roots of the next higher one. The derivative of order
+    `top` has at most one root: it is linear, or its equation does not contain the ground.
     """
     count = 1
     work[_MARKS, 0] = h
@@ -187,7 +188,7 @@ def _turns(work: Float, row: int, order: int, top: int, h: float) -> int:
 
 @compiled
 def _shift(work: Float, rows: Float, i: int, scale: float, t: float) -> None:
-    """Fill in the ground's polynomial about t, times the scale (repeated synthetic division)."""
+    """Fill in the ground's polynomial about t, scaled (repeated synthetic division)."""
     degree = rows.shape[1] - 1
     for n in range(degree + 1):
         work[_GROUND, n] = scale * rows[i, n]
@@ -222,7 +223,10 @@ def _stick(
     summary: Float,
     work: Float,
 ) -> tuple[float, float]:
-    """Wait until the ground exceeds what friction holds; return the branch and the time until."""
+    """Return the branch after sticking and the time of the change; STUCK and h if none within h.
+
+    A stuck oscillator starts to slide when ground and spring together exceed the friction.
+    """
     k, _, q, _ = oscillator
     for n in range(degree + 1):
         work[_U, n] = work[_GROUND, n]
@@ -250,7 +254,7 @@ def _stick(
 
 @compiled
 def _branch(oscillator: Constants, state: State) -> tuple[float, float, float]:
-    """Push, damping and stiffness of a branch: u'' = -(a + push + c u' + stiffness u)."""
+    """Return push, damping and stiffness of a branch: u'' = -(a + push + c u' + stiffness u)."""
     k, k_z, _, c = oscillator
     mode, u, _, z = state
     return (z - k_z * u, c, k + k_z) if mode == ELASTIC else (z, c, k)
@@ -260,9 +264,10 @@ def _branch(oscillator: Constants, state: State) -> tuple[float, float, float]:
 def _end(
     work: Float, order: int, count: int, oscillator: Constants, state: State
 ) -> tuple[float, float]:
-    """Return when the branch ends in its series, and the direction of yielding; 0 if it does not.
+    """Return when the branch ends in its series, and the direction of yielding.
 
-    A yielding branch ends where the velocity vanishes, an elastic one where z reaches q.
+    The direction is 0 if the branch does not end. A yielding branch ends where the velocity is
+    zero, an elastic one where |z| reaches q.
     """
     _, k_z, q, _ = oscillator
     mode, u, _, z = state
@@ -290,7 +295,7 @@ def _note_force(
     summary: Float,
     work: Float,
 ) -> None:
-    """Note the peaks of push + c u' + k u that lie elsewhere than those of u."""
+    """Update the peak force with the extremes of push + c u' + k u (not those of u)."""
     push, c, k = rest
     for n in range(order + 2):
         work[_FORCE, n] = c * work[_U + 1, n] + k * work[_U, n]
@@ -310,7 +315,7 @@ def _piece(  # noqa: C901  one branch, step by step
     summary: Float,
     work: Float,
 ) -> tuple[State, float]:
-    """Follow one branch for a time h at most, or until it ends; return the state and the time."""
+    """Follow one branch for at most a time h, or until it ends; return the state and the time."""
     _, k_z, q, c = oscillator
     mode, u, v, z = state
     rest = push, _, stiffness = _branch(oscillator, state)
@@ -318,7 +323,7 @@ def _piece(  # noqa: C901  one branch, step by step
     h = min(h, _STRIDE / rate) if rate > 0.0 else h
     order = _order(rate * h, degree)
     _series(work, degree, u, v, rest, order)
-    if v == 0.0 and abs(z) == q:  # a branch begins: the signs of round-off are not to end it
+    if v == 0.0 and abs(z) == q:  # a branch begins; the sign of round-off must not end it
         towards = mode if mode != ELASTIC else -z
         if towards * work[_U, 2] < 0.0:
             work[_U, 2] = 0.0
@@ -345,7 +350,7 @@ def _piece(  # noqa: C901  one branch, step by step
             if side * v > 0.0:
                 mode = side
                 _yields(summary, time + end)
-            else:  # it turns where it reaches the strength
+            else:  # the motion reverses just as it reaches the strength
                 v = 0.0
     else:
         summary[DISSIPATED] += q * abs(moved)
@@ -366,7 +371,7 @@ def _cross(
     summary: Float,
     work: Float,
 ) -> State:
-    """Go through an interval in which the branch may change, or a peak may lie."""
+    """Advance through an interval in which the branch may change or a peak may occur."""
     degree = rows.shape[1] - 1
     t = 0.0
     idle = 0
@@ -396,7 +401,7 @@ def _holds(
     q: float,
     summary: Float,
 ) -> bool:
-    """Say if friction surely holds in an interval against the ground and k u; note the peak."""
+    """Return True if friction surely resists ground and k u in an interval; update the peak."""
     straight = rows.shape[1] == 2
     first = scale * rows[i, 0]
     last = first + h * scale * rows[i, 1]
@@ -416,10 +421,11 @@ def _holds(
 def _transition(
     h: float, degree: int, stiffness: float, c: float, work: Float, out: Float
 ) -> float:
-    """Fill in what one interval does to u and v; return 1 over the share that bounds its rates.
+    """Fill in the linear map from one node to the next; return 1 / share, or 0 if h is too long.
 
-    The coefficients are those of the state, then those of the powers of the ground's polynomial;
-    what they add up to at the interval's end are u and v there. Zero if the interval is too long.
+    The columns of `out` are the coefficients of u, of v, and of the powers of the ground's
+    polynomial; the rows give u and v at the end of the interval. The share is a lower bound used
+    for the bounds of rates in `_run` and `_sure`.
     """
     share = 1.0 - h * (c + 0.5 * h * stiffness)
     if share < _LEAST_SHARE:
@@ -450,11 +456,11 @@ def _sure(
     new: tuple[float, float],
     share: float,
 ) -> bool:
-    """Return True if nothing can happen between two nodes of a branch, by bounds from both nodes.
+    """Return True if bounds from both nodes exclude an event between them.
 
     `linear` contains the push, damping and stiffness of the branch, k_z, and True if it is
-    elastic; `limits` contains q and the peaks. Either u and the force are monotone, or what they
-    reach is within the limits.
+    elastic; `limits` contains q and the peaks. There is no event if u and the force are monotone,
+    or if their bounds are within the limits.
     """
     push, c, k, k_z, elastic = linear
     q, peak, peak_force = limits
@@ -498,9 +504,9 @@ def _run(  # noqa: C901  one loop, without calls
     summary: Float,
     histories: Float,
 ) -> tuple[int, State]:
-    """Go over whole intervals for as long as nothing but the motion on this branch can happen.
+    """Advance by whole intervals as long as bounds exclude a change of branch and a hidden peak.
 
-    First with bounds from the end of the interval alone; where these do not suffice, `_sure`.
+    Bounds from the end of the interval are tried first; if they do not suffice, `_sure` decides.
     """
     _, k_z, q, _ = oscillator
     mode, u, v, z = state
@@ -530,7 +536,7 @@ def _run(  # noqa: C901  one loop, without calls
         force = (k * new_u + push) + c * new_v
         speed, far = abs(new_v), abs(new_u)
         spring = abs(push + k_z * new_u)
-        if spring > q or not (elastic or v * new_v > 0.0):  # the branch ends here
+        if spring > q or not (elastic or v * new_v > 0.0):  # the branch ends in this interval
             break
         signed = size * bounds[i, 0] + abs(force) if curved else (a_0 - push) + h * a_1 + force
         at_end = abs(signed)
@@ -574,7 +580,7 @@ def _run(  # noqa: C901  one loop, without calls
 def _ahead(
     a: tuple[float, float], rest: tuple[float, float, float], u: float, v: float, t: float, top: int
 ) -> tuple[float, float]:
-    """Displacement and velocity after a time t on one branch and straight ground a[0] + a[1] t."""
+    """Return displacement and velocity after a time t on one branch, under ground a[0] + a[1] t."""
     push, c, k = rest
     push += a[0]
     more = a[1] * t
@@ -599,11 +605,11 @@ def _located(
     turning: bool,
     top: int,
 ) -> tuple[float, float, float]:
-    """Return when a branch turns or reaches a level between two nodes; displacement, velocity then.
+    """Return when u turns or reaches a level between two nodes; displacement and velocity then.
 
-    What is zero then is monotone. The first guess is that of the cubic through values and rates at
-    both nodes; each next one is found from the exact state and its first two rates. Zero if that
-    does not converge.
+    The function whose root is sought (velocity, or u minus level) must be monotone. The first guess
+    is the root of the cubic through values and rates at both nodes. Each next guess follows from
+    the exact state and its first two rates. All three are zero if the iteration does not converge.
     """
     push, c, k = rest
     b_0 = -(a[0] + push + c * old[1] + k * old[0])
@@ -644,10 +650,10 @@ def _kink(  # noqa: C901  one change of branch, step by step
     top: int,
     summary: Float,
 ) -> tuple[bool, State]:
-    """Go through an interval of straight ground in which the branch surely changes once.
+    """Advance through an interval of linear ground in which the branch surely changes just once.
 
-    Say False, and do nothing, if that is not sure: the branch might change again, or the force have
-    a peak of its own.
+    Returns False, and changes nothing, if this is not sure: the branch might change again, or the
+    force might have a separate peak.
     """
     k_0, k_z, q, c = oscillator
     mode, u, v, z = state
@@ -659,7 +665,7 @@ def _kink(  # noqa: C901  one change of branch, step by step
     new_v = (moves[1, 0] * u + moves[1, 1] * v) + (moves[1, 2] * a_0 + moves[1, 3] * a[1])
     bend = abs(a_0 + c * v + k * u)
     jerk = share * (abs(a[1]) + c * bend + k * (abs(v) + h * bend))
-    rate = abs(k * v - c * (a_0 + c * v + k * u))  # of the force; it may vanish where it changes
+    rate = abs(k * v - c * (a_0 + c * v + k * u))  # rate of the force; it may change its sign
     steady = rate > h * (k * (bend + h * jerk) + c * jerk)
     fast = max(abs(v), abs(new_v))
     level = 0.0
@@ -723,7 +729,7 @@ def _kink(  # noqa: C901  one change of branch, step by step
 
 @compiled
 def _settle(time: float, oscillator: Constants, state: State, summary: Float, work: Float) -> None:
-    """Let the oscillator move on over still ground until no new peak and no yielding can come."""
+    """Follow the oscillator over still ground until neither a new peak nor yielding can occur."""
     k, k_z, q, c = oscillator
     still = np.zeros((1, 2))
     until = math.inf
@@ -764,21 +770,21 @@ def integrate(  # noqa: C901  one loop, see above
     histories: Float,
     summary: Float,
 ) -> None:
-    """Respond to a ground motion, from rest; fill in the histories (if any) and the summary.
+    """Integrate over a ground motion, from rest.
 
     Parameters
     ----------
     rows, bounds : array, shapes (intervals, degree + 1) and (intervals, BOUNDS)
         Ground acceleration [m s-2] in powers of the time since the start of each interval, of
-        degree 1 or 5, and bounds of it and its first two derivatives.
+        degree 1 or 5; and bounds of the acceleration and its first two derivatives.
     h, time, scale : float
-        Length of an interval and time of the first node [s]; factor on the ground.
+        Length of an interval [s], time of the first node [s], factor of the ground [1].
     oscillator : tuple
-        Its constants.
+        Constants of the oscillator.
     histories : array, shape (3, intervals + 1) or (3, 0)
-        Displacement, velocity and k u + z + c u' at the nodes.
+        Filled with displacement, velocity and k u + z + c u' at the nodes, unless it is empty.
     summary : array, shape (SUMMARY_SIZE,)
-        Its slots.
+        Filled with the values of the named slots above.
     """
     k, k_z, q, c = oscillator
     rigid = k_z == math.inf
@@ -800,7 +806,7 @@ def integrate(  # noqa: C901  one loop, see above
         histories[:, 0] = 0.0
         if rigid:
             histories[2, 0] = -scale * rows[0, 0]
-    i = int(np.int64(0))  # a literal would be compiled for by itself
+    i = int(np.int64(0))  # numba would compile `_run` a second time for a literal
     while i < rows.shape[0]:
         mode, u, v, z = state
         branch = 0 if mode == ELASTIC else 1
@@ -846,7 +852,7 @@ def integrate(  # noqa: C901  one loop, see above
 def integrate_many(
     rows: Float, bounds: Float, h: float, time: float, scales: Float, oscillators: Float, out: Float
 ) -> None:
-    """Respond to one ground motion at scales, shape (n,), with oscillators, shape (n, 4)."""
+    """Integrate oscillators, shape (n, 4), over one ground motion at scales, shape (n,)."""
     histories = np.empty((3, 0))
     for n in range(scales.size):
         own = oscillators[n]

@@ -1,4 +1,4 @@
-"""Responses of isolated decks and monolithic frames: the shell around the kernel."""
+"""Responses of isolated decks and monolithic frames to ground motions."""
 
 from __future__ import annotations
 
@@ -33,27 +33,27 @@ Motion = Record | Pulse | GroundAcceleration
 
 @dataclass(frozen=True, eq=False)
 class OscillatorPeaks:
-    """Peaks of oscillators, each a number or an array of one shape.
+    """Peaks of oscillators, including free vibration after the end of the motion.
 
-    Free vibration after the end of the motion is included.
+    All arrays have the same shape.
 
     Parameters
     ----------
     peak_displacement : array
         Largest |u| [m], located between the nodes.
     peak_time : array
-        When [s]; NaN if it never moves.
+        Time of the largest |u| [s]; NaN if the oscillator never moves.
     peak_force_ratio : array
-        Largest force, restoring and damping, over the weight [1], located between the nodes: the
-        largest absolute acceleration [g], and the shear of the piers.
+        Largest sum of restoring and damping force over the weight [1], located between the nodes.
+        It is the largest absolute acceleration [g] and the shear of the piers.
     residual_displacement : array
-        Displacement at which it stays, or about which it vibrates without yielding [m].
+        Displacement at which the oscillator stays, or about which it vibrates without yielding [m].
     ductility : array
-        Peak over yield displacement [1]; NaN without one.
+        Peak displacement over yield displacement [1]; NaN without a yield displacement.
     first_yield_time : array
-        When it first yields or slides [s]; NaN if never.
+        Time of the first yielding or sliding [s]; NaN if never.
     yields : array of int
-        Excursions into yielding, or slides in one direction.
+        Number of excursions into yielding, or of slides in one direction.
     dissipated_energy : array
         Energy lost in yielding or friction, over the weight [m].
     """
@@ -79,11 +79,11 @@ class OscillatorResponse(Shown):
     time, u, velocity : array, shape (nodes,)
         Time [s], displacement relative to the ground [m] and its rate [m s-1].
     force_ratio : array, shape (nodes,)
-        Force, restoring and damping, over the weight [1]: minus the absolute acceleration [g].
+        Sum of restoring and damping force over the weight [1]: minus the absolute acceleration [g].
     peak_displacement, peak_time, peak_force_ratio, residual_displacement : float
-        As of `OscillatorPeaks`.
+        See `OscillatorPeaks`.
     ductility, first_yield_time, yields, dissipated_energy : float
-        As of `OscillatorPeaks`.
+        See `OscillatorPeaks`.
     """
 
     model: Oscillator
@@ -115,7 +115,7 @@ class OscillatorResponse(Shown):
         return said
 
     def draw(self, axes: Axes) -> None:
-        """Draw u over time into axes."""
+        """Draw u over time."""
         axes.plot(self.time, self.u, linewidth=0.9)
         axes.set(xlabel="time [s]", ylabel="u [m]")
         axes.set_title(self.model.name)
@@ -134,17 +134,17 @@ class OscillatorResponse(Shown):
 def respond_oscillator(
     model: Oscillator, motion: Motion, *, free_vibration: float = 0.0
 ) -> OscillatorResponse:
-    """Integrate an oscillator exactly, from rest.
+    """Return the response of an oscillator from rest, integrated to round-off.
 
     Parameters
     ----------
     model : IsolatedDeck or FixedFrame
         The oscillator.
     motion : Record, Pulse or GroundAcceleration
-        Ground acceleration, as `respond` takes it; a vertical one is left out.
+        Ground acceleration, as for `respond`; a vertical component is ignored.
     free_vibration : float
-        Go on with the histories for so long after the end of the motion [s]. The peaks and the
-        residual displacement do not need it.
+        Time after the end of the motion for which the histories continue [s]. The peaks and the
+        residual displacement do not depend on it.
 
     Returns
     -------
@@ -158,8 +158,8 @@ def respond_oscillator(
 
     Notes
     -----
-    Changes of branch (yielding, sliding, their ends) and peaks are located to round-off, not at
-    nodes.
+    Peaks and changes of branch (start and end of yielding or sliding) are located between nodes, to
+    round-off.
 
     Examples
     --------
@@ -193,14 +193,14 @@ def respond_oscillators(
     models : sequence of IsolatedDeck or FixedFrame
         The oscillators.
     motions : sequence of Record, Pulse or GroundAcceleration
-        Ground motions, as `respond_oscillator` takes them.
+        Ground motions, as for `respond_oscillator`.
     scales : array_like, shape (scales,)
         Factor of the acceleration [1].
 
     Returns
     -------
     OscillatorPeaks
-        Arrays of shape (motions, models, scales); the same bits as of `respond_oscillator`.
+        Arrays of shape (motions, models, scales), with the same bits as from `respond_oscillator`.
 
     Raises
     ------
@@ -230,11 +230,11 @@ def respond_oscillators(
 
 
 def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:
-    """Return a motion as the kernel takes it: rows, bounds, time step and start."""
+    """Return rows, bounds, time step and start of a motion for the kernel."""
     step, coefficients = ground.time_step, ground.coefficients
     powers = np.arange(2 if coefficients.shape[1] <= 2 else 6)
     padded = np.pad(coefficients, ((0, 0), (0, powers.size - coefficients.shape[1])))
-    rows = np.ascontiguousarray(padded)  # the kernel is compiled for one layout
+    rows = np.ascontiguousarray(padded)  # the kernel is compiled for one memory layout
     parts = rows * step**powers
     bounds = np.column_stack(
         [
@@ -242,13 +242,13 @@ def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:
             for order in range(kernel.BOUNDS)
         ]
     )
-    if powers.size == 2:  # straight lines: the larger end
+    if powers.size == 2:  # piecewise linear: the larger end is exact
         bounds[:, 0] = np.maximum(np.abs(parts[:, 0]), np.abs(parts.sum(axis=1)))
     return rows, bounds, step, ground.start_time
 
 
 def _peaks(summary: Float, yielding: Float) -> OscillatorPeaks:
-    """Return the peaks that summaries hold; `yielding` are the yield displacements."""
+    """Return the peaks in the kernel's summaries; `yielding` are the yield displacements."""
     peak = summary[..., kernel.PEAK]
     yields_at = (yielding > 0.0) & np.isfinite(yielding)
     ductility = np.divide(peak, yielding, out=np.full(peak.shape, np.nan), where=yields_at)
