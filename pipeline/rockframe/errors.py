@@ -104,7 +104,7 @@ class ServiceError(RockframeError):
     url : str
         URL of the request.
     message : str
-        What the data centre replied, and what to do.
+        Reply of the data centre, and what to do.
 
     Examples
     --------

@@ -134,7 +134,7 @@ class Abutment:
 
 @dataclass(frozen=True, kw_only=True)
 class Pivot:
-    """The edges on which columns rock: they crush until a block of stress bears the column.
+    """Edges of the columns that crush until a block of uniform stress carries the column.
 
     Parameters
     ----------

@@ -98,8 +98,8 @@ class IsolatedDeck:
         Raises
         ------
         ParameterError
-            Unless ``period`` or both others are stated, and not all three; or if the strength alone
-            makes the secant period shorter than the effective period.
+            Unless either ``period`` or both others are stated; or if the strength alone makes the
+            secant period shorter than the effective period.
 
         Examples
         --------

@@ -80,7 +80,7 @@ class Rivals:
 
     @property
     def models(self) -> dict[str, RockingFrame | IsolatedDeck | FixedFrame]:
-        """The models that are given, by name."""
+        """Models of the bridge, by name."""
         others = {name: getattr(self, name) for name in RIVALS if getattr(self, name) is not None}
         return {"free": self.frame, **others}
 

@@ -20,8 +20,8 @@ from rockframe.rocking.kernels.excursions import DISTANCE
 from rockframe.rocking.response import as_ground, refuse_flight
 from rockframe.rocking.scenario_packing import (
     AT_A_TIME,
-    Answers,
     Prepared,
+    Results,
     ScenarioPacker,
     constants_of,
 )
@@ -124,7 +124,7 @@ def respond_scenarios(
     Parameters
     ----------
     grounds : sequence of Record, Pulse or GroundAcceleration
-        Ground motions, as `respond` takes them.
+        Ground motions, as for `respond`.
     frames : sequence of RockingFrame
         The frames; each with its own restitution factor.
     ground, frame : array_like of int, shape (scenarios,)
@@ -156,32 +156,32 @@ def respond_scenarios(
     >>> found.peak_rotation_ratio.round(4)
     array([0.    , 0.6517, 9.5114])
     """
-    which, whose, factors = _asked(len(grounds), len(frames), ground, frame, scale)
+    which, whose, factors = _checked(len(grounds), len(frames), ground, frame, scale)
     constants = np.array([constants_of(frame) for frame in frames]).reshape(len(frames), -1)
     widths = np.array([frame.width for frame in frames])
     _refuse_flights(grounds, which, factors)
     order = np.argsort(which, kind="stable")
-    answers = Answers(factors.size, excursions)
+    results = Results(factors.size, excursions)
 
-    def answer(part: Index) -> None:
-        packer = ScenarioPacker(answers)
-        for asked in np.split(part, np.flatnonzero(np.diff(which[part])) + 1):
-            motion = grounds[which[asked[0]]]
+    def compute(part: Index) -> None:
+        packer = ScenarioPacker(results)
+        for chosen in np.split(part, np.flatnonzero(np.diff(which[part])) + 1):
+            motion = grounds[which[chosen[0]]]
             ready = motion if isinstance(motion, Prepared) else Prepared(as_ground(motion))
-            packer.ask(asked, ready, factors[asked], constants[whose[asked]])
+            packer.add(chosen, ready, factors[chosen], constants[whose[chosen]])
         packer.complete()
 
-    on_threads(answer, _parts(order))
+    on_threads(compute, _parts(order))
     return Scenarios(
-        verdict=answers.verdicts,
-        peak_rotation=answers.summaries[:, kernel.PEAK].copy(),
-        peak_rotation_ratio=answers.summaries[:, kernel.PEAK] / constants[whose, 0],
-        peak_velocity=answers.summaries[:, kernel.PEAK_VELOCITY].copy(),
-        impact_velocity=answers.summaries[:, kernel.IMPACT_VELOCITY] * widths[whose],
-        uplift_time=answers.summaries[:, kernel.UPLIFT_TIME].copy(),
-        overturning_time=answers.summaries[:, kernel.OVERTURNING_TIME].copy(),
-        impacts=answers.summaries[:, kernel.IMPACTS].astype(np.int32),
-        excursions=_highest_first(answers.excursions),
+        verdict=results.verdicts,
+        peak_rotation=results.summaries[:, kernel.PEAK].copy(),
+        peak_rotation_ratio=results.summaries[:, kernel.PEAK] / constants[whose, 0],
+        peak_velocity=results.summaries[:, kernel.PEAK_VELOCITY].copy(),
+        impact_velocity=results.summaries[:, kernel.IMPACT_VELOCITY] * widths[whose],
+        uplift_time=results.summaries[:, kernel.UPLIFT_TIME].copy(),
+        overturning_time=results.summaries[:, kernel.OVERTURNING_TIME].copy(),
+        impacts=results.summaries[:, kernel.IMPACTS].astype(np.int32),
+        excursions=_highest_first(results.excursions),
     )
 
 
@@ -195,7 +195,7 @@ def respond_many(
     Parameters
     ----------
     motions : sequence of Record, Pulse or GroundAcceleration
-        Ground motions, as `respond` takes them.
+        Ground motions, as for `respond`.
     frames : sequence of RockingFrame
         The frames; each with its own restitution factor.
     scales : array_like, shape (scales,)
@@ -236,12 +236,12 @@ def respond_many(
 
 
 def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:
-    """Return scales as a row; a request needs one or more of them, and of everything else.
+    """Return scales as an array, after checking that neither they nor the others are empty.
 
     Raises
     ------
     ParameterError
-        If there is none of something, or a scale is not finite.
+        If a sequence is empty, or a scale is not finite.
     """
     factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
     counts = {label: len(things) for label, things in others.items()}
@@ -276,14 +276,14 @@ def _parts(order: Index) -> list[Index]:
     return np.array_split(order, max(worth, math.ceil(order.size / AT_A_TIME)))
 
 
-def _asked(
+def _checked(
     grounds: int, frames: int, ground: ArrayLike, frame: ArrayLike, scale: ArrayLike
 ) -> tuple[Index, Index, Float]:
     """Return the checked indices and scales of the requested scenarios."""
     factors = np.asarray(scale, dtype=np.float64)
     indices = []
-    for label, asked, number in (("ground", ground, grounds), ("frame", frame, frames)):
-        index = np.asarray(asked)
+    for label, values, number in (("ground", ground, grounds), ("frame", frame, frames)):
+        index = np.asarray(values)
         if index.size == 0:
             index = index.astype(np.intp)
         if index.shape != factors.shape or factors.ndim != 1:

@@ -49,7 +49,7 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     Parameters
     ----------
     response : Response
-        What `respond` returned.
+        A response from `respond`.
     motion : Record, Pulse or GroundAcceleration
         The motion of the response.
 

@@ -41,7 +41,7 @@ class _Batch:
 
     rows: list[Float] = field(default_factory=list)
     bounds: list[Float] = field(default_factory=list)
-    asked: list[Float] = field(default_factory=list)
+    slots: list[Float] = field(default_factory=list)
     scenarios: list[Index] = field(default_factory=list)
     ahead: list[Float] = field(default_factory=list)
     length: int = 0
@@ -111,7 +111,7 @@ class Prepared:
         return self._ahead[key]
 
 
-class Answers:
+class Results:
     """Arrays for the results of scenarios.
 
     Parameters
@@ -135,16 +135,16 @@ class ScenarioPacker:
 
     Parameters
     ----------
-    answers : Answers
+    results : Results
         Arrays that the results are written to.
     """
 
-    def __init__(self, answers: Answers) -> None:
-        self._answers = answers
+    def __init__(self, results: Results) -> None:
+        self._results = results
         self._batches: dict[tuple[bool, bool, bool], _Batch] = {}
 
-    def ask(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
-        """Add scenarios of one motion: indices in `answers`, scales, constants of the frames."""
+    def add(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
+        """Add scenarios of one motion: indices in `results`, scales, constants of the frames."""
         pieces = motion.pieces(scale, constants)
         tied = np.asarray(constants[:, _TIES:].any(axis=1))
         for count, ties in sorted({*zip(pieces.tolist(), tied.tolist(), strict=True)}):
@@ -155,44 +155,44 @@ class ScenarioPacker:
             form = (*motion.form, ties)
             batch = self._batches.setdefault(form, _Batch())
             rows, bounds = motion.rows(count)
-            asked = np.zeros((some.size, lanes.ASKED_SIZE))
-            asked[:, lanes.FIRST] = batch.length
-            asked[:, lanes.INTERVALS] = rows.shape[0]
-            asked[:, lanes.TIME_STEP] = motion.ground.time_step / count
-            asked[:, lanes.START_TIME] = motion.ground.start_time
-            asked[:, lanes.SCALE] = scale[some]
-            asked[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some, :_TIES]
-            asked[:, lanes.TIE_STIFFNESS : lanes.TIE_FORCE + 1] = constants[some, _TIES : _TIES + 2]
-            for one in np.unique(constants[some, 1]).tolist() if self._answers.kept else ():
-                asked[asked[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
+            slots = np.zeros((some.size, lanes.ASKED_SIZE))
+            slots[:, lanes.FIRST] = batch.length
+            slots[:, lanes.INTERVALS] = rows.shape[0]
+            slots[:, lanes.TIME_STEP] = motion.ground.time_step / count
+            slots[:, lanes.START_TIME] = motion.ground.start_time
+            slots[:, lanes.SCALE] = scale[some]
+            slots[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some, :_TIES]
+            slots[:, lanes.TIE_STIFFNESS : lanes.TIE_FORCE + 1] = constants[some, _TIES : _TIES + 2]
+            for one in np.unique(constants[some, 1]).tolist() if self._results.kept else ():
+                slots[slots[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
                 batch.ahead.append(motion.ahead(count, one))
                 batch.nodes += len(batch.ahead[-1])
             batch.rows.append(rows)
             batch.bounds.append(bounds)
-            batch.asked.append(asked)
+            batch.slots.append(slots)
             batch.scenarios.append(scenarios[some])
             batch.length += rows.shape[0]
             many = sum(part.size for part in batch.scenarios)
             numbers = batch.length * rows.shape[1] + batch.nodes
             if many >= AT_A_TIME or numbers >= _MOST_NUMBERS:
-                self._answer(form)
+                self._compute(form)
 
     def complete(self) -> None:
         """Compute the batches that are not full."""
         for key in list(self._batches):
-            self._answer(key)
+            self._compute(key)
 
-    def _answer(self, key: tuple[bool, bool, bool]) -> None:
+    def _compute(self, key: tuple[bool, bool, bool]) -> None:
         batch = self._batches.pop(key)
-        asked = np.concatenate(batch.asked)
+        slots = np.concatenate(batch.slots)
         # the longest first, so that all lanes finish at about the same time
-        order = np.argsort(-asked[:, lanes.INTERVALS], kind="stable")
+        order = np.argsort(-slots[:, lanes.INTERVALS], kind="stable")
         scenarios = np.concatenate(batch.scenarios)[order]
         verdicts = np.empty(scenarios.size, dtype=np.int8)
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
         after = np.zeros(batch.rows[0].shape[1])
         bounds = np.concatenate(batch.bounds)
-        excursions = self._answers.excursions[scenarios if self._answers.kept else []]
+        excursions = self._results.excursions[scenarios if self._results.kept else []]
         whole = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
         lanes.integrate_lanes(
             np.concatenate([*(rows.ravel() for rows in batch.rows), after]),
@@ -201,16 +201,16 @@ class ScenarioPacker:
             steps.YES if key[0] else steps.NO,
             steps.YES if key[1] else steps.NO,
             steps.YES if key[2] else steps.NO,
-            asked[order],
+            slots[order],
             verdicts,
             summaries,
             np.concatenate([*batch.ahead, np.empty((0, 1 + key[1]))]),
             excursions,
         )
-        self._answers.verdicts[scenarios] = verdicts
-        self._answers.summaries[scenarios] = summaries
-        if self._answers.kept:
-            self._answers.excursions[scenarios] = excursions
+        self._results.verdicts[scenarios] = verdicts
+        self._results.summaries[scenarios] = summaries
+        if self._results.kept:
+            self._results.excursions[scenarios] = excursions
 
     def _one_by_one(
         self, scenarios: Index, motion: Prepared, scale: Float, constants: Float
@@ -242,8 +242,8 @@ class ScenarioPacker:
                 np.ascontiguousarray(constants[some, _TIES:]),
             )
             verdicts[some], summaries[some] = verdict, summary
-        self._answers.verdicts[scenarios] = verdicts
-        self._answers.summaries[scenarios] = summaries
+        self._results.verdicts[scenarios] = verdicts
+        self._results.summaries[scenarios] = summaries
 
 
 def _rows(coefficients: Float, time_step: float, pieces: int) -> Float:

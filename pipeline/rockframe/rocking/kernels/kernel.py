@@ -89,7 +89,7 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     forces: Float,
     tie_log: Float,
 ) -> int:
-    """Integrate eq (26) with eq (43) over a ground motion and give the verdict.
+    """Integrate eq (26) with eq (43) over a ground motion, and return the verdict.
 
     Parameters
     ----------

@@ -21,9 +21,9 @@ from rockframe.rocking.scenario_packing import Prepared
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
-Wanted = TypeVar("Wanted")
-Told = TypeVar("Told")
-Found = TypeVar("Found")
+Request = TypeVar("Request")
+Outcomes = TypeVar("Outcomes")
+Result = TypeVar("Result")
 
 
 def first_overturnings(
@@ -83,11 +83,11 @@ def first_overturnings(
 
 
 def advance(
-    search: Generator[Wanted, Told, Found],
-    answer: Told | None,
+    search: Generator[Request, Outcomes, Result],
+    answer: Outcomes | None,
     line: int,
-    wanted: dict[int, Wanted],
-    found: dict[int, Found],
+    wanted: dict[int, Request],
+    found: dict[int, Result],
 ) -> None:
     """Send an answer to a search; store its next request in `wanted` or its result in `found`."""
     try:

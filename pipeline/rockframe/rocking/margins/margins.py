@@ -101,7 +101,7 @@ class Margin(Shown):
         return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
 
     def verdict(self, unperturbed: Verdict) -> Verdict:
-        """Return the verdict, given that of the response to the motion itself.
+        """Return the verdict with margin; `unperturbed` is that of the response to the motion.
 
         A verdict is undecided if it changes when the amplitude of the motion or the restitution of
         impacts changes by up to 1 % (amplitude, restitution), or when the record is sampled twice
@@ -165,7 +165,7 @@ def margins(
     Parameters
     ----------
     motions : Record, Pulse or GroundAcceleration, or a sequence of them
-        Ground motions, as `respond` takes them.
+        Ground motions, as for `respond`.
     frames : RockingFrame, or sequence of RockingFrame
         The frames.
     largest_scale : float
@@ -248,7 +248,7 @@ def with_margins(
     Parameters
     ----------
     responses : sequence of Response
-        What `respond` returned.
+        Responses from `respond`.
     motion : Record, Pulse or GroundAcceleration
         The motion of all of them.
     ensemble : Ensemble, optional

@@ -108,7 +108,7 @@ def robust_margins(
     Parameters
     ----------
     motions : sequence of Record, Pulse or GroundAcceleration
-        Ground motions, as `respond` takes them.
+        Ground motions, as for `respond`.
     frames : sequence of RockingFrame
         The frames as stated.
     ensemble : Ensemble, optional
@@ -137,9 +137,9 @@ def robust_margins(
     >>> round(margin.s25, 2), round(margin.s50, 2)
     (1.08, 1.1)
     """
-    asked = ensemble or Ensemble()
-    families = [members(asked, frame) for frame in frames]
-    amplitude = draws(asked)[:, 3]
+    chosen = ensemble or Ensemble()
+    families = [members(chosen, frame) for frame in frames]
+    amplitude = draws(chosen)[:, 3]
     found = []
     for motion in motions:
         ground = as_ground(motion)
@@ -147,7 +147,7 @@ def robust_margins(
         largest = largest_scale_of(ground, largest_scale)
         weakest = [min(one, key=lambda frame: frame.uplift_acceleration) for one in families]
         searches = [
-            _Family(amplitude, least_scale_of(ground, frame), largest, asked.seed).search()
+            _Family(amplitude, least_scale_of(ground, frame), largest, chosen.seed).search()
             for frame in weakest
         ]
         found.append(_side_by_side(Prepared(ground), families, searches))
@@ -156,12 +156,12 @@ def robust_margins(
 
 #: A search yields members and scales, and is sent the verdicts and peaks of these scenarios.
 Answer: TypeAlias = tuple[Bool, Float]
-Asking: TypeAlias = Generator[tuple[Int, Float], Answer, RobustMargin]
+Search: TypeAlias = Generator[tuple[Int, Float], Answer, RobustMargin]
 _Tried: TypeAlias = Generator[tuple[Int, Float], Answer, Answer]
 
 
 def _side_by_side(
-    ground: Prepared, families: list[list[RockingFrame]], searches: list[Asking]
+    ground: Prepared, families: list[list[RockingFrame]], searches: list[Search]
 ) -> list[RobustMargin]:
     """Run the searches under one ground motion in common batches."""
     frames = [*chain(*families)]
@@ -193,7 +193,7 @@ class _Family:
     seed: int
     responses: int = 0
 
-    def search(self) -> Asking:
+    def search(self) -> Search:
         """Increase the scale from where overturning begins until half of the members overturn."""
         growth = math.log1p(SCALE_STEP)
         last = math.floor(math.log(self.largest / self.amplitude.max()) / growth)

@@ -120,7 +120,7 @@ class _Samples:
 
 #: A search yields scales, and is sent the verdicts, peaks and excursions of the frame at them.
 Answer: TypeAlias = tuple[NDArray[np.bool_], Float, Float]
-Asking: TypeAlias = Generator[Float, Answer, "FirstOverturning"]
+Search: TypeAlias = Generator[Float, Answer, "FirstOverturning"]
 
 
 @dataclass(eq=False)
@@ -152,7 +152,7 @@ class SliverSearch:
         fallen, _, excursions = yield from self._at(self._scales(place))
         return _Samples(place, fallen, excursions)
 
-    def search(self) -> Asking:
+    def search(self) -> Search:
         """Sample coarsely, refine where slivers may be, bisect the first, sample above it."""
         span = math.log(self.largest / self.least) if self.least < self.largest else -1.0
         last = math.ceil(span / _LATTICE_STEP)

@@ -97,7 +97,7 @@ def rocking_spectrum(
     Parameters
     ----------
     motions : sequence of Record, Pulse or GroundAcceleration
-        Ground motions, as `respond` takes them.
+        Ground motions, as for `respond`.
     slendernesses : array_like, shape (slenderness,)
         Slenderness of the columns, which are rectangular [rad].
     mass_ratios : array_like, shape (mass_ratio,)
