@@ -118,7 +118,7 @@ def test_the_paper_is_checked_and_its_page_is_whole(
         "agrees", "differs", "misprint", "cannot be told",
     }  # fmt: skip
     page = (folder / "paper-checked.md").read_text(encoding="utf-8")
-    assert "0 of the paper's 6 records are here" in page
+    assert "0 of the paper's 6 records were found" in page
     for name in FIGURES:
         assert f"(figures/figure-{name}.png)" in page
         assert (folder / "figures" / f"figure-{name}.png").is_file()

@@ -70,7 +70,7 @@ def test_a_second_structure_does_not_silently_take_the_place_of_the_first(
     words = ("--structure", "bridge-bent", "--structure", "apollo-frame")
     with pytest.raises(SystemExit, match="2"):
         run("table1", *words)
-    assert "argument --structure: stated twice. Must be stated once" in capsys.readouterr().err
+    assert "argument --structure: stated twice. State it once" in capsys.readouterr().err
 
 
 def test_strict_writes_nothing_and_status_2(

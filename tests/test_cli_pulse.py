@@ -127,7 +127,7 @@ def test_the_paper_is_set_beside_every_way(
 @pytest.mark.parametrize(
     ("words", "error"),
     [
-        ((), "--output is missing. Must name the netCDF file to write."),
+        ((), "--output is missing. Name the netCDF file to write."),
         (("--output", "p.nc", "--surrogates", "5"), "surrogates 5. Must be 0, or 19 to 9999"),
         (("--output", "p.nc", "--most-half-cycles", "0"), "half-cycles 0.0. Must be at least 1"),
         (("--output", "p.nc", "--surrogates", "10000"), "--surrogates 10000. Must be at most 9999"),
@@ -138,7 +138,7 @@ def test_the_paper_is_set_beside_every_way(
              "ricker_any_phase"),
             "--pulse-wavelet 'ricker_any_phase' is not matched. Must be one of: symmetric_ricker",
         ),
-        (("--paper",), "holds no record with a name of the paper's. Must hold one."),
+        (("--paper",), "contains no record named as in the paper. Include at least one."),
     ],
 )  # fmt: skip
 def test_mistakes_are_one_line(

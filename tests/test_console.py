@@ -49,7 +49,7 @@ def test_of_very_many_rows_the_first_are_shown_and_the_others_counted(
     printed = capsys.readouterr().out
     assert "record-199" in printed
     assert "record-200" not in printed
-    assert "1 more rows: the files have all." in printed
+    assert "1 more rows: the output files contain all rows." in printed
 
 
 def test_a_record_is_named_once_and_ruled_off_the_next(capsys: pytest.CaptureFixture[str]) -> None:

@@ -256,7 +256,7 @@ def test_init_writes_what_run_reads(
     assert "rockframe run mine.toml --output mine" in capsys.readouterr().out
     assert read_study(tmp_path / "mine.toml").name == "mine"
     assert main(["init", "mine"]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
     assert main(["init", "../mine"]) == 2
     assert main(["init", "other.toml"]) == 2
     assert "Must be without .toml: other." in capsys.readouterr().err

@@ -122,7 +122,7 @@ def test_interrupt_is_one_line(home: Path, tmp_path: Path, pool: bool) -> None:
     status, said = finished(process)
     assert status == 130
     assert said.splitlines() == [
-        "rockframe: interrupted; what is done stays done, and the same command resumes."
+        "rockframe: interrupted; finished steps are kept; the same command resumes."
     ]
     assert all_gone(below)
     assert not list((tmp_path / "run").rglob("*partial*"))

@@ -136,7 +136,7 @@ def test_run_that_a_damaged_plan_keeps_out_says_so(
     (home / "run" / "manifest.json").unlink()
     flip(home / "run" / ".rockframe" / "plan.json", b"9.6")
     assert run(home / "small.toml", home / "run") == 2
-    assert "plan.json: is corrupted. Must be another folder, or --repl" in (capsys.readouterr().err)
+    assert "plan.json: is corrupted. Use another folder, or --repl" in (capsys.readouterr().err)
     assert run(home / "small.toml", home / "run", "--replace") == 0
     assert main(["verify", str(home / "run")]) == 0
 

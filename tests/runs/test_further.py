@@ -192,7 +192,7 @@ def test_computed_again_it_is_the_same(made: Path, capsys: pytest.CaptureFixture
         "spectrum",
         "rocking_spectrum",
     ):
-        assert f"computed again: {words}, equal to the last bit" in printed
+        assert f"recomputed: {words}, equal to the last bit" in printed
 
 
 def test_on_another_processor_it_is_nearly_the_same(
@@ -216,7 +216,7 @@ def test_on_another_processor_it_is_nearly_the_same(
     (folder / MANIFEST).write_bytes(sealed(manifest))
     assert main(["report", str(folder)]) == 0
     assert main(["verify", str(folder), "--recompute"]) == 1
-    assert "screen.csv: made again, it differs" in capsys.readouterr().err
+    assert "screen.csv: differs when written again" in capsys.readouterr().err
 
 
 def test_what_was_not_computed_so_is_found(
@@ -308,5 +308,5 @@ def test_run_that_was_moved_says_what_it_cannot_compute_again(
     capsys.readouterr()
     assert main(["verify", str(tmp_path / "home" / "run"), "--recompute"]) == 1
     said = capsys.readouterr()
-    assert "computed again: respond: 2 records" in said.out
+    assert "recomputed: respond: 2 records" in said.out
     assert f"screen cannot be recomputed: {hazard}: cannot be read" in said.err

@@ -283,7 +283,7 @@ def test_folder_of_something_else_is_refused(
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "table.csv").write_text("mine")
     assert run(study, tmp_path / "run") == 2
-    assert "holds table.csv. Must be another folder, or --replace" in capsys.readouterr().err
+    assert "holds table.csv. Use another folder, or --replace" in capsys.readouterr().err
     assert (tmp_path / "run" / "table.csv").read_text() == "mine"
 
 
@@ -301,7 +301,7 @@ def test_study_that_makes_less_leaves_nothing_behind(
     (home / "run" / "figures" / "mine.txt").write_text("a file of the user's own stays")
     (home / "small.toml").write_text(STUDY.replace("most = 1", "most = 0"))
     assert run(home / "small.toml", home / "run") == 0
-    said = f"{home / 'run' / 'figures'}: the study no longer makes it; removed."
+    said = f"{home / 'run' / 'figures'}: no longer an output of the study; removed."
     assert said in capsys.readouterr().err
     assert [path.name for path in (home / "run" / "figures").iterdir()] == ["mine.txt"]
     assert main(["verify", str(home / "run")]) == 0
@@ -365,7 +365,9 @@ def test_status_tells_of_inputs_that_are_not_as_they_were(
     told = json.loads(capsys.readouterr().out)
     assert list(told["inputs_changed"].values()) == ["changed", "vanished"]
     assert main(["status", str(home / "run")]) == 0
-    assert "2 of 5 inputs changed or vanished since this was planned" in capsys.readouterr().out
+    assert (
+        "2 of 5 inputs changed or are missing since the run was planned" in capsys.readouterr().out
+    )
 
 
 def test_status_tells_that_the_program_has_changed(

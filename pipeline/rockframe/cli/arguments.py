@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rockframe.stages.common import Batch
 
 
-#: Heading of the filters in help texts.
+#: Title of the filters in help texts.
 FILTERS: Final = "filters (records outside the range are listed as filtered out)"
 
 
@@ -127,7 +127,9 @@ def records_file(
     given = given or [bundled_records()]
     if len(given) == 1 and given[0].suffix == ".nc":
         if workers == 0:
-            raise ParameterError("Invalid --workers 0. Must be at least 1: no file is read.")
+            raise ParameterError(
+                "Invalid --workers 0. Must be at least 1, because no record file is read."
+            )
         yield given[0], 0
         return
     with tempfile.TemporaryDirectory() as folder:
@@ -138,13 +140,13 @@ def records_file(
 
 
 def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
-    """Return `records_file` for a command with ``--records`` and the options of reading."""
+    """Return `records_file` for a command with ``--records`` and the options for reading files."""
     ingest = chosen(options, IngestOptions)
     return records_file(options.records, ingest, reading_workers(options))
 
 
 def refuse_folder_of_records(options: argparse.Namespace) -> None:
-    """Raise an error if the output folder is one that records are read from."""
+    """Raise an error if the output folder contains records to read."""
     for source in options.records or []:
         home = source if source.is_dir() else source.parent
         if home.resolve() == options.output.resolve():

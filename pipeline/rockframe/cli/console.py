@@ -25,7 +25,7 @@ _PLAIN_WIDTH: Final = 150
 _MOST_ROWS: Final = 200
 #: Space between two columns of a table [characters].
 _GAP: Final = 2
-#: Least width of a column of words when the first column is kept unbroken [characters].
+#: Smallest width of a text column for which the first column stays unbroken [characters].
 _SHORTEST: Final = 6
 
 
@@ -33,8 +33,8 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
     An empty row draws a line. In a narrow terminal, headings are broken first, then cells; the
-    first column and single words stay unbroken if possible. If there are very many rows, only the
-    first are printed, and the number of the others.
+    first column and single words stay unbroken if possible. Of a very long table, only the first
+    rows and the number of further rows are printed.
     """
     from rich import box
     from rich.console import Console
@@ -62,13 +62,13 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
             table.add_row(*(Text(cell) for cell in row))
         else:
             table.add_section()
-    with console.capture() as table_text:  # rich would end with 1 where nobody reads on
+    with console.capture() as table_text:  # rich would exit with 1 if the output is closed
         if title:
             console.print(Text(title, style="bold", no_wrap=True, overflow="ignore"))
         console.print(table)
     print(table_text.get(), end="")
     if more:
-        print(f"{more} more rows: the files have all.\n")
+        print(f"{more} more rows: the output files contain all rows.\n")
 
 
 def show_rows(
@@ -81,8 +81,8 @@ def show_rows(
 ) -> None:
     """Print rows as a table.
 
-    Rows with the same value of `group` stay together: cells of columns that are shown once are
-    printed for the first of them, and rules are drawn between groups.
+    Rows with the same value of `group` form a group: columns that are shown once are printed only
+    in the first row of a group, and lines are drawn between groups.
     """
 
     def cells() -> Iterator[list[str]]:
@@ -100,7 +100,9 @@ def show_rows(
 def _layout(
     columns: Sequence[str], rows: Sequence[Sequence[str]], width: int
 ) -> list[tuple[str, bool, bool]]:
-    """Return heading, alignment to the right, and no wrapping, for each column."""
+    """Return for each column its heading, whether it is aligned to the right, and whether it never
+    wraps.
+    """
     right = [name.endswith(">") for name in columns]
     heads = [name.rstrip(">") for name in columns]
     room = width - _GAP * len(columns)
@@ -128,7 +130,9 @@ def _layout(
 
 
 def _widths(rows: Sequence[Sequence[str]], apart: str | None) -> list[int]:
-    """Return the longest part of each column; `apart` separates parts, by default white space."""
+    """Return the length of the longest part in each column; `apart` separates parts (default:
+    space).
+    """
     return [
         max((len(part) for cell in column for part in cell.split(apart)), default=0)
         for column in zip(*rows, strict=True)
@@ -179,7 +183,7 @@ def progress_names(what: str) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a callback for the number done and in total; it draws a bar on a terminal."""
+    """Yield a callback that takes the number done and the total, and draws a bar on a terminal."""
     if not sys.stderr.isatty():
         yield lambda _done, _total: None
         return
@@ -193,9 +197,10 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def progress_of_steps(what: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Yield a callback for the step done, its number and the total.
+    """Yield a callback that takes the finished step, its number and the total.
 
-    On a terminal it draws a bar; elsewhere it prints a line with the time since the start.
+    On a terminal the callback draws a bar; elsewhere it prints a line with the time since the
+    start.
     """
     began = time.monotonic()
 

@@ -85,12 +85,12 @@ def run_explore(options: argparse.Namespace) -> int:
 
 
 def _free(stated: Sequence[RockingFrame]) -> list[RockingFrame]:
-    """Return the structures that the page can show; warn of the others."""
+    """Return the structures that the page can show; warn about the others."""
     frames = [frame for frame in stated if frame.prismatic and not frame.restrained]
     names = ", ".join(repr(frame.name) for frame in stated if frame not in frames)
     shows = "The explorer shows free frames with prismatic columns only"
     if not frames:
-        raise ParameterError(f"{shows}. Must be one of the structures: {names} are not.")
+        raise ParameterError(f"{shows}. State at least one such structure: {names} are not.")
     if names:
         warnings.warn(f"{shows}: without {names}.", RockframeWarning, stacklevel=2)
     return frames

@@ -1,4 +1,4 @@
-"""`rockframe`: parse the command line, run a command, print errors of the user as one line."""
+"""`rockframe`: parse the command line, run a command, and print a user's errors in one line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from typing import Any, Final, NoReturn, TextIO
 
 from rockframe.errors import RockframeError, RockframeWarning
 
-#: The commands in the order of the help; the module and the summary of each.
+#: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {
     "table1": ("runs.table1", "run all stages and print the paper's Table 1 for the records"),
     "init": ("runs.run", "write a commented study file and its schema for editors"),
@@ -65,17 +65,17 @@ _FAULT: Final = 70
 _CACHE_ROOM: Final = 16_000_000
 
 
-#: Errors of the system that the user can correct, for any file or stream, and how.
+#: System errors on any file or stream that the user can correct, and what to do.
 _OF_SYSTEM: Final = {
     errno.EMFILE: "Raise the limit of open files: ulimit -n 1024.",
     errno.ENFILE: "Close other programs.",
 }
-#: The same for streams only; for files, the code that writes them reports these errors.
+#: System errors on streams that the user can correct; for files, the code that writes reports them.
 _OF_STREAM: Final = frozenset([errno.EBADF, errno.EFBIG, errno.EIO, errno.ENOSPC])
 
-#: Options that have another name now.
+#: Renamed options, and what to use instead.
 _RENAMED: Final = {"--no-margins": "--margins none"}
-#: Negative numbers; argparse takes -1e-5 and -inf for options.
+#: Negative numbers; argparse would treat -1e-5 and -inf as options.
 _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
 
 
@@ -92,7 +92,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        (file or sys.stderr).write(message)  # argparse would ignore that it cannot be written
+        (file or sys.stderr).write(message)  # argparse would ignore errors of writing
 
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
         sys.stdout.flush()
@@ -160,7 +160,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
 
 
 def _keep_cache_where_there_is_room() -> None:
-    """Move numba's cache if its disk is full; without a cache, each process would compile."""
+    """Move numba's cache if its disk is full; without a cache, each process would compile again."""
     stated = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(stated) if stated else Path(__file__).parents[1]
     while not home.exists():
@@ -188,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _open_closed_streams()
     _keep_cache_where_there_is_room()
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal without theta shows "?"
+        sys.stdout.reconfigure(errors="replace")  # a terminal that cannot show theta prints "?"
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _terminated)
     try:
@@ -203,11 +203,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupt:
         _say(f"rockframe: interrupted; {str(interrupt) or 'nothing was written'}.")
         return 130
-    except BrokenPipeError:  # the reader of the output has ended: `rockframe ... | head`
-        _lead_nowhere(sys.stdout)
+    except BrokenPipeError:  # the output is closed, as in `rockframe ... | head`
+        _discard(sys.stdout)
         return 0
-    except Exception as error:  # noqa: BLE001 - Python would exit with 1, which means done
-        told = _told(error)
+    except Exception as error:  # noqa: BLE001 - the status of Python would be 1, that of rejections
+        told = _system_error(error)
         _say(f"rockframe: error: {told}" if told else traceback.format_exc().rstrip())
         return 2 if told else _FAULT
     return status
@@ -216,7 +216,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _warn(
     show: Callable[..., None], told: set[str], message: Any, category: type[Warning], *where: Any
 ) -> None:
-    """Print a warning about the user's values in one line, once; leave any other to `show`."""
+    """Print a warning about the user's values once, in one line; pass other warnings to `show`."""
     if not issubclass(category, RockframeWarning):
         show(message, category, *where)
     elif str(message) not in told:
@@ -225,34 +225,36 @@ def _warn(
 
 
 def _open_closed_streams() -> None:
-    """Open closed standard streams on os.devnull, so that no file gets their descriptors."""
+    """Connect closed standard streams to os.devnull, so that no file gets their descriptors."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             descriptor = os.open(os.devnull, os.O_RDWR)
-            os.set_inheritable(descriptor, True)  # workers have streams too
+            os.set_inheritable(descriptor, True)  # workers inherit the streams
             setattr(sys, name, os.fdopen(descriptor, "r" if number == 0 else "w"))
 
 
-def _told(error: Exception) -> str:
-    """Return the line for an error of the system that the user can correct; else nothing."""
+def _system_error(error: Exception) -> str:
+    """Return the message for a system error that the user can correct, or ""."""
     if not isinstance(error, OSError):
         return ""
     if error.errno in _OF_STREAM and error.filename is None:
-        _lead_nowhere(sys.stdout)
+        _discard(sys.stdout)
         return f"standard output: cannot be written: {error.strerror}."
     return f"{error.strerror}. {_OF_SYSTEM[error.errno]}" if error.errno in _OF_SYSTEM else ""
 
 
 def _say(text: str) -> None:
-    """Print to the error stream; if that cannot be written the exit status is all that is left."""
+    """Print to the error stream; if it cannot be written, only the exit status reports the
+    error.
+    """
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:
-        _lead_nowhere(sys.stderr)
+        _discard(sys.stderr)
 
 
-def _lead_nowhere(stream: TextIO) -> None:
-    """Let what a stream still holds go nowhere: Python writes it when it ends."""
+def _discard(stream: TextIO) -> None:
+    """Discard what a stream still holds; Python would try to write it at exit."""
     with suppress(OSError), Path(os.devnull).open("w") as nowhere:
         os.dup2(nowhere.fileno(), stream.fileno())
 

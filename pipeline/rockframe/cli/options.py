@@ -1,4 +1,4 @@
-"""Options of the command line, derived from the models in `rockframe.options`; names of outputs."""
+"""Command-line options, derived from the models in `rockframe.options`, and names of outputs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 Model = TypeVar("Model", bound=Options)
-#: Placeholder of a value in help texts, by the unit at the end of the name of an option.
+#: Placeholder of a value in help texts, by the unit in which the name of an option ends.
 _METAVARS: Final = {
     "s": "SECONDS",
     "hz": "HERTZ",
@@ -45,8 +45,8 @@ def add_options(
 ) -> None:
     """Add an option ``--field-name`` for each field of a model, with its help and default.
 
-    Fields without a default are required options, unless `required` is false: then `chosen` says
-    what is missing.
+    Fields without a default are required options. If `required` is false, argparse does not check
+    this, and `chosen` reports a missing value.
     """
     group = parser.add_argument_group(title) if title else parser
     for name, field in model.model_fields.items():
@@ -88,7 +88,7 @@ def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Mo
         return model.model_validate(others | _stated(options, model, ""))
     except ValidationError as invalid:
         message = explain(invalid.errors()[0], lambda name: flag(name.replace(".", "-")))
-        for name in model.model_fields:  # also in messages on several options
+        for name in model.model_fields:  # also in messages about several options
             if "_" in name:
                 message = re.sub(rf"\b{name}\b", flag(name), message)
         raise ParameterError(message) from None
@@ -130,14 +130,14 @@ def _help(field: FieldInfo) -> str:
 
 
 def _alone(annotation: Any) -> Any:
-    """Return an annotation without ``Annotated`` and ``None``."""
+    """Return the type inside ``Annotated`` or ``... | None``."""
     while get_origin(annotation) not in (None, tuple, Literal):
         annotation = next(part for part in get_args(annotation) if part is not types.NoneType)
     return annotation
 
 
 def _title(field: FieldInfo) -> str:
-    """Return the placeholder of a value that a field states."""
+    """Return the placeholder that a field states for its value."""
     parts = [field, *get_args(field.annotation)]
     parts += [one for part in parts[1:] for one in getattr(part, "__metadata__", ())]
     return next((p.title for p in parts if isinstance(p, FieldInfo) and p.title), "")
@@ -183,9 +183,9 @@ class Once(argparse.Action):
         values: Any,
         option_string: str | None = None,  # noqa: ARG002
     ) -> None:
-        """Store the value, unless the option has one already."""
+        """Store the value; an option that is stated twice is an error."""
         if getattr(namespace, self.dest, None) is not None:
-            raise argparse.ArgumentError(self, "stated twice. Must be stated once")
+            raise argparse.ArgumentError(self, "stated twice. State it once")
         setattr(namespace, self.dest, values)
 
 
@@ -204,14 +204,14 @@ class _Joined(argparse.Action):
 
 
 def path(text: str) -> Path:
-    """Return the path that a word states, which must not be empty."""
+    """Return the path in a command-line argument, which must not be empty."""
     if not text:
         raise argparse.ArgumentTypeError("empty path. Must name a file or folder.")
     return Path(text)
 
 
 def number(text: str) -> float:
-    """Return the number that a word states."""
+    """Return the number in a command-line argument."""
     if re.fullmatch(r"[-+]?inf", text):  # an open end of a range
         return float(text)
     try:
@@ -221,14 +221,14 @@ def number(text: str) -> float:
 
 
 def whole_number(text: str) -> int:
-    """Return the whole number that a word states."""
+    """Return the whole number in a command-line argument."""
     if not re.fullmatch(r"[+-]?[0-9]{1,18}", text):
         raise argparse.ArgumentTypeError(f"Invalid value {text[:30]!r}. Must be a whole number")
     return int(text)
 
 
 def numbers(text: str) -> list[float]:
-    """Return the numbers that a word states: one number, or evenly spaced FROM:TO:COUNT."""
+    """Return the numbers in a command-line argument: one number, or evenly spaced FROM:TO:COUNT."""
     parts = text.split(":")
     with contextlib.suppress(argparse.ArgumentTypeError):
         if len(parts) == 1:
@@ -243,7 +243,7 @@ def numbers(text: str) -> list[float]:
     raise argparse.ArgumentTypeError(message)
 
 
-#: Endings of files, which suggest that a name is not meant for a folder.
+#: File extensions; a name that ends in one of them is probably not meant for a folder.
 _OF_FILES: Final = (
     *(".csv", ".html", ".json", ".nc", ".ods", ".pdf", ".png"),
     *(".svg", ".toml", ".tsv", ".txt", ".xls", ".xlsx", ".zip"),
@@ -251,7 +251,7 @@ _OF_FILES: Final = (
 
 
 def file_to_write(*endings: str) -> Callable[[str], Path]:
-    """Return the type of an option that names a file with one of these endings.
+    """Return the argparse type of an option that names a file with one of these extensions.
 
     Examples
     --------
@@ -270,7 +270,7 @@ def file_to_write(*endings: str) -> Callable[[str], Path]:
 
 
 def folder_to_write(text: str) -> Path:
-    """Return the folder that a word names. Names with the ending of a file are errors.
+    """Return the folder in a command-line argument. A name that ends like a file is an error.
 
     Examples
     --------

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 #: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
 _BENT: Final = ("--spacing", "12", "--beam-centre", "1")
-#: The paper's figures, without photographs and sketches; Figure 4 is `moment-rotation`.
+#: The paper's figures, except photographs and sketches; Figure 4 is `moment-rotation`.
 _PAPER_FIGURES: Final = ("5", "7", "8", "9", "11")
 
 
@@ -105,7 +105,7 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
 
 
 def _draw(folder: Path, grid: int) -> dict[str, str]:
-    """Draw all figures of `rockframe figure`; return title and caption by path."""
+    """Draw all figures of `rockframe figure`; return the title and caption of each by its path."""
     from rockframe.cli.figures.figure import add_figure
     from rockframe.cli.figures.table import FIGURES
     from rockframe.figures.captioned import save_captioned
@@ -132,8 +132,10 @@ def _write(
     from rockframe.provenance import whole_file
 
     own = {row["record_id"] for row in rows if paper_record_of(row["source_file"])}
-    records = f"{len(own)} of the paper's {len(paper_records())} records are here by name" + (
-        "." if own else ": what it says of them is not checked, and figures show others."
+    records = f"{len(own)} of the paper's {len(paper_records())} records were found by name" + (
+        "."
+        if own
+        else ": claims about its records are not checked, and figures show other records."
     )
     undrawn = [name for name in _PAPER_FIGURES if name not in FIGURES]
     if undrawn:

@@ -31,7 +31,7 @@ def run_show(options: argparse.Namespace) -> int:
 
     content = read_run(options.folder, most=0)
     entry = _entry(content, options.record)
-    told = _told(content, entry)
+    told = _record_history(content, entry)
     if options.json:
         show_json(told)
     else:
@@ -41,8 +41,8 @@ def run_show(options: argparse.Namespace) -> int:
 
 
 def _entry(run: Run, asked: str) -> Mapping[str, str]:
-    """Return the row of a record in the list of inputs; it must be unique."""
-    composed = unicodedata.normalize("NFC", asked)  # as identifiers are
+    """Return the row of a record in the list of inputs; the record must be unique."""
+    composed = unicodedata.normalize("NFC", asked)  # identifiers are in this form
     found = [row for row in run.entries if row["record_id"] == composed]
     found = found or [row for row in run.entries if row["file"] == asked]
     if len(found) > 1:
@@ -58,8 +58,8 @@ def _entry(run: Run, asked: str) -> Mapping[str, str]:
     return found[0]
 
 
-def _told(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
-    """Return all that the run contains on the record, in the order of the stages."""
+def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
+    """Return everything in the run about the record, in the order of the stages."""
     name = entry["record_id"]
     facts = {fact.name: fact.value for fact in run.records.get(name, ())}
     checks = [

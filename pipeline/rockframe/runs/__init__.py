@@ -1,1 +1,1 @@
-"""Runs of studies: plan, steps, stamps, lock, manifest. What a step does is the stages' affair."""
+"""Runs of studies: plan, steps, stamps, lock and manifest. The stages do the work of each step."""

@@ -1,4 +1,4 @@
-"""One run at a time in a folder."""
+"""A lock that allows one run at a time in a folder."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from filelock import lock_descriptor
 from rockframe.errors import InputError
 from rockframe.runs.plan import KEPT
 
-#: A look of `is_locked` lasts a moment: it is no run.
+#: Retries, because `is_locked` holds the lock for a moment.
 _TRIES: Final = 5
 _PAUSE: Final = 0.02
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold the lock of a run's folder during the block; the system lets go if the process dies.
+    """Hold the lock of a run's folder during the block; the system frees it if the process dies.
 
     Raises
     ------
     InputError
-        If another run holds it, or the folder cannot be written to.
+        If another run holds the lock, or the folder cannot be written to.
     """
     descriptor = _opened(folder)
     try:
@@ -38,7 +38,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def is_locked(folder: Path) -> bool:
-    """Return whether a run is using a folder.
+    """Return True if a run is using a folder.
 
     Examples
     --------
@@ -50,8 +50,8 @@ def is_locked(folder: Path) -> bool:
         return False
     try:
         try:
-            descriptor = os.open(path, os.O_RDWR)  # which NFS needs to lock a file
-        except OSError:  # of a folder that is another's
+            descriptor = os.open(path, os.O_RDWR)  # NFS locks only files opened for writing
+        except OSError:  # in a folder of another user
             descriptor = os.open(path, os.O_RDONLY)
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
@@ -65,7 +65,7 @@ def _opened(folder: Path) -> int:
     path = folder / KEPT / "lock"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)  # no child inherits it
+        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)  # child processes do not inherit it
     except OSError as error:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
 
@@ -76,7 +76,7 @@ def _taken(descriptor: int) -> bool:
         try:
             if lock_descriptor(descriptor, blocking=False):
                 return True
-        except OSError:  # a file system without locks: two runs at once are the user's to avoid
+        except OSError:  # a file system without locks: the user must avoid two runs at once
             return True
         time.sleep(_PAUSE)
     return False

@@ -1,4 +1,4 @@
-"""The manifest of a run: written only if all that went in is still what was planned and read."""
+"""Write the manifest of a run, if its inputs are unchanged since they were planned and read."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def finish(folder: Path) -> int:
     Returns
     -------
     int
-        Number of files of the run, the manifest included.
+        Number of files of the run, including the manifest.
 
     Raises
     ------
     InputError
-        If an input changed or vanished since the run was planned, or an output is missing.
+        If an input changed or is missing since the run was planned, or if an output is missing.
     """
     from rockframe.results.manifest import write_manifest
 
@@ -60,12 +60,12 @@ def finish(folder: Path) -> int:
 
 
 def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
-    """Return the inputs that changed or vanished since the run was planned.
+    """Return the inputs that changed or are missing since the run was planned.
 
     Parameters
     ----------
     plan : Plan
-        Of a run; its inputs are hashed.
+        The plan of a run. All its inputs are hashed.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
 
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
-    """Return name and SHA-256 of the files that ingest read, as records.nc lists them."""
+    """Return the name and SHA-256 of each file that ingest read, from records.nc."""
     from rockframe.results.reading import describe
     from rockframe.results.schema import RECORDS
 
@@ -91,9 +91,9 @@ def _read_by_ingest(folder: Path) -> dict[str, str]:
 
 
 def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
-    """Return name and SHA-256 of the members of archives that have one of these hashes.
+    """Return the name and SHA-256 of each archive member that has one of these hashes.
 
-    A record states the hash of the member that held it, the plan that of the archive.
+    A record states the hash of its archive member; the plan states the hash of the archive.
     """
     found: dict[str, str] = {}
     for path, called in ((file.path, file.name) for file in plan.inputs if wanted):

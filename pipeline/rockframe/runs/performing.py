@@ -1,4 +1,4 @@
-"""Performing a step: the stage that it names, on the files of its run."""
+"""Perform a step: call its stage on the files of its run."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ from rockframe.study.structures import CompareEntry
 
 @dataclass(frozen=True)
 class Work:
-    """A step, and where it is performed.
+    """A step, with the folder and the processes to use.
 
     Parameters
     ----------
     step : Step
-        What to do.
+        The step to perform.
     folder : Path
         The folder of the run, absolute.
     workers : int, optional
         Largest number of processes of a step that computes in a pool of its own; by default one
         for each core.
     key : str
-        Hash of all that the step depends on.
+        Hash of everything that the step depends on.
     into : Path, optional
-        Folder of the outputs, if it is another one.
+        Folder of the outputs, if it is not the folder of the run.
     """
 
     step: Step
@@ -61,7 +61,7 @@ class Work:
 
     @property
     def inputs(self) -> list[Path]:
-        """Files that it reads."""
+        """Files that the step reads."""
         return [self.folder / name for name in self.step.inputs]
 
     def input(self, name: str) -> Path | None:
@@ -70,17 +70,17 @@ class Work:
 
     @property
     def output(self) -> Path:
-        """The first file or folder that it writes."""
+        """The first file or folder that the step writes."""
         return (self.into or self.folder) / self.step.outputs[0]
 
     @property
     def options(self) -> Mapping[str, Any]:
-        """Options of its stage."""
+        """Options of the stage."""
         return self.step.options
 
     @property
     def batch(self) -> Batch:
-        """Its batch of the records."""
+        """The batch of the records."""
         return Batch(*self.step.batch)
 
     @property
@@ -105,7 +105,7 @@ def perform(work: Work) -> int:
     Raises
     ------
     RockframeError
-        If the user must correct something; the log has the same line.
+        If the user must correct something; the log contains the same message.
     """
     log = log_of(work)
     try:
@@ -113,7 +113,7 @@ def perform(work: Work) -> int:
         lines = [f"rockframe: rejected: {one.file}: {one.reason}\n" for one in rejections]
         log.write_text("".join(lines) or "done\n", encoding="utf-8")
     except RockframeError as error:
-        # if the disk is full, the terminal alone says so
+        # if the disk is full, only the terminal shows the error
         with suppress(OSError):
             log.write_text(f"rockframe: error: {error}\n", encoding="utf-8")
         raise
@@ -122,27 +122,27 @@ def perform(work: Work) -> int:
 
 
 def perform_apart(work: Work) -> int:
-    """Perform a step in a process of its own, which ends when the one that asks ends.
+    """Perform a step in a separate process, which ends when the calling process ends.
 
-    A Dask worker may run several steps in threads. If one is killed, another worker repeats its
-    step: the first attempt must not continue beside it.
+    A Dask worker may run several steps in threads. If the worker is killed, another worker repeats
+    its steps, so the first attempt must end with the worker.
     """
     [status] = serve(perform, [work], workers=1)
     return status
 
 
 def do(work: Work) -> Sequence[Rejection]:
-    """Perform a step, and return what it rejected."""
+    """Perform a step, and return the rejected records."""
     return _STAGES[work.step.stage](work) or ()
 
 
 def log_of(work: Work) -> Path:
-    """Return the log of a step, which can be written.
+    """Return the path of the log of a step, after checking that it can be written.
 
     Raises
     ------
     InputError
-        If it cannot.
+        If the log cannot be written.
     """
     path = work.folder / "logs" / f"{work.step.name}.log"
     try:
@@ -228,7 +228,7 @@ def _report(work: Work) -> None:
     report_stage(work.folder, work.output, ReportOptions(**work.options))
 
 
-#: What performs a step of each stage.
+#: The function that performs a step, by stage.
 _STAGES: Final[Mapping[str, Callable[[Work], Sequence[Rejection] | None]]] = MappingProxyType(
     {
         "ingest": _ingest,

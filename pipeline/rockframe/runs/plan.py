@@ -24,9 +24,9 @@ from rockframe.runs.step import INPUTS, STRUCTURES, Step, steps_of
 from rockframe.study.passport import read_limits
 from rockframe.study.study import Study, structures_text
 
-#: Where a run keeps what is no result: plan, stamps, lock. Hidden, beside the results.
+#: Hidden folder of a run for its internal files: plan, stamps, lock.
 KEPT: Final = ".rockframe"
-#: Suffixes of files that tell of records and hold none.
+#: Suffixes of metadata files, which contain no records.
 _BESIDE: Final = frozenset([".xml", ".json", ".quakeml", ".stationxml"])
 
 
@@ -37,11 +37,11 @@ class Input:
     Parameters
     ----------
     name : str
-        Its name in lists: the stated folder, followed by its path there.
+        Name in lists: the stated folder, followed by the path inside it.
     path : Path
         The file.
     sha256 : str
-        Its hash when the run was planned.
+        Hash of the file when the run was planned.
     """
 
     name: str
@@ -58,15 +58,15 @@ class Plan:
     study : str
         Name of the study.
     parameters : mapping
-        What its file says.
+        The contents of the study file.
     inputs : tuple of Input
         Every file that the study reads.
     steps : tuple of Step
-        In an order in which each can follow those before it.
+        The steps, each after the steps whose outputs it reads.
     keys : mapping of str to str
-        What stands for all that a step depends on, by its name.
+        Hash of everything that a step depends on, by the name of the step.
     files : mapping of str to str
-        Texts that the plan itself puts into the run's folder, by name.
+        Texts of the files that the plan itself writes into the folder, by name.
     source : str
         Hash of the package's source code that made the plan.
     """
@@ -81,26 +81,26 @@ class Plan:
 
     @property
     def outputs(self) -> list[str]:
-        """Files and folders that stay when the run is done."""
+        """Files and folders that remain when the run is done."""
         kept = (name for step in self.steps if not step.temporary for name in step.outputs)
         return [*self.files, *kept]
 
 
 def make_plan(study: Study, folder: Path) -> Plan:
-    """Return the plan of a study: nothing is written.
+    """Return the plan of a study, without writing anything.
 
     Parameters
     ----------
     study : Study
-        What is to be done.
+        The study to plan.
     folder : Path
         The folder of the run.
 
     Raises
     ------
     InputError
-        If the folder lies among the records, an output would replace or hold what is read, or a
-        file cannot be read.
+        If the folder lies among the records, if an output would replace or contain an input, or if
+        a file cannot be read.
     """
     inputs = tuple(_inputs(study, folder))
     _require_sound(study)
@@ -110,7 +110,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
         files[STRUCTURES] = structures_text(study)
     known = {name: _digest(text) for name, text in files.items()}
     keys: dict[str, str] = {}
-    # libraries compute too: what an older one made is made again, or the manifest would not be true
+    # versions of libraries are in the keys, so that the manifest states those that computed a file
     code = (source_code_hash(), _digest(json.dumps(versions(), sort_keys=True)))
     for step in steps:
         outside = [file.sha256 for file in _outside(step, inputs)]
@@ -132,41 +132,41 @@ def _outside(step: Step, inputs: Sequence[Input]) -> list[Input]:
 
 
 def _whole(step: Step, steps: Sequence[Step]) -> Step:
-    """Return for a merge the stage on all records at once, which gives the same, else the step."""
+    """Return the step; for a merge, the equivalent stage on all records at once."""
     parts = [part for part in steps if part.temporary and set(part.outputs) & set(step.inputs)]
     return replace(parts[0], batch=(1, 1)) if parts else step
 
 
 def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
-    """Refuse to overwrite an input, with ``--replace`` too."""
+    """Refuse to overwrite an input, even with ``--replace``."""
     read = [*(file.path for file in plan.inputs), study.path, study.structures]
     made = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
     refuse_overwriting((folder / name for name in sorted(made) if not name.endswith("/")), read)
     for name in sorted(name for name in made if name.endswith("/")):
         for path in read:
             if path.resolve().is_relative_to((folder / name).resolve()):
-                raise InputError(path, f"lies in {name} of the run. Must be elsewhere.")
+                raise InputError(path, f"lies in {name} of the run. Move it elsewhere.")
 
 
 def _require_sound(study: Study) -> None:
-    """Read what stages would refuse too, but only after hours, or once an older run was undone."""
+    """Validate inputs that stages would reject only after hours, or after removing an older run."""
     files = study.files()
     if ("records", "limits") in files:
         read_limits(files["records", "limits"])
     if ("records", "catalogue") in files:
         read_catalogue(files["records", "catalogue"])
     if ("screen", "hazard") in files:
-        from rockframe.risk import read_hazard  # scipy, which other studies need not wait for
+        from rockframe.risk import read_hazard  # imports scipy, which is slow and only needed here
 
         path, screen = files["screen", "hazard"], study.tables.screen
         measure = read_hazard(path, screen.hazard_site if screen else None).measure
         if screen is not None and screen.azimuths_degree and measure in ("a_p", "L_p"):
-            unknown = f"is of {measure}, which is not known for rotated motions"
+            unknown = f"is for {measure}, which is unknown for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")
 
 
 def _inputs(study: Study, folder: Path) -> Iterator[Input]:
-    """Every file that is read, once, under a name of its own."""
+    """Yield every input file once, under a unique name."""
     names: set[str] = set()
     paths: set[Path] = set()
     for name, path in _named(study, folder):
@@ -197,7 +197,7 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:
-    """Every file in a folder and in its folders that can be opened and is not hidden; sorted."""
+    """Yield every file in a folder and its subfolders that is readable and not hidden; sorted."""
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder)
         if not any(part.startswith(".") for part in name.parts) and _can_be_opened(path):
@@ -207,12 +207,12 @@ def _within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:
 def _can_be_opened(path: Path) -> bool:
     try:
         return path.is_file() and os.access(path, os.R_OK)
-    except OSError:  # its folder is closed: the list of the records has a row for it
+    except OSError:  # folder not readable: the list of records has a row for it
         return False
 
 
 def _count(inputs: tuple[Input, ...]) -> int:
-    """About how many records there are: so many batches are worth it."""
+    """Return the approximate number of records, which limits the number of batches."""
     count = 0
     for file in inputs:
         if file.path.suffix.lower() not in _BESIDE and not is_catalogue(file.path):
@@ -221,7 +221,7 @@ def _count(inputs: tuple[Input, ...]) -> int:
 
 
 def _members(path: Path) -> int:
-    """Files in an archive, if it is a whole one; of anything else, one."""
+    """Return the number of files in an archive; 1 for other files and corrupted archives."""
     try:
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:

@@ -1,4 +1,4 @@
-"""The file of a plan, and removal of partial files."""
+"""Write and read plan.json, and remove partial files."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from rockframe.runs.plan import KEPT, Input, Plan
 from rockframe.runs.step import Step
 
 _PLAN: Final = "plan.json"
-_AGAIN: Final = "Must be as it was written; `rockframe run` makes it again."
+_AGAIN: Final = "Restore the file, or write it again with `rockframe run`."
 
 
 def write_plan(plan: Plan, folder: Path) -> None:
-    """Write the plan and its files, except those that are there already with the same content.
+    """Write the plan and its files, except files that exist with the same content.
 
     Raises
     ------
@@ -49,11 +49,11 @@ def read_plan(folder: Path) -> Plan:
     Raises
     ------
     InputError
-        If there is none, it cannot be read, or it is corrupted.
+        If the plan is missing, cannot be read, or is corrupted.
     """
     path = folder / KEPT / _PLAN
     if not path.is_file():
-        raise InputError(folder, "holds no run of a study. Must be made by `rockframe run`.")
+        raise InputError(folder, "contains no run of a study. Start one with `rockframe run`.")
     try:
         text = path.read_bytes()
         content = read_json(text)
@@ -66,7 +66,7 @@ def read_plan(folder: Path) -> Plan:
             dict(content["files"]),
             str(content["source_code_hash"]),
         )
-        # what a run of another study may remove is read from here: outputs, and stamps of steps
+        # a run of another study removes the outputs and stamps that are named here
         names = [n for step in plan.steps for n in (step.name, *step.outputs)]
         outside = [name for name in (*plan.outputs, *names) if not is_within(name)]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -84,33 +84,33 @@ def _step(content: Mapping[str, Any]) -> Step:
     return Step(**values)
 
 
-#: What mkstemp puts between the name of a file and ``.partial``.
+#: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
 _RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
-#: What a screening keeps until all of it is there.
+#: Folders in which a screening keeps finished batches until the end.
 _BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
 
 
-def sweep(plan: Plan, folder: Path) -> list[str]:
-    """Remove half-written outputs of a plan; the lock must be held.
+def remove_partials(plan: Plan, folder: Path) -> list[str]:
+    """Remove partial outputs of a plan; the lock must be held.
 
     Parameters
     ----------
     plan : Plan
-        The plan of the run; files of other names stay.
+        The plan of the run; files with other names are kept.
     folder : Path
         The folder of the run.
 
     Returns
     -------
     list of str
-        Names of what was removed.
+        Names of the removed files.
     """
     outputs = {Path(name) for step in plan.steps for name in step.outputs} | {
         Path(name) for name in plan.files
     }
     kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
     kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
-    swept = []
+    removed = []
     for output in sorted({*outputs, *kept, Path("records.csv")}):
         parent = folder / output.parent
         if not parent.is_dir():
@@ -119,12 +119,14 @@ def sweep(plan: Plan, folder: Path) -> list[str]:
         for path in sorted(parent.iterdir()):
             if wanted.fullmatch(path.name):
                 _remove(path)
-                swept.append(path.relative_to(folder).as_posix())
-    return swept + _sweep_batches(plan, folder)
+                removed.append(path.relative_to(folder).as_posix())
+    return removed + _remove_batches(plan, folder)
 
 
-def _sweep_batches(plan: Plan, folder: Path) -> list[str]:
-    """Remove the batches of a screening, unless the plan has one: then it resumes from them."""
+def _remove_batches(plan: Plan, folder: Path) -> list[str]:
+    """Remove the batches of a screening, unless the plan has a screening, which resumes from
+    them.
+    """
     if any(step.stage == "screen" for step in plan.steps):
         return []
     left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]

@@ -1,4 +1,4 @@
-"""Repeating what a run computed: a sample of pulses and responses, screenings and spectra whole."""
+"""Recompute a sample of a run's pulses and responses, and all screenings and spectra."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from rockframe.runs.plan import KEPT
 from rockframe.runs.plan_file import read_plan
 from rockframe.runs.step import Step
 
-#: Stages of which a sample of the records can be repeated, and their files.
+#: Stages that can be recomputed for a sample of the records, and their files.
 _SAMPLED: Final = {"pulse": "pulses", "respond": "response"}
-#: Stages that are repeated whole: their files are of all records together, or of none.
+#: Stages that are recomputed in full: their results need all records together, or none.
 _WHOLE: Final = ("screen", "spectrum", "rocking_spectrum", "compare")
 
 
 def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
-    """Repeat steps of a run elsewhere, and compare.
+    """Recompute steps of a run in a temporary folder, and compare the results.
 
     Parameters
     ----------
     folder : Path
         The folder of the run of a study.
     sample : int
-        About how many records of each stage.
+        Approximate number of records for each stage.
 
     Returns
     -------
     list of str, list of str
-        What was repeated, and what differs.
+        The recomputed results, and the differences.
     """
     if not (folder / KEPT / "plan.json").is_file():
         return [], [f"{folder}: contains no study plan, so it cannot be recomputed."]
@@ -46,8 +46,8 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
             if stage not in steps:
                 continue
             try:
-                what, found = _again(steps[stage], folder.resolve(), Path(elsewhere), sample)
-            except RockframeError as error:  # a file that it needs is gone
+                what, found = _recomputed(steps[stage], folder.resolve(), Path(elsewhere), sample)
+            except RockframeError as error:  # an input is missing
                 faults.append(f"{folder}: {stage} cannot be recomputed: {error}")
                 continue
             done.append(what)
@@ -57,7 +57,7 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     return done, faults
 
 
-def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
+def _recomputed(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
     from rockframe.results.merging import differences
     from rockframe.results.reading import describe
 
@@ -71,16 +71,16 @@ def _again(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str,
     records, apart, found = differences(elsewhere / whole.name, whole, kind)
     what = f"{step.stage}: {records} records" if step.stage in _SAMPLED else step.stage
     how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
-    faults = [f"{whole}: {name}: computed again, it differs." for name in found]
-    faults += _strange_table(step, folder, elsewhere)
+    faults = [f"{whole}: {name}: differs when recomputed." for name in found]
+    faults += _differing_tables(step, folder, elsewhere)
     return (what if faults else f"{what}, equal {how}"), faults
 
 
-def _strange_table(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
+def _differing_tables(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
     """Compare the tables of a screening with those made from the screening in the folder."""
     from rockframe.results.screening.tables import write_screen_tables
 
     if step.stage == "screen":
         for path in write_screen_tables(folder / "screen.nc", elsewhere / "screen.nc").values():
             if sha256_of(path) != sha256_of(folder / path.name):
-                yield f"{folder / path.name}: made again, it differs."
+                yield f"{folder / path.name}: differs when written again."

@@ -1,4 +1,4 @@
-"""Running a plan: what is done is left alone, what is not is done, and a kill costs a step."""
+"""Run a plan: finished steps are kept, the others are performed; a kill loses one step at most."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
 from rockframe.runs.lock import locked
 from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
-from rockframe.runs.plan_file import read_plan, sweep, write_plan
+from rockframe.runs.plan_file import read_plan, remove_partials, write_plan
 from rockframe.runs.state import (
     StepState,
     damaged,
@@ -27,20 +27,20 @@ from rockframe.runs.state import (
 )
 from rockframe.runs.step import PAGE, Step, waves
 
-#: Steps that follow the manifest, which does not list them.
+#: Steps after the manifest; the manifest does not list their files.
 _AFTER: Final = frozenset(["report", "verify"])
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The steps that a run performed, and what it found.
+    """The steps that a run performed, and the faults that it found.
 
     Parameters
     ----------
     done : tuple of str
-        Names of the steps that were performed; none if nothing was to do.
+        Names of the steps that were performed; empty if nothing was to do.
     faults : tuple of str
-        Corrupted or missing files, which were made again.
+        Corrupted or missing files, which were written again.
     rejecting : tuple of str
         Names of the steps that rejected records.
     """
@@ -71,21 +71,21 @@ def run_plan(
     Parameters
     ----------
     plan : Plan
-        What is to be there at the end.
+        The plan to carry out.
     folder : Path
-        The folder of the run; made if it is missing.
+        The folder of the run; created if it is missing.
     engine : Engine, optional
-        Where steps that do not need each other are performed at once; by default a process pool.
+        Performs independent steps in parallel; by default a process pool.
     replace : bool
-        Let the run of another study in the folder be removed.
+        Remove the run of another study from the folder.
     watch : Watch, optional
-        Told of corrupted files and of each step.
+        Called for each corrupted file and each finished step.
 
     Raises
     ------
     InputError
-        If the folder is in use by another run or holds something else, or a step finds
-        an input or option that the user must correct.
+        If the folder is in use by another run or contains other files, or if a step finds an input
+        or option that the user must correct.
     """
     watch, folder = watch or Watch(), folder.resolve()
     with locked(folder):
@@ -94,7 +94,7 @@ def run_plan(
         try:
             rejecting = _perform(plan, todo, folder, engine, watch)
         except BaseException:
-            sweep(plan, folder)  # of workers that were ended with this run
+            remove_partials(plan, folder)  # workers that ended with this run left partial files
             raise
         remove_spent(plan, folder, states_of(plan, folder) if todo else states)
     return Outcome(tuple(step.name for step in todo), tuple(faults), rejecting)
@@ -108,35 +108,35 @@ def prepare(
     Parameters
     ----------
     plan : Plan
-        What is to be there at the end.
+        The plan to carry out.
     folder : Path
         The folder of the run.
     replace : bool
-        Let the run of another study in the folder be removed.
+        Remove the run of another study from the folder.
     watch : Watch
-        Told of corrupted files.
+        Called for each corrupted file.
 
     Returns
     -------
     list of StepState
-        Where each step stands; corrupted files are removed.
+        The state of each step; corrupted files are removed.
     list of str
         The corrupted files.
 
     Raises
     ------
     InputError
-        If the folder holds something else.
+        If the folder contains other files.
     """
     former = _make_room(plan, folder, replace, watch)
-    sweep(plan, folder)
-    spoilt = _spoilt(plan, former, folder)
+    remove_partials(plan, folder)
+    corrupted = _corrupted(plan, former, folder)
     states = states_of(plan, folder)
-    told = [f"{path}: {what}" for path, what in spoilt.items()]
+    told = [f"{path}: {what}" for path, what in corrupted.items()]
     faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
     for fault in faults:
         watch.fault(f"{fault}; made again.")
-    for path in spoilt:
+    for path in corrupted:
         _remove_file(path)
     for state in states:
         for name in state.step.outputs if state.fault else ():
@@ -150,12 +150,12 @@ def prepare(
     return states, faults
 
 
-def _spoilt(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]:
-    """Return the run's own files that are neither as the former plan has them nor as this one."""
+def _corrupted(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]:
+    """Return the run's own files that match neither the former plan nor this one."""
     before = former.files if former is not None else {}
-    spoilt = damaged(folder, {name: text for name, text in before.items() if name in plan.files})
+    corrupted = damaged(folder, {name: text for name, text in before.items() if name in plan.files})
     now = damaged(folder, plan.files)
-    return {path: what for path, what in spoilt.items() if path in now}
+    return {path: what for path, what in corrupted.items() if path in now}
 
 
 def _remove_file(path: Path) -> None:
@@ -174,21 +174,21 @@ def _perform(
     # a Dask worker may run several steps in threads
     how = perform_apart if isinstance(engine, DaskScheduler) else perform
     for tasks in _at_once(plan, todo, folder, engine):
-        alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # no pool for one step
+        alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
         where = OneProcess() if alone else engine
         for task, status in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
             done += 1
             watch.step(task.step.name, done, len(todo))
             if status:
                 rejecting.append(task.step.name)
-        sweep(plan, folder)  # of workers that were killed: others repeated their steps
+        remove_partials(plan, folder)  # killed workers left partial files
     return tuple(rejecting)
 
 
 def _at_once(
     plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
 ) -> Iterator[list[Work]]:
-    """Tasks that do not need each other; but a pool within a pool would be too many processes."""
+    """Yield groups of independent tasks; a step with its own pool is a group by itself."""
     workers = engine.workers if isinstance(engine, ProcessPool) else None
     if isinstance(engine, OneProcess):
         workers = 1
@@ -202,16 +202,16 @@ def _at_once(
 
 
 def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | None:
-    """Refuse a folder with other files, and remove what the same study no longer makes.
+    """Refuse a folder with other files, and remove files that the study no longer writes.
 
     Returns the former plan of the same study.
     """
     former, damage = _former(folder)
     if former is not None and former.study == plan.study:
-        sweep(former, folder)
+        remove_partials(former, folder)
         for gone in remove_former(plan, former, folder):
             if gone in former.outputs:
-                watch.fault(f"{folder / gone}: the study no longer makes it; removed.")
+                watch.fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
     found = f"the run of the study {former.study!r}" if former else _strange(plan, folder)
     if not found:
@@ -221,9 +221,9 @@ def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | 
         return None
     if not replace:
         holds = f"holds {found}{f', and {damage}' if damage else ''}"
-        raise InputError(folder, f"{holds}. Must be another folder, or --replace be stated.")
+        raise InputError(folder, f"{holds}. Use another folder, or --replace.")
     if former is not None:
-        sweep(former, folder)
+        remove_partials(former, folder)
         remove_former(plan, former, folder)
         shutil.rmtree(folder / KEPT / "steps", ignore_errors=True)
     for name in (*listed_outputs(folder / MANIFEST), Path(MANIFEST)):
@@ -232,7 +232,7 @@ def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | 
 
 
 def _former(folder: Path) -> tuple[Plan | None, str]:
-    """The plan of the run in a folder, if there is one; or how it is corrupted."""
+    """Return the plan of the run in a folder, if any, and a message if it is corrupted."""
     path = folder / KEPT / "plan.json"
     if not path.is_file():
         return None, ""
@@ -248,6 +248,6 @@ def _ended_here(plan: Plan, folder: Path) -> bool:
 
 
 def _strange(plan: Plan, folder: Path) -> str:
-    """Something in the folder that has the name of an output and was not made by this study."""
+    """Return a file that has the name of an output but is not from this study, as text, or ""."""
     names = [*plan.outputs, MANIFEST, PAGE]
     return next((name for name in names if (folder / name).exists()), "")

@@ -1,4 +1,4 @@
-"""State of a run: each finished step leaves a stamp with the hashes of its outputs."""
+"""The state of a run: each finished step leaves a stamp with the hashes of its outputs."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from rockframe.runs.step import Step
 
 _STAMPS: Final = f"{KEPT}/steps"
 _OF_ALL: Final = frozenset(["manifest", "verify"])
-#: What Snakemake puts into a folder that is an output.
+#: File that Snakemake writes into an output folder.
 _MARK: Final = ".snakemake_timestamp"
 
 
 @dataclass(frozen=True)
 class Stamp:
-    """The record of a step that has ended: its key and the hashes of its outputs.
+    """The stamp of a finished step: its key and the hashes of its outputs.
 
     Parameters
     ----------
     key : str
-        Hash of all that the step depended on.
+        Hash of everything that the step depended on.
     outputs : mapping of str to str
-        SHA-256 of each file that it wrote.
+        SHA-256 of each file that the step wrote.
     """
 
     key: str
@@ -56,7 +56,7 @@ class StepState:
         code or a library; ``damaged``, if an output is corrupted; ``removed``, if its
         outputs were temporary and are no longer needed.
     fault : str
-        What is corrupted, if the state is ``damaged``.
+        The corrupted file, if the state is ``damaged``.
     """
 
     step: Step
@@ -65,7 +65,7 @@ class StepState:
 
     @property
     def is_done(self) -> bool:
-        """True if nothing is left to do for it."""
+        """True if the step needs no further work."""
         return self.state in {"done", "removed"}
 
 
@@ -95,7 +95,7 @@ def states_of(plan: Plan, folder: Path) -> list[StepState]:
     for step in plan.steps:
         state = states[step.name]
         if step.stage in _OF_ALL and state.is_done and not whole:
-            state = StepState(step, "to do")  # it is of all that comes before it
+            state = StepState(step, "to do")  # it depends on all steps before it
         whole = whole and state.is_done
         told.append(state)
     return told
@@ -118,19 +118,19 @@ def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState
 
 
 def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
-    """Return the corrupted files that no step wrote: those of the plan, stamps, the manifest.
+    """Return the corrupted internal files of a run: plan files, stamps, the manifest.
 
     Parameters
     ----------
     folder : Path
         The folder of the run.
     files : mapping of str to str
-        Texts of the files of the plan that must be there, by name.
+        Required texts of the files of the plan, by name.
 
     Returns
     -------
     dict of Path to str
-        ``missing``, or that it is corrupted, for each corrupted file.
+        For each faulty file, a message that it is missing or corrupted.
     """
     found: dict[Path, str] = {}
     for path, text in ((folder / name, text) for name, text in files.items()):
@@ -152,7 +152,7 @@ def _content(path: Path) -> bytes:
 
 
 def stamp(step: Step, key: str, folder: Path) -> None:
-    """Write the stamp of a step that has ended, with the hashes of its outputs.
+    """Write the stamp of a finished step, with the hashes of its outputs.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def stamp(step: Step, key: str, folder: Path) -> None:
 
 
 def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
-    """Return the files that outputs are, those of folders one by one; without hidden ones."""
+    """Return the files among outputs; for folders, each file inside that is not hidden."""
     files: list[str] = []
     for name in outputs:
         if name.endswith("/"):
@@ -176,11 +176,11 @@ def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
 
 
 def _is_ours(path: Path) -> bool:
-    return path.is_file() and not path.name.startswith(".")  # a workflow may mark its folders
+    return path.is_file() and not path.name.startswith(".")  # Snakemake hides files there
 
 
 def take_back_manifest(plan: Plan, folder: Path) -> None:
-    """Remove the manifest, and keep what it states of steps as their stamps."""
+    """Remove the manifest, after writing its data on steps as stamps."""
     listed = _of_manifest(plan, folder)
     for step in plan.steps:
         known = listed.get(step.name)
@@ -190,7 +190,7 @@ def take_back_manifest(plan: Plan, folder: Path) -> None:
 
 
 def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
-    """Remove the temporary outputs that nothing needs any more, by whatever run they were left."""
+    """Remove temporary outputs that no step needs any more, including those of earlier runs."""
     for state in states:
         if state.state == "removed":
             for name in state.step.outputs:
@@ -204,7 +204,7 @@ def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
 
 
 def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
-    """Remove what a former plan of the same folder wrote and this one does not; return names."""
+    """Remove files of the former plan that this plan does not write; return their names."""
     names = {step.name for step in plan.steps}
     now = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
     made = {*former.outputs, *(n for step in former.steps for n in step.outputs)}
@@ -221,7 +221,7 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
 
 
 def remove_listed(plan: Plan, folder: Path, name: str) -> None:
-    """Remove the files that a step put into a folder, then the folders that are empty.
+    """Remove the files that a step wrote into a folder, then the empty folders.
 
     Parameters
     ----------
@@ -245,8 +245,8 @@ def remove_listed(plan: Plan, folder: Path, name: str) -> None:
 
 
 def _remove_if_empty(folder: Path) -> None:
-    """Remove a folder and the folders in it, each if nothing else is in it."""
-    for path in [*sorted(folder.rglob("*"), reverse=True), folder]:  # the innermost first
+    """Remove a folder and its subfolders, as far as they contain no files."""
+    for path in [*sorted(folder.rglob("*"), reverse=True), folder]:  # innermost first
         if path.is_dir() and not path.is_symlink() and not any(path.iterdir()):
             path.rmdir()
 

@@ -1,4 +1,4 @@
-"""Steps of a run, and the list of those of a study."""
+"""Steps of a run, and the list of the steps of a study."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ class Step:
     Parameters
     ----------
     name : str
-        Its name in tables and logs: ``respond-002``.
+        Name in tables and logs: ``respond-002``.
     stage : str
         The stage: ``respond``.
     inputs, outputs : tuple of str
-        Files of the run that it reads and writes; a name that ends in ``/`` is a folder.
+        Files of the run that the step reads and writes; a name that ends in ``/`` is a folder.
     options : mapping of str to Any
-        Options of the stage, as JSON has them; files outside the run have absolute paths.
+        Options of the stage as JSON values; files outside the run have absolute paths.
     batch : (int, int)
-        Number of its batch of the records, and of all batches.
+        Number of the batch of records, and number of all batches.
     temporary : bool
-        Its outputs are removed when the step that reads them is done.
+        True if the outputs are removed when the step that reads them is done.
     may_reject : bool
-        Whether it may reject records without having failed.
+        True if the step may reject records without failing.
     threads : int
-        Largest number of processes that it uses.
+        Largest number of processes that the step uses.
     workers : bool
-        Whether it computes in a pool of its own.
+        True if the step computes in a process pool of its own.
     memory : int
-        Memory that it may need [MB].
+        Memory that the step may need [MB].
     minutes : int
-        Time that it may take [min].
+        Time that the step may take [min].
 
     Examples
     --------
@@ -64,12 +64,12 @@ class Step:
     minutes: int = 60
 
     def key(self, known: Mapping[str, str], *others: str) -> str:
-        """Return a hash of all that its outputs depend on, wherever the files are.
+        """Return a hash of everything that the outputs depend on; locations of files do not matter.
 
         Parameters
         ----------
         known : mapping of str to str
-            For each of its inputs the key of the step that writes it, or the hash of the file.
+            For each input, the key of the step that writes it, or the hash of the file.
         *others : str
             Hashes of the source code, of the versions of libraries, and of files outside the run.
         """
@@ -79,7 +79,7 @@ class Step:
 
 
 def _without_folders(stated: Any) -> Any:
-    """Return options in which files outside the run have their names alone."""
+    """Return options with files outside the run reduced to their names."""
     if isinstance(stated, Mapping):
         return {key: _without_folders(value) for key, value in stated.items()}
     if isinstance(stated, list | tuple):
@@ -88,12 +88,12 @@ def _without_folders(stated: Any) -> Any:
 
 
 def waves(steps: Sequence[Step]) -> list[list[Step]]:
-    """Return the steps in groups: each needs only those of earlier groups.
+    """Return the steps in groups; a step needs only steps of earlier groups.
 
     Parameters
     ----------
     steps : sequence of Step
-        Each after those whose outputs it reads.
+        The steps, each after the steps whose outputs it reads.
 
     Examples
     --------
@@ -112,13 +112,13 @@ def waves(steps: Sequence[Step]) -> list[list[Step]]:
     return groups
 
 
-#: The list of the record files and their hashes; it is written first and makes the graph static.
+#: The list of the record files with their hashes; written first, it makes the graph static.
 INPUTS: Final = "inputs.csv"
 #: The structures of the study, as the stages read them.
 STRUCTURES: Final = "structures.toml"
 #: The page of the run.
 PAGE: Final = "report.html"
-#: Further batches would only cost starts; three stages of so many stay below 500 jobs.
+#: Largest number of batches: more would only add starts, and three stages stay below 500 jobs.
 _MOST_BATCHES: Final = 150
 #: Resources of a step that computes in a pool of its own.
 _POOL: Final[Mapping[str, Any]] = {"threads": 8, "workers": True}
@@ -126,14 +126,14 @@ _LONG: Final[Mapping[str, Any]] = {**_POOL, "memory": 4000, "minutes": 720}
 
 
 def steps_of(study: Study, files: int) -> list[Step]:
-    """Return the steps of a study, each after those that it needs.
+    """Return the steps of a study, each after the steps that it needs.
 
     Parameters
     ----------
     study : Study
-        What is to be done.
+        The study.
     files : int
-        Number of its record files.
+        Number of record files of the study.
     """
     tables, steps = study.tables, list[Step]()
     if study.records:
@@ -187,7 +187,7 @@ def _ingest(study: Study) -> Step:
 def _in_batches(
     stage: str, inputs: tuple[str, ...], output: str, options: dict[str, Any], batches: int
 ) -> list[Step]:
-    """Return a stage on all records at once, or on batches of them, which are then merged."""
+    """Return the steps of a stage: one on all records, or batches followed by a merge."""
     if batches <= 1:
         return [Step(stage, stage, inputs, (output,), options, **_POOL, memory=2000)]
     parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
@@ -204,7 +204,7 @@ def _in_batches(
 
 
 def _figures(study: Study, steps: list[Step]) -> list[Step]:
-    """Return the step that draws what the stages give, if it is wanted."""
+    """Return the step that draws the results, if the study asks for figures."""
     most = study.tables.figures.most
     made = [name for step in steps for name in step.outputs]
     of_records = study.records and study.tables.respond.histories != "none"

@@ -41,19 +41,19 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
 
 
 def add_grid(parser: argparse.ArgumentParser) -> None:
-    """Add the option of the resolution of maps."""
+    """Add the option for the resolution of maps."""
     parser.add_argument(
         "--grid",
         type=int,
         default=400,
         metavar="N",
-        help="points along each side of the maps of figure 9; a stability map has a quarter of "
-        "them (default: 400)",
+        help="points along each side of the maps of figure 9; stability maps have a quarter "
+        "of this number (default: 400)",
     )
 
 
 def add_joints(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the joints."""
+    """Add the options for the figure of the joints."""
     parser.add_argument(
         "--friction",
         type=float,

@@ -30,26 +30,26 @@ from rockframe.wavelets.pulse import Pulse
 
 #: Largest number of histories on a page.
 _MOST_RECORDS: Final = 12
-#: Mass ratios of Figure 7; the paper does not state its own.
+#: Mass ratios of Figure 7, assumed: the paper does not state them.
 _MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, float("inf"))
-#: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio stands for the limit of a
-#: very heavy beam. The paper does not state its mass ratios.
+#: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio represents a very heavy beam.
+#: The ratios are assumed: the paper does not state them.
 _SLENDERNESSES: Final = (10.0, 14.0)
 _SPECTRUM_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, 1e15)
-#: Limits of its axes [1].
+#: Limits of the axes of Figure 9 [1].
 _FREQUENCY_RATIOS: Final = (1.0, 8.0)
 _AMPLITUDES: Final = (1.0, 15.0)
 #: Relative tolerance of the curves [1]: less than a hundredth of the width of a line.
 _TOLERANCE: Final = 1e-6
 
-#: Slendernesses of rocking spectra [degrees]; first, last and number of 2 pi / p [s].
+#: Slendernesses of rocking spectra [degrees]; first value, last value and number of 2 pi / p [s].
 _ROCKING: Final = (6.0, 10.0, 14.0, 20.0)
 _PERIODS: Final = (2.0, 15.0, 261)
 
-#: Heights of a stability map as multiples of the structure's, and its largest scale.
+#: Heights of a stability map, relative to the height of the structure, and the largest scale.
 _HEIGHTS: Final = (0.1, 4.0)
 _LARGEST_SCALE: Final = 4.0
-#: Stability maps are coarser by this factor, as responses to records take longer than to pulses.
+#: Factor by which stability maps are coarser: responses to records take longer than to pulses.
 _COARSER: Final = 4
 
 

@@ -1,4 +1,4 @@
-"""The records and the structure that a figure shows."""
+"""Choose the records and the structure that a figure shows."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ class Pair:
 
 
 def pair_of(options: argparse.Namespace) -> Pair:
-    """Return the record and the structure of a figure of one."""
+    """Return the record and the structure of a figure that shows one record."""
     frame = structure_of(options)
     if options.record and len(options.record) > 1:
         raise ParameterError(
             f"Invalid number of records, {len(options.record)}. Must be one for this figure."
         )
     with stated_records(options) as (given, status), open_records(given) as file:
-        record = _furthest(file, chosen_records(options, file), frame)
+        record = _largest_rotation(file, chosen_records(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None
     return Pair(record, frame, motion, status)
 
 
 def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
-    """Return the names of the requested records, or of all horizontal ones."""
+    """Return the names of the requested records, or of all horizontal records."""
     known = horizontal(file)
     for name in options.record or ():
         require_known("record", name, known)
     return list(options.record or known)
 
 
-def _furthest(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
+def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
     """Return the record with the largest rotation without overturning, or the first."""
     best, furthest = file.read(names[0]), 0.0
     for name in names if len(names) > 1 else ():

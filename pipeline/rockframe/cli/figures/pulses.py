@@ -1,4 +1,4 @@
-"""Figures of pulses, and of the search for them."""
+"""Figures of pulses, and of the search for pulses."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ _MOST_RECORDS: Final = 6
 
 
 def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the requested records, or the paper's two, or the two that match best."""
+    """Draw the requested records; by default the paper's two records, or the two best matches."""
     records, status = _records(options)
     if options.record and len(records) > _MOST_RECORDS:
         raise ParameterError(
             f"Invalid number of records, {len(records)}. Must be at most {_MOST_RECORDS}."
         )
     matches = [_rickers(record, matching) for record, matching in records]
-    chosen = _asked(matches) if options.record else _shown([r for r, _ in records], matches)
+    chosen = _requested(matches) if options.record else _default([r for r, _ in records], matches)
     datasets = [
         pulse_dataset(records[i][0], matches[i][wavelet], _tested(*records[i], wavelet))
         for i, wavelet in chosen
@@ -49,8 +49,8 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 
 def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the transform for the Ricker wavelet that matches better."""
-    (record, matching), status = _clearest(options)
+    """Draw the transform for whichever Ricker wavelet matches better."""
+    (record, matching), status = _best_matched(options)
     matches = _rickers(record, matching)
     best = matches[best_ricker(matches)]
     tested = _tested(record, matching, best.pulse.wavelet)
@@ -59,7 +59,7 @@ def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the match index of all wavelets over the period."""
-    (record, matching), status = _clearest(options)
+    (record, matching), status = _best_matched(options)
     matches = match_pulses(record.acceleration, record.time_step, matching)
     return pulse_search.draw_match_curves(match_curve_dataset(record, matches, matching)), status
 
@@ -75,8 +75,8 @@ def _records(
         ], status
 
 
-def _clearest(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions], int]:
-    """Return the requested record, or the one that a Ricker wavelet matches best."""
+def _best_matched(options: argparse.Namespace) -> tuple[tuple[Record, PulseOptions], int]:
+    """Return the requested record; by default the record that a Ricker wavelet matches best."""
     records, status = _records(options)
     if options.record and len(records) > 1:
         raise ParameterError(
@@ -96,18 +96,18 @@ def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
 
 
 def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
-    """Return the result of the test against noise of the match of a wavelet."""
+    """Test the match of a wavelet against noise, and return the result as text."""
     matches = match_pulses(record.acceleration, record.time_step, matching)
     found = likeness(record.acceleration, record.time_step, matches, matching)[wavelet]
     return pulse_words(found.verdict, found.p_value)
 
 
-def _asked(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+def _requested(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
     return [(i, best_ricker(found)) for i, found in enumerate(matches)]
 
 
-def _shown(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
-    """Return the paper's two records if available, else the best one for each wavelet."""
+def _default(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+    """Return the paper's two records if available, otherwise the best record for each wavelet."""
     printed = [paper_record_of(record.source_file) for record in records]
     named = {paper.record: i for i, paper in enumerate(printed) if paper is not None}
     if all(name in named for name in _PAPER):

@@ -21,14 +21,14 @@ class Entry:
     place: str
 
     def draw(self, options: argparse.Namespace) -> tuple[Captioned, int]:
-        """Return the figure and the exit status; imports what draws it."""
+        """Import the module, and return the figure and the exit status."""
         module, _, function = self.place.partition(".")
         found = getattr(import_module(f"rockframe.cli.figures.{module}"), function)
         drawn, status = found(options)
         return drawn, int(status)
 
 
-#: All figures by their names on the command line, in the order of the help.
+#: All figures, by name on the command line, in the order of the help.
 FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
     {
         "5": Entry("size of the equivalent column", "frames.draw_5"),

@@ -1,1 +1,1 @@
-"""Commands that perform and check runs, one module each."""
+"""Commands that perform or check runs, one module each."""

@@ -55,7 +55,7 @@ def run_run(options: argparse.Namespace) -> int:
                 watch=Watch(_warn, told),
             )
     except KeyboardInterrupt:
-        again = "what is done stays done, and the same command resumes"
+        again = "finished steps are kept; the same command resumes"
         raise KeyboardInterrupt(again) from None
     rejected = rejections_of(options.output)
     if options.json:
@@ -92,7 +92,7 @@ def _warn(text: str) -> None:
 
 
 def _show_verdicts(table: Path) -> None:
-    """Print how many records gave each structure each verdict."""
+    """Print the number of records for each structure and verdict."""
     from rockframe.results.tables.columns import Column, stated_verdict
     from rockframe.results.tables.entries import rows_of
     from rockframe.rocking import VerdictKind
@@ -169,10 +169,10 @@ def run_status(options: argparse.Namespace) -> int:
         print(f"{fault}.")
     if changed:
         path, how = next(iter(changed.items()))
-        many = f"{len(changed)} of {len(plan.inputs)} inputs changed or vanished"
-        print(f"{many} since this was planned: {path} {how}.")
+        many = f"{len(changed)} of {len(plan.inputs)} inputs changed or are missing"
+        print(f"{many} since the run was planned: {path} {how}.")
     if not same_source:
-        print("made by another version of the source code: `rockframe run` would make it again")
+        print("made by another version of the source code: `rockframe run` would repeat the run")
     print("complete" if complete else "a run is at work" if running else "not complete")
     return 0
 
@@ -208,7 +208,7 @@ def add_init(parser: argparse.ArgumentParser) -> None:
 
 
 def run_init(options: argparse.Namespace) -> int:
-    """Write both files, unless the study file exists."""
+    """Write the study file and its schema, unless the study file exists."""
     from pydantic import TypeAdapter, ValidationError
 
     from rockframe.options.fields import Name
@@ -227,7 +227,7 @@ def run_init(options: argparse.Namespace) -> int:
         ) from None
     study, beside = Path(f"{name}.toml"), Path(SCHEMA)
     if study.exists():
-        raise InputError(study, "is there already. Must be another name.")
+        raise InputError(study, "exists already. Choose another name.")
     for file, text in ((study, commented_study(name)), (beside, schema())):
         with whole_file(file) as partial:
             partial.write_text(text, encoding="utf-8")

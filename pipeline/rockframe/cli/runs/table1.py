@@ -152,7 +152,7 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             chosen(options, RespondOptions),
             structures_path=chosen_structures(options),
             pulses_path=folder / "pulses.nc",
-            engine=OneProcess(),  # its threads use all cores
+            engine=OneProcess(),  # one process; its threads use all cores
             progress=progress,
         )
     return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
@@ -197,7 +197,7 @@ _OF_PAPER: Final = (
     Column("Ricker", "wavelet", rule=lambda row, key: _ricker(row, key) if row[key] else ""),
     Column("", "remark"),
 )
-#: Least width for one table of records and responses [characters]; in less, there are two.
+#: Smallest width for one table of records and responses [characters]; otherwise two are printed.
 _WIDE: Final = 157
 
 
@@ -215,7 +215,7 @@ def show(rows: Sequence[Row], comparisons: Sequence[Comparison], said: Sequence[
     if comparisons:
         compared = map(vars, comparisons)
         show_rows("The paper's records: its values and ours", _OF_PAPER, compared)
-        print("T_p and a_p depend on the wavelet; the paper does not name its own for each record.")
+        print("T_p and a_p depend on the wavelet, which the paper does not state for each record.")
     for i, statement in enumerate(said):
         print(f"- {statement}" if i else statement)
     if comparisons:
@@ -227,15 +227,15 @@ def _show_notes(rows: Sequence[Row]) -> None:
     if any(row["largest_scale"] > 0.0 for row in rows):
         notes.append(margin_notes())
     if any(row["at_period_bound"] for row in rows):
-        notes.append("* the end of the range of periods searched, not a maximum")
+        notes.append("* at the end of the searched range of periods, not at a maximum")
     mark = max((pulse_mark(row) for row in rows), default="")
     if mark:
         notes.append(
-            f"{mark} best match, not told from noise: noise like the record matches as well in\n"
+            f"{mark} best match, not told from noise: similar noise matches as well in\n"
             f"  more than {100.0 * LEVEL:g} % of the draws (pulse_p_value in table.csv)"
         )
     if any(BORROWED in row["facts_source"] for row in rows):
-        notes.append(f"Names, M_w and Repi that the files do not state: {BORROWED}.")
+        notes.append(f"Names, M_w and Repi that are missing in the files: {BORROWED}.")
     for note in notes:
         print(note)
     if notes:

@@ -12,7 +12,7 @@ from rockframe.errors import InputError, ParameterError
 
 
 def add_verify(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments: the folder of a run, and what to compute again."""
+    """Add the arguments: the folder of a run, and the sample to recompute."""
     parser.add_argument(
         "folder", type=path, help="folder of a run, which contains its manifest.json"
     )
@@ -22,7 +22,7 @@ def add_verify(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=3,
         metavar="N",
-        help="compute results again and compare numbers to 1e-6 of the largest value of their "
+        help="recompute results and compare numbers, to 1e-6 of the largest value of their "
         "variable: pulses and responses of about N records (default: 3), screenings and spectra in "
         "full, which takes as long as in the run",
     )
@@ -33,8 +33,8 @@ def run_verify(options: argparse.Namespace) -> int:
     from rockframe.stages.report import strange_report, verify_run
 
     found = verify_run(options.folder)
-    faults = [*found.faults, *strange_report(options.folder), *_strange_plan(options.folder)]
-    repeated = _repeated(options, faults)
+    faults = [*found.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
+    repeated = _recomputed(options, faults)
     if options.json:
         show_json(
             {
@@ -55,23 +55,23 @@ def run_verify(options: argparse.Namespace) -> int:
             print("made by another version of the source code")
         if found.other_versions:
             made = ", ".join(f"{name} {number}" for name, number in found.other_versions.items())
-            print(f"made with other libraries than those here: {made}")
+            print(f"made with other versions of libraries: {made}")
         if found.other_processor:
             print(
-                f"made on another kind of processor ({found.other_processor}): computed again "
+                f"made on another kind of processor ({found.other_processor}): recomputed "
                 "here, numbers may differ in their last digits"
             )
         for what in repeated:
-            print(f"computed again: {what}")
+            print(f"recomputed: {what}")
         if not faults:
-            print(f"{options.folder}: whole; all {found.files} files are as the manifest says")
+            print(f"{options.folder}: complete; all {found.files} files match the manifest")
     for fault in faults:
         print(f"rockframe: fault: {fault}", file=sys.stderr)
     return 1 if faults else 0
 
 
-def _strange_plan(folder: Path) -> list[str]:
-    """Return the faults of the plan and other internal files of the run, if it has any."""
+def _plan_faults(folder: Path) -> list[str]:
+    """Return the faults of the plan and of other internal files of the run."""
     from rockframe.runs.plan import KEPT
     from rockframe.runs.plan_file import read_plan
     from rockframe.runs.state import damaged
@@ -84,12 +84,12 @@ def _strange_plan(folder: Path) -> list[str]:
         except InputError as error:
             faults.append(str(error))
     elif plan.parent.is_dir():
-        faults.append(f"{plan}: missing. Must be there; `rockframe run` makes it again.")
+        faults.append(f"{plan}: missing. `rockframe run` writes it again.")
     return faults
 
 
-def _repeated(options: argparse.Namespace, faults: list[str]) -> list[str]:
-    """Compute results again if requested and no file is at fault; append new faults."""
+def _recomputed(options: argparse.Namespace, faults: list[str]) -> list[str]:
+    """Recompute results if this is requested and all files are correct; append new faults."""
     from rockframe.runs.recompute import recompute
 
     if options.recompute is None:

@@ -1,4 +1,4 @@
-"""rockframe compare: a bridge that rocks beside its rivals, under each record."""
+"""rockframe compare: compare a rocking bridge with its rivals under each record."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
         "--against",
         nargs="+",
         choices=get_args(Rival),
-        help="rivals of the free frame, which the file of structures states (default: all that it "
+        help="rivals of the free frame, as stated in the file of structures (default: all that it "
         "states)",
     )
     parser.add_argument(
@@ -28,7 +28,7 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
         "--figures",
         type=Path,
         metavar="FOLDER",
-        help="draw figures of the records with the largest drifts there",
+        help="folder for figures of the records with the largest drifts",
     )
     add_structures(parser)
 

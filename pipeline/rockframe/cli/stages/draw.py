@@ -1,4 +1,4 @@
-"""Commands that show what stages gave: draw, table, report, formats."""
+"""Commands that show the results of stages (draw, table, report), and formats."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
         type=path,
         nargs="+",
         metavar="FILE",
-        help="outputs of stages: those of ingest, pulse and respond together draw a figure of "
-        "each record; that of screen draws fragility and peaks; that of spectrum its curves",
+        help="outputs of stages: ingest, pulse and respond together give a figure of each record; "
+        "screen gives fragility and peaks; spectrum gives curves",
     )
     parser.add_argument("--output", type=folder_to_write, required=True, help="folder to write")
     add_options(parser, FigureOptions)
 
 
 def run_draw(options: argparse.Namespace) -> int:
-    """Draw the figures, and print their number."""
+    """Draw the figures, and print the number of figures."""
     from rockframe.stages.figures import figures_stage
 
     wanted = chosen(options, FigureOptions)
@@ -106,7 +106,7 @@ def run_formats(options: argparse.Namespace) -> int:
         "name": "name",
         "obspy_name": "obspy",
         "extensions": "usual endings",
-        "description": "what it is",
+        "description": "description",
     }
     rows = [{key: getattr(entry, key) for key in heads} for entry in FORMATS]
     if options.json:

@@ -52,7 +52,7 @@ def _show(coverage: tuple[Coverage, ...], folder: Path) -> None:
     columns = [
         Column("channel", "what"),
         Column("R [km]>", "distance", ".1f", rule=lambda row, key: number(row[key])),
-        Column("asked from", "requested_start", rule=lambda row, key: row[key][:19]),
+        Column("requested from", "requested_start", rule=lambda row, key: row[key][:19]),
         Column("to", "requested_end", rule=lambda row, key: row[key][11:19]),
         Column("received from", "received_start", rule=lambda row, key: row[key][11:22]),
         Column("to", "received_end", rule=lambda row, key: row[key][11:22]),

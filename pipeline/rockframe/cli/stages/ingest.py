@@ -66,7 +66,7 @@ def run_ingest(options: argparse.Namespace) -> int:
         filtered = sum(entry.filtered for entry in result.entries)
         if filtered:
             table = options.output.with_suffix(TABLE_FORMATS[options.format])
-            print(f"{filtered} filtered out: {table} says why")
+            print(f"{filtered} filtered out: see the reasons in {table}")
     show_rejections(result.rejections)
     return 1 if result.rejections else 0
 

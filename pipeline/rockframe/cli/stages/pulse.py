@@ -49,7 +49,7 @@ def run_pulse(options: argparse.Namespace) -> int:
     if options.paper:
         return show_paper(options)
     if options.output is None:
-        raise ParameterError("--output is missing. Must name the netCDF file to write.")
+        raise ParameterError("--output is missing. Name the netCDF file to write.")
     return _find(options)
 
 
@@ -95,7 +95,7 @@ def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
 
 
 def _columns() -> list[Column]:
-    """Return the columns; in narrow tables the minor ones are left out."""
+    """Return the columns; narrow tables contain only the main columns."""
     from rockframe.results.tables.columns import Column
 
     words = {"pulse": "pulse", "noise": "as noise", "untested": ""}
@@ -124,19 +124,19 @@ def _columns() -> list[Column]:
 
 
 def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> None:
-    print("→ the selected pulse. p: share of noise like the record that matches as well.")
+    print("→ the selected pulse. p: share of similar noise that matches as well.")
     if wide:
-        print("energy: share of the record's.")
-        print("Baker: indicator of the velocity in the style of Baker (2007), a pulse above 0.85.")
+        print("energy: share of the record's energy.")
+        print("Baker: pulse indicator of the velocity after Baker (2007); a pulse if above 0.85.")
     else:
         left_out = "Phases, half cycles, energies and Baker's indicator"
         print(f"{left_out}: in {output}, or {_WIDE} columns wide.")
     if any(row["at_period_bound"] or row["at_half_cycle_bound"] for row in rows):
-        print("* the end of the range that is searched, not a maximum")
+        print("* at the end of the searched range, not at a maximum")
 
 
 def show_paper(options: argparse.Namespace) -> int:
-    """Match the paper's records in every way and print the comparison."""
+    """Match the paper's records with every wavelet and weighting, and print the comparison."""
     from rockframe.matching.signal import Weighting
     from rockframe.paper.pulse_table import overall_distances, paper_pulses
 
@@ -144,7 +144,8 @@ def show_paper(options: argparse.Namespace) -> int:
     pulses = paper_pulses(records, list(Weighting))
     if not pulses:
         raise InputError(
-            options.records, "holds no record with a name of the paper's. Must hold one."
+            options.records,
+            "contains no record named as in the paper. Include at least one.",
         )
     if options.json:
         rows = [{**vars(pulse), "distance": pulse.distance} for pulse in pulses]
@@ -167,7 +168,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 
 
 def _show_paper(pulses: Sequence[PaperPulse]) -> None:
-    """Print a table for each weighting, and the distance of each way over all records."""
+    """Print a table for each weighting, and the overall distance of each wavelet and weighting."""
     from rockframe.paper.pulse_table import overall_distances
     from rockframe.results.tables.columns import Column
 
@@ -202,8 +203,8 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
         )
     ways = [Column(name, name) for name in ("wavelet", "weighting")]
     ways.append(Column("distance>", "distance", ".3f"))
-    show_rows("Over all records, the nearest first", ways, overall_distances(pulses))
-    print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper names neither")
+    show_rows("Over all records, smallest distance first", ways, overall_distances(pulses))
+    print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper states neither")
     print("wavelet nor weighting nor range of periods for its records; nothing is tuned.")
     if any(pulse.at_period_bound for pulse in pulses):
-        print("* the end of the range of periods searched, not a maximum")
+        print("* at the end of the searched range of periods, not at a maximum")

@@ -23,7 +23,7 @@ from rockframe.options.respond import RespondOptions
 if TYPE_CHECKING:
     from rockframe.results.tables.columns import Column
 
-#: Headings of the responses, by the columns of the overview.
+#: Headings of the table of responses, by column of the overview.
 _HEADS: Final = {
     "peak_rotation_ratio": "θ/α>",
     "u_max_m": "u_max [cm]>",
@@ -85,7 +85,7 @@ def run_respond(options: argparse.Namespace) -> int:
 
 
 def response_columns(first: Mapping[str, str]) -> list[Column]:
-    """Return the columns of responses, with the structure and other columns before them."""
+    """Return the columns of responses, after the columns in `first`."""
     from rockframe.results.tables.columns import titled
 
     return titled({**first, "structure": "structure", **_HEADS})
@@ -109,7 +109,7 @@ def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
 
 
 def margin_notes() -> str:
-    """Return what the columns of margins and verdicts mean, in lines of the table's width."""
+    """Return the explanation of margins and verdicts, wrapped to the width of the table."""
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
     width = max(40, min(table_width(), 120))

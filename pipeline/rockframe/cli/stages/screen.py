@@ -64,7 +64,7 @@ def run_screen(options: argparse.Namespace) -> int:
             )
     except KeyboardInterrupt:
         print(
-            "rockframe: interrupted; complete batches are kept, the same command resumes.",
+            "rockframe: interrupted; finished batches are kept, and the same command resumes.",
             file=sys.stderr,
         )
         return 130

@@ -1,4 +1,4 @@
-"""The tables that `rockframe screen` prints from the file it wrote."""
+"""The tables that `rockframe screen` prints from the file that it wrote."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
 def _show_verdicts(screening: xr.Dataset) -> None:
     scales = [f"{scale:g}" for scale in screening["scale"].values]
     shown = list(range(len(scales)))
-    if len(shown) > _SHOWN:  # show the first, the last and some between
+    if len(shown) > _SHOWN:  # show the first, the last, and some in between
         step = (len(scales) - 1) / (_SHOWN - 1)
         shown = [round(step * k) for k in range(_SHOWN)]
     counts = screening["verdict_count"].values
@@ -66,7 +66,7 @@ def _show_verdicts(screening: xr.Dataset) -> None:
         for k, structure in enumerate(screening["structure"].values)
     ]
     columns = ["structure", *(f"{scales[s]}>" for s in shown)]
-    show_table("Overturned of the motions, by scale", columns, rows)
+    show_table("Motions that overturn, by scale", columns, rows)
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
@@ -98,7 +98,7 @@ def _show_azimuths(screening: xr.Dataset) -> None:
         columns_of("recording structure", *parts.values()),
     )
     columns = [
-        Column("first motion of it", "recording", once=True),
+        Column("first motion", "recording", once=True),
         Column("structure", "structure"),
         *(Column(head, key, ".3f", rule=_ratio) for head, key in parts.items()),
     ]
@@ -130,13 +130,13 @@ _RATES: Final = (
     Column("rate [1/year]>", "rate_per_year", ".2e"),
     Column("from>", "rate_low_per_year", ".2e"),
     Column("to>", "rate_high_per_year", ".2e"),
-    Column("mostly from", "main_intensity"),
+    Column("mainly from", "main_intensity"),
     Column("extrapolated [%]>", "extrapolated_share", ".0f", 100.0),
 )
 
 
 def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:
-    """Yield the fits or rates of all structures, with the name of the structure."""
+    """Yield the fits or rates of all structures, each with the name of its structure."""
     for structure in summary:
         for one in structure[part]:
             yield {"structure": structure["structure"], **one}
@@ -151,7 +151,7 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
 
 
 def _told(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
-    """Return the sentences on the better measure, with the structures each applies to."""
+    """Return the sentences about the better measure, each with the structures it applies to."""
     told: dict[str, list[str]] = {}
     for structure in summary:
         better = structure["better_measure"]
@@ -182,8 +182,8 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
     columns = [
         Column("structure", "structure"),
-        Column(f"smallest that does{unit}>", "design_smallest", ".3f"),
-        Column(f"from which on all do{unit}>", "design_sure_from", ".3f"),
+        Column(f"smallest that suffices{unit}>", "design_smallest", ".3f"),
+        Column(f"all suffice from{unit}>", "design_sure_from", ".3f"),
     ]
     title = f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}"
     show_rows(title, columns, summary)
@@ -199,15 +199,15 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
     recordings = len(set(screening["cluster"].values.tolist()))
     print(
         f"{done.motions} motions of {recordings} recordings, {done.scenarios} scenarios. "
-        "Scales and components of one recording are not independent: bands count recordings."
+        "Scales and components of one recording are not independent: bands are based on recordings."
     )
     if recordings < FEWEST_MOTIONS:
-        print(f"{recordings} recordings are few: fragility, bands and rates are rough.")
+        print(f"{recordings} recordings are few: fragility, bands and rates are uncertain.")
     if "undecided" in screening:
         undecided = screening["undecided"].values
         print(
             f"{undecided.sum()} of {undecided.size} verdicts on the motions as recorded are "
-            "undecided: they change with small perturbations."
+            "undecided: small perturbations change them."
         )
     for name, reason in islice(done.left_out.items(), _SHOWN):
         print(f"left out: {name}: {reason}")

@@ -64,7 +64,7 @@ def _of_pulses(options: argparse.Namespace) -> int:
         _cells(dataset),
     )
     islands = int((dataset["safe_islands"] > 0).sum())
-    print(f"Islands of safety above {islands} of these {dataset['safe_islands'].size}.")
+    print(f"{islands} of these {dataset['safe_islands'].size} points have safe islands above them.")
     print(options.output)
     return 0
 
@@ -86,7 +86,7 @@ def _cells(dataset: xr.Dataset) -> list[list[str]]:
 
 
 def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Return all curves as JSON values, each point with its intervals."""
+    """Return all curves as JSON values; each point has its intervals."""
     from rockframe.results.tables.rows import columns_of, rows_along
 
     columns = columns_of(
@@ -122,13 +122,13 @@ def _of_records(options: argparse.Namespace) -> int:
         Column("stands from [s]>", "stands_from_s", "g"),
         Column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
     ]
-    show_rows("Rocking spectra: from which 2π/p on the frame stands", columns, rows)
+    show_rows("Rocking spectra: 2π/p above which the frame does not overturn", columns, rows)
     print(output)
     return 0
 
 
 def _safe_from(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Return, for each record and frame, the least 2 pi / p above which the frame stands."""
+    """Return, for each record and frame, the smallest 2 pi / p above which it never overturns."""
     import numpy as np
 
     from rockframe.results.tables.rows import columns_of, rows_along
