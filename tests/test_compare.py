@@ -93,7 +93,7 @@ def test_only_the_rivals_that_are_asked_for(records: Path, tmp_path: Path) -> No
     ("text", "against", "said"),
     [
         (BENT, "isolated", "isolated bridge of 'bent' not stated"),
-        (BENT, "hybrid", ":2: hybrid bridge of 'bent' not stated. Must be, in [structure.dissipat"),
+        (BENT, "hybrid", ":2: hybrid bridge of 'bent' not stated. State it in [structure.dissipat"),
         (BENT + RIVALS, "hybrid", ":2: Dissipaters of 'bent' without a tendon"),
         (BENT.replace("den", "inner_width_m = 1.2\nden") + RIVALS, "fixed", "inner_width_m 1.2"),
         (BENT.replace('"circular"', '"rectangular"\ndepth_m = 1.2') + RIVALS, "isolated", ""),

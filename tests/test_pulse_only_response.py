@@ -102,7 +102,7 @@ def test_pulses_of_none_of_the_records_are_refused(stages: Path, tmp_path: Path)
     records = tmp_path / "records.nc"
     assert main(["ingest", str(tmp_path / "c.csv"), "--units", "m/s2", "--time-step", "0.01",
                  "--output", str(records)]) == 0  # fmt: skip
-    with pytest.raises(InputError, match=r"holds no pulse of these records. Must be made from"):
+    with pytest.raises(InputError, match=r"contains no pulse of these records. Must be made from"):
         respond_stage(records, tmp_path / "response.nc", pulses_path=stages / "pulses.nc")
 
 

@@ -221,7 +221,7 @@ def test_history_that_was_not_kept_is_refused(screen: Screen, tmp_path: Path) ->
 def test_hazard_of_a_measure_that_is_not_known(screen: Screen, tmp_path: Path) -> None:
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("a_p_g,annual_rate\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
-    with pytest.raises(ParameterError, match="Must be stated with --pulses"):
+    with pytest.raises(ParameterError, match="State them with --pulses"):
         screen(site(2), hazard=hazard)
 
 
@@ -241,7 +241,7 @@ def test_every_variable_explains_itself(screen: Screen) -> None:
 def test_rate_over_pulses_of_turned_pairs_is_refused(tmp_path: Path) -> None:
     records, hazard = stored(three("a"), tmp_path), tmp_path / "site.csv"
     hazard.write_text("a_p_g,annual_rate\n0.1,0.01\n0.2,0.001\n", encoding="utf-8")
-    with pytest.raises(ParameterError, match="Must be stated without azimuths"):
+    with pytest.raises(ParameterError, match="Remove azimuths_degree"):
         screen_stage(
             records,
             tmp_path / "screen.nc",

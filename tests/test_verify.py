@@ -93,7 +93,7 @@ def test_files_of_two_runs_do_not_make_one(run: Path, tmp_path: Path) -> None:
 
 def test_what_an_interrupted_run_left_is_a_fault(run: Path) -> None:
     (run / ".partial-abc").mkdir()
-    assert "left by a run that was interrupted" in verify_run(run).faults[0]
+    assert "left by an interrupted run" in verify_run(run).faults[0]
 
 
 def test_without_a_manifest_no_run_ended(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -221,6 +221,6 @@ def test_record_that_is_lost_between_two_stages_is_a_fault(tmp_path: Path) -> No
     assert main(["respond", str(folder / "records.nc"), *part, *words]) == 0
     restated(folder, "response.nc")
     assert any(
-        "response.nc: neither holds 'two' of records.nc nor says why" in fault
+        "response.nc: neither contains 'two' of records.nc nor states a reason" in fault
         for fault in verify_run(folder).faults
     )

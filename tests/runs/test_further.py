@@ -108,7 +108,7 @@ def test_file_among_the_figures_is_not_replaced_with_them(
     mine = folder / "mine.txt"
     mine.write_text("what I saw")
     assert main(words) == 2
-    assert "mine.txt: is none of the figures that are replaced" in capsys.readouterr().err
+    assert "mine.txt: is not a figure of this stage" in capsys.readouterr().err
     assert mine.read_text() == "what I saw"
 
 
@@ -157,7 +157,7 @@ def test_file_of_the_users_among_figures_that_are_made_again_is_named(
     mine = folder / "figures" / "screen" / "mine.txt"
     mine.write_text("what I saw")
     assert run(home / "small.toml", folder) == 2
-    assert f"{mine}: is none of the figures that are replaced" in capsys.readouterr().err
+    assert f"{mine}: is not a figure of this stage" in capsys.readouterr().err
     mine.unlink()
     assert run(home / "small.toml", folder) == 0
 

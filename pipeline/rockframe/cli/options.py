@@ -21,7 +21,7 @@ from rockframe.options.model import Options, explain, options_within
 
 if TYPE_CHECKING:
     from rockframe.options.model import Options
-    from rockframe.stages.intake import Ingested
+    from rockframe.stages.acceptance import Ingested
 
 
 Model = TypeVar("Model", bound=Options)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rockframe.paper.claim import Claim
     from rockframe.results.tables.rows import Row
-    from rockframe.stages.intake import Ingested
+    from rockframe.stages.acceptance import Ingested
 
 #: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
 _BENT: Final = ("--spacing", "12", "--beam-centre", "1")

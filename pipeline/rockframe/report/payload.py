@@ -18,7 +18,7 @@ from rockframe.frame import unusual
 from rockframe.results.motions import Ground, History
 from rockframe.results.run import Run, rank
 from rockframe.results.tables.columns import stated_pulse, stated_verdict
-from rockframe.results.tables.known import Fact
+from rockframe.results.tables.labelled_values import LabelledValue
 from rockframe.rocking import StatedVerdict
 from rockframe.signals.checks import CHECKS
 from rockframe.units import GRAVITY
@@ -92,7 +92,7 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     return [pairs[i] for i in sorted(best)]
 
 
-def _is_held(facts: Iterable[Fact]) -> bool:
+def _is_held(facts: Iterable[LabelledValue]) -> bool:
     return any(fact.name == "history" and fact.value == "kept" for fact in facts)
 
 
@@ -157,7 +157,7 @@ def payload(
     }, samples
 
 
-def _of_pair(facts: Iterable[Fact], stated: StatedVerdict) -> list[Fact]:
+def _of_pair(facts: Iterable[LabelledValue], stated: StatedVerdict) -> list[LabelledValue]:
     """Return the values to show, with the verdict in the words of the table."""
     return [
         replace(fact, value=stated.words) if fact.name == "verdict" else fact
@@ -183,7 +183,7 @@ def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any
     }
 
 
-def _structure(facts: Sequence[Fact]) -> dict[str, Any]:
+def _structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
     wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
     known: dict[str, Any] = {fact.name: fact.value for fact in facts if fact.name in wanted}
@@ -217,14 +217,18 @@ def checks(entry: Mapping[str, str]) -> list[list[str]]:
 
 
 def _short(check: str, number: str) -> str:
-    return with_unit(Fact(check, "", float(number), CHECKS[check][0])) if number else "not known"
+    return (
+        with_unit(LabelledValue(check, "", float(number), CHECKS[check][0]))
+        if number
+        else "not known"
+    )
 
 
 def _finite(number: str) -> float | None:
     return float(number) if number and math.isfinite(float(number)) else None
 
 
-def _texts(facts: Sequence[Fact]) -> list[list[str]]:
+def _texts(facts: Sequence[LabelledValue]) -> list[list[str]]:
     """Return label and value with unit of each known fact."""
     known = [
         fact
@@ -236,12 +240,12 @@ def _texts(facts: Sequence[Fact]) -> list[list[str]]:
     return [[fact.label, with_unit(fact)] for fact in known]
 
 
-def with_unit(fact: Fact) -> str:
+def with_unit(fact: LabelledValue) -> str:
     """Return the value of a fact with its unit, as text.
 
     Examples
     --------
-    >>> with_unit(Fact("pga", "peak ground acceleration", 5.5346, "m s-2")).split()
+    >>> with_unit(LabelledValue("pga", "peak ground acceleration", 5.5346, "m s-2")).split()
     ['5.535', 'm', 's⁻²']
     """
     if isinstance(fact.value, str):

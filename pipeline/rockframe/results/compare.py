@@ -34,18 +34,19 @@ def write_comparison(
     path: Path,
     **origin: Unpack[Origin],
 ) -> None:
-    """Write the output of the compare stage, whole or not at all; holds one record at a time.
+    """Write the output of the compare stage, complete or not at all; one record is in memory at a
+    time.
 
     Parameters
     ----------
     answers : iterable of (str, sequence of sequence of Compared)
-        The identifier of a record, and the variants of each structure.
+        For each record, its identifier and the variants of each structure.
     frames : sequence of RockingFrame
         The structures, in their order.
     path : Path
-        Where it goes; an older file there is replaced.
+        The file to write; an older file is replaced.
     **origin
-        As `Origin` has them.
+        Keywords of `Origin`.
 
     Raises
     ------
@@ -82,7 +83,7 @@ def comparison_rows(path: Path) -> list[Row]:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     with opened(path, COMPARE) as dataset:
         return list(rows_along(dataset, "record structure model", _COLUMNS))
@@ -94,7 +95,7 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     ParameterError
         If there is no such record or structure.
     """
@@ -109,7 +110,8 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
 
 
 def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
-    """Return records and structures: of the records whose free bridges drift furthest, all.
+    """Return all pairs of record and structure for the records with the largest drifts of free
+    bridges.
 
     Parameters
     ----------
@@ -126,7 +128,7 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
 
 
 def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
-    """Return what ends the validity of a model, and when.
+    """Return the reason why a model stops being valid, and the time.
 
     Examples
     --------
@@ -138,7 +140,7 @@ def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
     return f"{words} {when:.2f} s" if np.isfinite(when) else words
 
 
-#: Columns of the table of a comparison, in the terminal and on the page.
+#: Columns of a comparison table, in the terminal and on the page.
 COMPARISON: Final = (
     Column("record", "record_id"),
     Column("structure", "structure"),

@@ -1,4 +1,4 @@
-"""The manifest of a run: written as its last file, and read back."""
+"""Write the manifest of a run as its last file, and read it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rockframe.provenance import (
     whole_file,
 )
 
-#: What a manifest must have, and of which type.
+#: Required keys of a manifest, and the types of their values.
 _PARTS: Final = {
     "inputs": dict,
     "outputs": dict,
@@ -39,7 +39,7 @@ def write_manifest(
     outputs: Sequence[Path],
     steps: Mapping[str, str] | None = None,
 ) -> None:
-    """Write ``manifest.json``, the last file of a run: what it took, and what it gave.
+    """Write ``manifest.json``, the last file of a run: hashes of all inputs and outputs.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def write_manifest(
     outputs : sequence of Path
         The files of the run, inside the folder.
     steps : mapping of str to str, optional
-        Of the run of a study, what each step depended on.
+        For the run of a study, the hash of everything that each step depended on.
 
     Raises
     ------
@@ -79,18 +79,18 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     Parameters
     ----------
     folder : Path
-        Of a whole run.
+        Folder of a complete run.
 
     Returns
     -------
     dict of str to Any
-        With ``inputs``, ``outputs``, ``parameters``, ``source_code_hash`` and ``versions``; each
-        output lies within the folder.
+        The manifest, with ``inputs``, ``outputs``, ``parameters``, ``source_code_hash`` and
+        ``versions``. Each output lies within the folder.
 
     Raises
     ------
     InputError
-        If there is none, it is no manifest, or it is corrupted.
+        If the manifest is missing, invalid or corrupted.
 
     Examples
     --------
@@ -116,6 +116,6 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         raise InputError(path, f"holds {what} {wrong!r}. Must be as a run wrote it.")
     if not all(map(is_within, stated["outputs"])):
         raise InputError(path, "names outputs outside its folder. Must be names within it.")
-    if not is_sealed(text):  # nothing can be compared with what it says
+    if not is_sealed(text):  # its hashes cannot be trusted
         raise InputError(path, f"{DAMAGED}. Must be made again, by the command that made the run.")
     return dict(stated)

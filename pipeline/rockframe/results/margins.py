@@ -1,4 +1,4 @@
-"""Margins in response.nc: the values that are written, and the strips that are read."""
+"""Margins in response.nc: values to write, and strips read from the file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:
     Parameters
     ----------
     margins : list of list of Margin
-        For each record those of its structures.
+        For each record, the margins of its structures.
     """
     islands = np.full((len(margins), len(margins[0]), ISLANDS, 2), np.nan)
     for i, row in enumerate(margins):
@@ -38,7 +38,7 @@ def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:
 
 
 def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str, str], Strip]:
-    """Return the strips by record and structure; none if margins are not in the file."""
+    """Return the strips by record and structure; empty if the file has no margins."""
     if "critical_scale" not in response:
         return {}
     names = [str(name) for name in response["record_id"].values]

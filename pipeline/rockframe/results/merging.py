@@ -1,4 +1,4 @@
-"""Files of one stage put together into one, and compared."""
+"""Merge the files of all batches of a stage, and compare files."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "paramet
 
 
 def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
-    """Put the files of all batches of a stage into one file; holds one of them at a time.
+    """Merge the files of all batches of a stage into one file; one batch is in memory at a time.
 
     Parameters
     ----------
     parts : sequence of Path
-        At least one, in the order of the batches.
+        Files of the batches, in order; at least one.
     output : Path
-        The file to write, as the stage writes it for all records at once.
+        The file to write; it is the same as if the stage had computed all records at once.
     kind : str
-        Of all of them.
+        Kind of the files.
 
     Returns
     -------
     dict of str to str
-        Why records were left out, by identifier.
+        Reasons why records were rejected, by identifier.
 
     Raises
     ------
     InputError
-        If a part cannot be read, or was made from other inputs or with other options than the
-        first; if one is missing, or not in its place; or there is no record in any.
+        If a file cannot be read, or was made from other inputs or with other options than the
+        first; if a file is missing or out of order; or if no file contains a record.
     """
     known, left_out = _without_series(parts, kind)
     if not known:
         reason = next(iter(left_out.values()), "no record")
-        raise InputError(parts[0], f"no batch holds a record: {reason}")
+        raise InputError(parts[0], f"no batch contains a record: {reason}")
     attrs = known[0].attrs
     series = _series(parts, kind)
     with named(output) as partial:
@@ -76,7 +76,7 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
 
 
 def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset], dict[str, str]]:
-    """Return the parts that have records, without series, and the records left out."""
+    """Return the batches that have records, without series, and the rejected records."""
     known: list[xr.Dataset] = []
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
@@ -110,7 +110,7 @@ def _series(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:
                 series = {str(n): v for n, v in empty.variables.items() if "obs" in v.dims}
                 beside = " ".join(sorted(name for name in series if name in empty.coords))
                 for name in series:
-                    if beside and name not in empty.coords:  # as xarray writes it, after CF
+                    if beside and name not in empty.coords:  # as xarray writes it
                         series[name] = series[name].copy()
                         series[name].attrs["coordinates"] = beside
                 return series
@@ -126,28 +126,30 @@ def _samples(
                 yield {name: part[name].to_numpy() for name in series}
 
 
-#: Numbers agree if they differ by at most this share of the largest of their variable in the file.
-#: Another kind of processor changes pulses by up to 4e-10 of it, the rest in the last bits.
+#: Numbers agree if they differ by at most this share of the largest value of their variable in the
+#: file. Another kind of processor changes pulses by up to 4e-10 of that value, and other results in
+#: the last bits.
 TOLERANCE: Final = 1e-6
 
 
 def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[str]]:
-    """Compare one file with another of the same records or more.
+    """Compare a file with another file of the same records, or of more records.
 
     Numbers must agree within `TOLERANCE`; verdicts, counts, names and missing values must be equal.
 
     Parameters
     ----------
     part, whole : Path
-        Outputs of the same stage; the records of the first are among those of the second.
+        Outputs of the same stage; the second contains all records of the first.
     kind : str
-        Of both.
+        Kind of both files.
 
     Returns
     -------
     int, float, list of str
-        Number of records that were compared; the largest difference of numbers that agree, over
-        the largest of their variable; and what differs: a variable, and a record if it is of one.
+        Number of records that were compared; largest difference between numbers that agree,
+        relative to the largest value of their variable; and the differences: each a variable, with
+        its record if it belongs to one.
 
     Raises
     ------
@@ -159,7 +161,7 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
         rows = {str(name): k for k, name in enumerate(full["record_id"].values)} if names else {}
         largest = {str(name): _largest(full[name]) for name in some.variables if name in full}
         pairs = {"": (_shared(some), _shared(full))}
-        missing = [f"{name!r} is not in it" for name in names if name not in rows]
+        missing = [f"{name!r} is missing" for name in names if name not in rows]
         for k, name in enumerate(names):
             if name in rows:
                 pairs[f" of {name!r}"] = _of_record(some, k), _of_record(full, rows[name])
@@ -174,7 +176,7 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
 
 
 def _shared(dataset: xr.Dataset) -> dict[str, NDArray[Any]]:
-    """Return the variables that belong to no single record."""
+    """Return the variables that do not belong to single records."""
     names = (n for n, v in dataset.variables.items() if not {"record", "obs"} & set(v.dims))
     return {str(name): dataset[name].values for name in names}
 
@@ -190,14 +192,16 @@ def _of_record(dataset: xr.Dataset, row: int) -> dict[str, NDArray[Any]]:
 
 def _largest(variable: xr.DataArray) -> float:
     """Return the largest absolute value of the finite numbers."""
-    values = variable.copy(deep=False).to_numpy()  # a dataset keeps what was read of it
+    values = variable.copy(deep=False).to_numpy()  # a dataset caches values that were read
     if values.dtype.kind != "f":
         return math.nan
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def _apart(one: NDArray[Any], other: NDArray[Any] | None, largest: float) -> float:
-    """Return the largest difference over the largest value; infinite if values had to be equal."""
+    """Return the largest difference over the largest value; infinite if values that must be equal
+    differ.
+    """
     if other is None or one.shape != other.shape or one.dtype.kind != other.dtype.kind:
         return math.inf
     if one.dtype.kind != "f":

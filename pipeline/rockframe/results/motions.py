@@ -1,4 +1,4 @@
-"""The histories of a run, read back one record at a time."""
+"""Read the histories of a run, one record at a time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Ground:
-    """The motion of a record, and the pulse in it.
+    """The motion of a record, and its selected pulse.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ class Ground:
     acceleration : array, shape (samples,)
         Ground acceleration [m s-2].
     pulse : array, shape (samples of the pulse,)
-        Selected pulse [m s-2] over its reach; empty if there is none.
+        Selected pulse [m s-2] over its length; empty if there is no pulse.
     pulse_start : int
-        Sample of the record at which it begins.
+        Sample of the record at which the pulse begins.
     """
 
     record: str
@@ -65,7 +65,7 @@ class History:
 
 
 def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground, list[History]]]:
-    """Give the motion of each requested record, with the histories of its structures.
+    """Yield the motion of each requested record, with the histories of its structures.
 
     Parameters
     ----------
@@ -77,12 +77,13 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
     Yields
     ------
     Ground, list of History
-        In the order of response.nc. Pairs whose histories were not kept are skipped.
+        Motions and histories in the order of response.nc. Pairs without a stored history are
+        skipped.
 
     Raises
     ------
     InputError
-        If one of the files is missing, corrupted, or something else.
+        If a file is missing, corrupted, or of another kind.
     """
     wanted = set(pairs)
     pulses = best_pulses(folder / "pulses.nc")
@@ -124,6 +125,6 @@ def _names(dataset: xr.Dataset, variable: str) -> list[str]:
 
 
 def _rows(dataset: xr.Dataset) -> dict[str, slice]:
-    """Samples of each record along ``obs``."""
+    """Return the samples of each record along ``obs``."""
     of_obs = slices(dataset["row_size"].values)
     return dict(zip(_names(dataset, "record_id"), of_obs, strict=True))

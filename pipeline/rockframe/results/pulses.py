@@ -25,19 +25,20 @@ def write_pulses(
     batch: str = "",
     **origin: Unpack[Origin],
 ) -> None:
-    """Write the output of the pulse stage, whole or not at all; holds one record at a time.
+    """Write the output of the pulse stage, complete or not at all; one record is in memory at a
+    time.
 
     Parameters
     ----------
     answers : iterable of (Record, RecordPulses)
-        Each record and what was found in it, the same wavelets and number of runners-up in all.
-        An error that it raises leaves no file.
+        Each record with its pulses; all have the same wavelets and number of runners-up. If the
+        iterable raises an error, no file is left.
     path : Path
-        Where it goes; an older file there is replaced.
+        The file to write; an older file is replaced.
     batch : str
         The batch of the records, ``2/3``; empty for all records.
     **origin
-        As `Origin` has them; the number of ``runners_up`` is among the parameters.
+        Keywords of `Origin`; the parameters include the number of ``runners_up``.
 
     Raises
     ------
@@ -70,9 +71,9 @@ def _series(record: Record, pulse: Pulse) -> dict[str, NDArray[np.float64]]:
 
 
 def _complete(columns: Mapping[str, list[Any]], runners_up: int) -> dict[str, Any]:
-    """Return the values of all variables but the series."""
+    """Return the values of all variables except the series."""
     found: list[RecordPulses] = columns["found"]
-    # Nothing is left to look in for some of the runners-up.
+    # Some runners-up do not exist: nothing of the record is left to search.
     further = [[*p.runners_up, *[None] * (runners_up - len(p.runners_up))] for p in found]
     return {
         **{name: values for name, values in columns.items() if name != "found"},

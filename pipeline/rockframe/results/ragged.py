@@ -1,4 +1,4 @@
-"""Series of several records, one after the other along ``obs``: writing and slicing."""
+"""Write and slice series of several records, one after the other along ``obs``."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from rockframe.results.schema.declare import FileKind
 from rockframe.results.writing import WITHOUT_RECORDS, Origin, growing, named, put
 
 Name = TypeVar("Name", str, float)
-#: The series of a record, and its other values, by variable.
+#: The series of a record and its other values, both by variable.
 Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
 
 
 def no_records() -> xr.Dataset:
-    """Return the dataset of a batch in which no record came through."""
+    """Return the dataset of a batch without accepted records."""
     return xr.Dataset(attrs={"title": WITHOUT_RECORDS})
 
 
@@ -36,24 +36,26 @@ def write_rows(
     batch: str = "",
     **origin: Unpack[Origin],
 ) -> None:
-    """Write a file whole or not at all, holding the series of one record at a time.
+    """Write a file, complete or not at all; the series of one record are in memory at a time.
 
     Parameters
     ----------
     kind : FileKind
-        What the file holds.
+        Kind of the file.
     rows : iterable of (mapping, mapping)
-        The series of each record, and its other values. An error that it raises leaves no file.
+        The series of each record, and its other values. If the iterable raises an error, no file is
+        left.
     path : Path
         The file to write or replace.
     complete : callable
-        Called with the values of all records; returns those of all variables but the series.
+        Called with the values of all records; returns the values of all variables except the
+        series.
     further : callable, optional
         Called with the partial file; returns variables to add.
     batch : str
         The batch of the records, ``2/3``; empty for all records.
     **origin
-        As `put` takes them.
+        Keywords of `Origin`.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def write_rows(
 
 
 def slices(sizes: ArrayLike) -> list[slice]:
-    """Return where each of several series of these sizes is along ``obs``.
+    """Return the slices along ``obs`` of series with these sizes.
 
     Examples
     --------
@@ -93,12 +95,12 @@ def slices(sizes: ArrayLike) -> list[slice]:
 
 
 def position(known: Sequence[Name], asked: Name, what: str) -> int:
-    """Return the position of a name or a number among those of a file.
+    """Return the position of a name or a number in a list from a file.
 
     Raises
     ------
     ParameterError
-        If it is not among them.
+        If the list does not contain it.
     """
     require_known(what, asked, known)
     return list(known).index(asked)

@@ -1,4 +1,4 @@
-"""Opens files of stages, and checks each against the declaration of its kind."""
+"""Open files of stages, and check each against the declaration of its kind."""
 
 from __future__ import annotations
 
@@ -24,22 +24,21 @@ from rockframe.results.schema import KINDS, FileKind, Variable
 from rockframe.results.writing import CHUNK, WITHOUT_RECORDS
 from rockframe.units import conversion_factor
 
-#: What opening a corrupted file raises; netCDF4 says of an attribute that it cannot read that there
-#: is none.
+#: Errors from opening a corrupted file; netCDF4 reports an unreadable attribute as missing.
 _UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
-#: First bytes of netCDF files; the library has several errors for other files.
+#: First bytes of netCDF files; for other files the library raises several kinds of errors.
 _MAGIC: Final = (b"\x89HDF", b"CDF")
-#: What is read of global attributes as JSON, and what it must be.
+#: Global attributes that contain JSON, and the required type.
 _JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
-#: Those without which a file is none of ours.
+#: Global attributes that every file of this package has.
 _NEEDED: Final = ("input_sha256", "parameters", "left_out", "source_code_hash")
-#: Attributes by which other numbers are stored than are meant.
+#: Attributes of packed variables, whose stored numbers differ from their values.
 _PACKED: Final = ("scale_factor", "add_offset", "missing_value", "_Unsigned")
-#: Kinds of types of NumPy that may hold what is declared.
+#: Kinds of NumPy types that are allowed for each declared type.
 _TYPES: Final = {"text": "SO", "flags": "iu", "integers": "iu", "numbers": "fiu"}
-#: No compression of netCDF makes less of samples.
+#: Largest compression ratio that netCDF can reach.
 _MOST_COMPRESSED: Final = 1032
-#: So many values are checked at once.
+#: Number of values that are checked at once.
 _BLOCK: Final = 2**20
 
 
@@ -47,8 +46,8 @@ _BLOCK: Final = 2**20
 def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset]:
     """Open a dataset of one kind, and close it at the end of the block.
 
-    It has the variables that are declared for the kind and no others, in their declared units and
-    with their declared attributes. Series along ``obs`` are read on demand.
+    The dataset has exactly the variables that are declared for the kind, with their declared units
+    and attributes. Series along ``obs`` are read on demand.
 
     Parameters
     ----------
@@ -57,18 +56,18 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     kind : str
         One of `KINDS`.
     empty : bool
-        Take the file of a batch in which no record came through, too: it has no variables.
+        Accept the file of a batch without accepted records too, which has no variables.
 
     Raises
     ------
     InputError
-        If the file is missing or corrupted, another stage wrote it, or its content is not as the
-        kind declares it.
+        If the file is missing or corrupted, if another stage wrote it, or if its content does not
+        match the declaration of the kind.
     """
     if not path.is_file():
         what = "a folder" if path.is_dir() else "no such file"
         raise InputError(path, f"{what}. Must be a {kind} file.")
-    # The default of 64 MB a variable would fill with samples that are read once.
+    # By default netCDF would cache 64 MB of samples per variable, although they are read once.
     netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
     try:
@@ -94,12 +93,12 @@ def _refuse_others(path: Path, instead: str) -> None:
 
 
 def kind_of(path: Path) -> str:
-    """Return the kind of a file, by what it says of itself.
+    """Return the kind that a file states in its attributes.
 
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or of no kind.
+        If the file is missing, corrupted, or of an unknown kind.
     """
     if not path.is_file():
         what = "a folder" if path.is_dir() else "no such file"
@@ -132,7 +131,7 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 
 
 class _Declared(xr.backends.NetCDF4DataStore):
-    """The content of a file by its kind, checked before any memory is allocated for it."""
+    """The content of a file, checked against its kind before memory is allocated."""
 
     path: Path
     kind: FileKind
@@ -173,7 +172,9 @@ class _Declared(xr.backends.NetCDF4DataStore):
                 raise self._refuse(f"without a global attribute {name!r} that can be read.")
 
     def _has(self, one: Variable, found: Mapping[str, xr.Variable]) -> bool:
-        """Return True if a variable is there; refuse the file if it must have it."""
+        """Return True if the file has a variable; reject the file if a required variable is
+        missing.
+        """
         group = [v.name for v in self.kind.variables if v.group == one.group and v.name in found]
         if one.name not in found and (group or not one.group):
             beside = f", but with {group[0]!r}" if one.group else ""
@@ -182,7 +183,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
         return one.name in found
 
     def _as_declared(self, one: Variable, found: xr.Variable) -> xr.Variable:
-        """Return a variable with the attributes by which it is decoded, and those declared."""
+        """Return a variable with the declared attributes and those needed for decoding."""
         what = f"variable {one.name!r}"
         kind, dims = found.dtype.kind, found.dims
         dims = dims[:-1] if kind == "S" else dims
@@ -207,9 +208,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
                 )
         if factor != 1.0:
             attrs["scale_factor"] = factor
-        if (
-            kind == "f"
-        ):  # what was not written is of netCDF's own value, whether it is stated or not
+        if kind == "f":  # values that were not written have netCDF's own fill value, stated or not
             unwritten = netCDF4.default_fillvals[found.dtype.str[1:]]
             attrs["_FillValue"] = found.attrs.get("_FillValue", unwritten)
         if kind == "S":
@@ -219,7 +218,9 @@ class _Declared(xr.backends.NetCDF4DataStore):
         return declared
 
     def _require_room(self, variables: Mapping[str, xr.Variable]) -> None:
-        """Refuse to make room for what the file is too small to hold."""
+        """Reject variables that are larger than the file can contain, before memory is
+        allocated.
+        """
         claimed = 0
         for one in variables.values():
             chunk = one.encoding.get("chunksizes") or ()
@@ -230,7 +231,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
 
 
 def _require_valid(path: Path, one: Variable, dataset: xr.Dataset) -> None:
-    """Refuse values that are not as they are declared; series are left for when they are read."""
+    """Reject values outside the declared range; series are checked when they are read."""
     if "obs" in one.dims or (
         one.holds == "numbers" and not (one.valid or one.key or one.refers_to)
     ):
@@ -283,7 +284,7 @@ def _is_text(one: Variable, value: Any) -> bool:
 
 
 def _required(one: Variable) -> str:
-    """Return the values that a variable may have, in words."""
+    """Return a description of the values that a variable may have."""
     if one.refers_to:
         return f"one of those of {one.refers_to}"
     if one.choices:
@@ -312,13 +313,13 @@ class Described:
     Parameters
     ----------
     records : tuple of str
-        Identifiers of its records.
+        Identifiers of the records.
     inputs : mapping of str to str
-        Name and SHA-256 of what it was made from.
+        Name and SHA-256 of each input of the file.
     structures : int
-        Number of its structures.
+        Number of structures.
     left_out : tuple of str
-        Identifiers of the records that the stage left out, with a reason.
+        Identifiers of the records that the stage rejected.
     """
 
     records: tuple[str, ...]
@@ -333,10 +334,10 @@ def describe(path: Path, kind: str) -> Described:
     Raises
     ------
     InputError
-        If the file is missing, something else, or corrupted: each block has a checksum.
+        If the file is missing, of another kind, or corrupted: each block has a checksum.
     """
     with opened(path, kind, empty=True) as dataset:
-        for name in dataset.variables:  # one after the other: the samples need not fit in memory
+        for name in dataset.variables:  # one at a time: all samples together may not fit in memory
             dataset[name].copy(deep=False).to_numpy()  # a dataset keeps what was read of it
         names = dataset["record_id"].values if "record_id" in dataset else ()
         return Described(

@@ -1,4 +1,4 @@
-"""The file of records: writing and reading."""
+"""Write and read the file of records."""
 
 from __future__ import annotations
 
@@ -28,29 +28,30 @@ def write_records(
     parameters: Mapping[str, Any],
     sweep: Callable[[RecordsFile], Mapping[str, Sequence[float]]] | None = None,
 ) -> dict[str, str]:
-    """Write the output of the ingest stage, whole or not at all; holds one record at a time.
+    """Write the output of the ingest stage, complete or not at all; one record is in memory at a
+    time.
 
     The same inputs give the same bytes.
 
     Parameters
     ----------
     records : iterable of (Record, Passport or None)
-        At least one; if one has no passport, none must have one: then there are no measures. An
-        error that it raises leaves no file.
+        At least one record. Either all records have a passport, or none; without passports the file
+        has no measures. If the iterable raises an error, no file is left.
     path : Path
-        Where it goes; an older file there is replaced.
+        The file to write; an older file is replaced.
     input_sha256 : mapping
-        Name and SHA-256 of each input besides the files that held the records.
+        Name and SHA-256 of each input except the record files.
     parameters : mapping
         The options of the stage; JSON values.
     sweep : callable, optional
-        Called with the records before they are put in their place; gives numbers of both
-        horizontals of each record, by variable.
+        Called with the written records before the file is complete; returns measures of both
+        horizontals for each record, by variable.
 
     Returns
     -------
     dict of str to str
-        Name and SHA-256 of each input, the files of the records among them.
+        Name and SHA-256 of each input, including the record files.
 
     Raises
     ------
@@ -102,14 +103,15 @@ def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
     return known
 
 
-#: What a record is made of, besides its samples and their processing.
+#: Fields of a record, except its samples and processing.
 _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
-#: Share by which the peaks of samples may differ from those stated: samples of single precision.
+#: Allowed relative difference between the peaks of samples and the stated peaks: samples may have
+#: single precision.
 _PEAK_TOLERANCE: Final = 1e-5
 
 
 class RecordsFile:
-    """A records file, open for reading one record at a time; closes at the end of a ``with`` block.
+    """An open file of records, read one record at a time; a ``with`` block closes it.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ class RecordsFile:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -157,14 +159,14 @@ class RecordsFile:
         return [Orientation(int(value)) for value in self._known["orientation"].values]
 
     def samples(self, names: Sequence[str]) -> int:
-        """Return how many samples the records of these names have together."""
+        """Return the total number of samples of the records with these names."""
         rows = [self._rows[name] for name in names]
         return int(self._known["row_size"].values[rows].sum())
 
     def usable_periods(self, name: str) -> tuple[float, float]:
         """Return the shortest and longest usable period of a record [s]; 0 and infinity if unknown.
 
-        Both are 0 if none is usable.
+        Both are 0 if no period is usable.
         """
         row, known = self._rows[name], (0.0, math.inf)
         if "usable_period_longest" not in self._known:  # without passports
@@ -180,14 +182,14 @@ class RecordsFile:
         return shortest, longest
 
     def read(self, name: str) -> Record:
-        """Read the record of this name.
+        """Read the record with this name.
 
         Raises
         ------
         ParameterError
-            If there is none.
+            If the file has no such record.
         InputError
-            If it is corrupted.
+            If the record is corrupted.
         """
         row = position(self.names, name, "record") if name not in self._rows else self._rows[name]
         known: dict[Any, Any] = {
@@ -208,7 +210,7 @@ class RecordsFile:
         return record
 
     def _require_peaks(self, record: Record, pga: float, pgv: float) -> None:
-        """Refuse samples that are cut at a wrong place, or of other units than stated."""
+        """Reject samples whose peaks do not match the stated peaks: wrong slices or wrong units."""
         for name, found, stated, units in (
             ("acceleration", peak(record.acceleration), pga, "m/s2"),
             ("velocity", peak(integrate(record.acceleration, record.time_step)), pgv, "m/s"),
@@ -216,7 +218,7 @@ class RecordsFile:
             if not math.isclose(found, stated, rel_tol=_PEAK_TOLERANCE):
                 raise InputError(
                     self.path,
-                    f"samples of {record.record_id!r} with a peak {name} of {found:g} {units}, and "
+                    f"samples of {record.record_id!r} with a peak {name} of {found:g} {units}, "
                     f"stated as {stated:g} {units}. Must be equal.",
                 )
 
@@ -232,7 +234,7 @@ def open_records(path: str | Path) -> RecordsFile:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
 
     Examples
     --------

@@ -24,7 +24,7 @@ from rockframe.rocking.margins.strip import Strip
 from rockframe.rocking.response import Response
 
 _HISTORIES: Final = ("theta", "u", "v")
-#: Parts of a response that it may not have.
+#: Optional parts of a response.
 _PARTS: Final = ("to_pulse", "margin", "contact", "restraint")
 
 
@@ -36,24 +36,25 @@ def write_responses(
     batch: str = "",
     **origin: Unpack[Origin],
 ) -> None:
-    """Write the output of the respond stage, whole or not at all; holds one record at a time.
+    """Write the output of the respond stage, complete or not at all; one record is in memory at a
+    time.
 
     The same inputs give the same bytes.
 
     Parameters
     ----------
     answers : iterable of (str, sequence of Response)
-        The identifier of a record, and the responses of the frames, in their order. Those whose
-        nodes are left out have no history in the file. An error that it raises leaves no file.
+        For each record, its identifier and the responses in the order of the frames. Responses
+        without nodes have no history in the file. If the iterable raises an error, no file is left.
     frames : sequence of RockingFrame
         At least one, with different names.
     path : Path
-        Where it goes; an older file there is replaced.
+        The file to write; an older file is replaced.
     batch : str
         The batch of the records, ``2/3``; empty for all records.
     **origin
-        As `Origin` has them. If ``pulses`` among the parameters is true, the responses to the
-        records' pulses alone are in the file.
+        Keywords of `Origin`. If the parameter ``pulses`` is true, the file includes the responses
+        to the pulses alone.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def write_responses(
 
 
 def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
-    """Values of a record; parts of responses by their own names."""
+    """Return the values of a record, with the parts of responses under their own names."""
     return {
         "record_id": name,
         "row_size": max(response.time.size for response in responses),
@@ -78,7 +79,7 @@ def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
 
 
 def _histories(responses: Sequence[Response]) -> dict[str, NDArray[np.float64]]:
-    """Histories of the frames under one record; NaN where they are not kept."""
+    """Return the histories of the frames under one record; NaN if they are not kept."""
     time = max((response.time for response in responses), key=len)
     series = {"time": time}
     for name in _HISTORIES:
@@ -92,7 +93,7 @@ def _histories(responses: Sequence[Response]) -> dict[str, NDArray[np.float64]]:
 def _complete(
     columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame], pulses: bool
 ) -> dict[str, Any]:
-    """Return the values of all variables but the histories."""
+    """Return the values of all variables except the histories."""
     values = {name: column for name, column in columns.items() if name not in _PARTS}
     if all(frame.abutment is None for frame in frames):
         values = {name: column for name, column in values.items() if name not in ABUTMENT}
@@ -113,7 +114,7 @@ def _complete(
 
 
 class ResponseFile:
-    """A response file, open for selecting histories; closes at the end of a ``with`` block.
+    """An open response file, for selecting histories; a ``with`` block closes it.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ class ResponseFile:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -158,7 +159,7 @@ class ResponseFile:
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 
     def strips(self, record: str) -> dict[str, Strip]:
-        """Return the strip of each structure under a record; none without margins."""
+        """Return the strip of each structure under a record; empty without margins."""
         return {
             structure: strip for (_, structure), strip in strips_of(self.dataset, [record]).items()
         }
@@ -169,13 +170,13 @@ class ResponseFile:
         Raises
         ------
         ParameterError
-            If there is no such record or structure, or its history was not kept.
+            If there is no such record or structure, or if the history was not kept.
         """
         i = position(self.records, record, "record")
         k = position(self.structures, structure, "structure")
         if not self.dataset["history"].values[i, k]:
             raise ParameterError(
-                f"no history of {structure!r} under {record!r} was kept. Must be computed with "
+                f"no history of {structure!r} under {record!r} was kept. Compute it with "
                 "--histories all."
             )
         chosen = self.dataset.isel(record=i, structure=k, obs=self._rows[i]).drop_vars("row_size")
@@ -193,7 +194,7 @@ def open_response(path: str | Path) -> ResponseFile:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
 
     Examples
     --------
@@ -214,7 +215,7 @@ def open_response(path: str | Path) -> ResponseFile:
 
 
 def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:
-    """Return the values, records by structures, by variable; None where a record has no pulse."""
+    """Return the values by variable, (records, structures); rows have None without a pulse."""
     values = RESPONSE_NC.filled("to_pulse", rows)
     values["verdict_to_pulse"] = [
         [FateUnderPulse.NO_PULSE if fate is None else fate for fate in row]

@@ -1,4 +1,4 @@
-"""Reads the folder of a run: its tables, its labelled values and its strips."""
+"""Read the folder of a run: tables, labelled values and strips."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.tables.columns import stated_verdict
 from rockframe.results.tables.entries import rows_of
-from rockframe.results.tables.known import Facts, FactsOf
+from rockframe.results.tables.labelled_values import LabelledValues, LabelledValuesOf
 from rockframe.rocking import Strip
 
-#: Columns of ``table.csv`` without which it says nothing of a record and a structure.
+#: Required columns of ``table.csv``.
 _NEEDED: Final = (
     *("record_id", "event", "record", "structure", "verdict"),
     *("peak_rotation_ratio", "overturning_time_s"),
@@ -30,27 +30,27 @@ _NEEDED: Final = (
 
 @dataclass(frozen=True)
 class Run:
-    """The content of a run without its histories.
+    """The contents of a run, without histories.
 
     Parameters
     ----------
     folder : Path
-        Where it is.
+        Folder of the run.
     manifest : mapping
         Content of ``manifest.json``.
     manifest_sha256 : str
-        Hash of that file: it stands for the run.
+        Hash of that file, which identifies the run.
     counts : mapping of (str, str) to int
-        How many rows ``table.csv`` has, by structure and kind of verdict.
+        Numbers of rows of ``table.csv``, by structure and kind of verdict.
     rows : tuple of mapping of str to str
-        Its rows, a record and a structure each; or those of them that are looked at first.
+        Rows of that table, one for each record and structure; or only the rows that `rank` puts
+        first.
     entries : tuple of mapping of str to str
-        Rows of ``records.csv``: each record and each file that gave none, with the checks.
-    records, structures, pairs : mapping to tuple of Fact
-        What is known of each record and its pulse, each structure, and each record with each
-        structure.
+        Rows of ``records.csv``: each record and each file without a record, with the checks.
+    records, structures, pairs : mapping to tuple of LabelledValue
+        Values of each record and its pulse, of each structure, and of each pair of them.
     strips : mapping of (str, str) to Strip
-        By record and structure of the rows; none if margins were not computed.
+        Strips by record and structure of the rows; empty if margins were not computed.
     """
 
     folder: Path
@@ -59,9 +59,9 @@ class Run:
     counts: Mapping[tuple[str, str], int]
     rows: tuple[Mapping[str, str], ...]
     entries: tuple[Mapping[str, str], ...]
-    records: Mapping[str, Facts]
-    structures: Mapping[str, Facts]
-    pairs: Mapping[Pair, Facts]
+    records: Mapping[str, LabelledValues]
+    structures: Mapping[str, LabelledValues]
+    pairs: Mapping[Pair, LabelledValues]
     strips: Mapping[Pair, Strip] = field(default_factory=dict)
 
     @property
@@ -79,12 +79,12 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     folder : Path
         Output of ``rockframe table1``.
     most : int, optional
-        Most rows of the table that are kept; by default all.
+        Largest number of rows of the table to keep; by default all.
 
     Raises
     ------
     InputError
-        If one of its files is missing, corrupted, or something else.
+        If a file of the run is missing, corrupted, or of another kind.
 
     Examples
     --------
@@ -107,18 +107,18 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             counts,
             rows,
             tuple(_rows(folder / "records.csv")),
-            FactsOf(records, pulses, keys=["record_id"]),
-            FactsOf(response, keys=["structure"]),
-            FactsOf(response, keys=["record_id", "structure"]),
+            LabelledValuesOf(records, pulses, keys=["record_id"]),
+            LabelledValuesOf(response, keys=["structure"]),
+            LabelledValuesOf(response, keys=["record_id", "structure"]),
             strips_of(response, {row["record_id"] for row in rows}),
         )
 
 
 def rank(row: Mapping[str, str]) -> tuple[int, float]:
-    """Return where a row of the table stands among those that are looked at first.
+    """Return the sort key of a row of the table: rows of most interest first.
 
-    What stands or is undecided comes first, the largest rotation before the others, then what
-    overturned, then what never uplifted.
+    The order is: structures that do not overturn or are undecided, by decreasing rotation; then
+    structures that overturn; then structures that never uplift.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def rank(row: Mapping[str, str]) -> tuple[int, float]:
 
 
 def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str, str]]:
-    """Give the rows of the table, and count the verdicts of each structure by kind."""
+    """Yield the rows of the table, and count the verdicts of each structure by kind."""
     for number, row in enumerate(_rows(path)):
         missing = [name for name in _NEEDED if name not in row] if number == 0 else []
         if missing:
@@ -147,16 +147,16 @@ def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str,
 
 
 def _kept(rows: Iterator[dict[str, str]], most: int | None) -> tuple[dict[str, str], ...]:
-    """Return all rows, or those that `rank` puts first, in the order of the table."""
+    """Return all rows, or the rows that `rank` puts first, in the order of the table."""
     if most is None:
         return tuple(rows)
     best = heapq.nsmallest(most, enumerate(rows), key=lambda numbered: rank(numbered[1]))
-    deque(rows, maxlen=0)  # of none that are kept, all are counted
+    deque(rows, maxlen=0)  # no row is kept, but all are counted
     return tuple(row for _, row in sorted(best, key=lambda numbered: numbered[0]))
 
 
 def _rows(path: Path) -> Iterator[dict[str, str]]:
-    """Give the rows of a table that a run must have."""
+    """Yield the rows of a table that every run has."""
     if not path.is_file():
         raise InputError(path, "missing. Must be as the run wrote it.")
     return rows_of(path)

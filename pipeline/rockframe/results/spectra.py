@@ -25,12 +25,12 @@ from rockframe.rocking.spectra.scan import islands
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:
-    """Return the dataset of an overturning spectrum: maps, least amplitudes, intervals.
+    """Return the dataset of an overturning spectrum: maps, smallest amplitudes, intervals.
 
     Parameters
     ----------
     spectrum : OverturningSpectrum
-        What `overturning_spectrum` returned.
+        Result of `overturning_spectrum`.
     """
     found = spectrum.found
     maps = (*spectrum.shape, spectrum.amplitude.size)
@@ -57,7 +57,7 @@ def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:
 
 
 def _intervals(spectrum: OverturningSpectrum) -> dict[str, Any]:
-    """Intervals beside each other along ``interval``, as many as the line that has most."""
+    """Return the intervals along ``interval``, padded to the largest number of intervals."""
     found = spectrum.found
     counts = np.bincount(found.line, minlength=len(found.verdict))
     rank = np.arange(found.line.size) - np.searchsorted(found.line, found.line)
@@ -86,7 +86,7 @@ def rocking_spectrum_dataset(names: Sequence[str], spectrum: RockingSpectrum) ->
     names : sequence of str
         Identifiers of the records.
     spectrum : RockingSpectrum
-        What `rocking_spectrum` returned for them.
+        Result of `rocking_spectrum` for these records.
     """
     values = ROCKING_SPECTRUM_NC.filled("spectrum", spectrum)
     return ROCKING_SPECTRUM_NC.dataset({"record_id": list(names), **values})
@@ -103,7 +103,7 @@ def read_spectrum(path: Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     with opened(path, SPECTRUM) as dataset:
         return dataset.load()
@@ -120,7 +120,7 @@ def read_rocking_spectrum(path: Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     with opened(path, ROCKING_SPECTRUM) as dataset:
         return dataset.load()

@@ -1,4 +1,4 @@
-"""Writes datasets, whole or row by row."""
+"""Write datasets, at once or row by row."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from rockframe.provenance import sha256_of, source_code_hash, versions, whole_fi
 from rockframe.results.schema import KINDS
 from rockframe.units import GRAVITY
 
-#: Title of the file of a batch in which no record came through; it has no variables.
+#: Title of the file of a batch without accepted records, which has no variables.
 WITHOUT_RECORDS: Final = "Batch without records"
-#: Samples in one compressed block.
+#: Number of samples in one compressed block.
 CHUNK: Final = 16384
-#: How each variable is stored: a bit that flips is found.
+#: Encoding of each variable, with checksums that detect a flipped bit.
 COMPRESSED: Final[dict[str, Any]] = {
     "zlib": True,
     "complevel": 4,
@@ -36,8 +36,8 @@ class Origin(TypedDict, total=False):
     """The origin of a file: keywords of the functions that write files.
 
     ``input_sha256`` has the name and SHA-256 of each input, ``parameters`` the options of the stage
-    as JSON values, and ``left_out`` the reasons why records that went in did not come out, by
-    identifier; it is read last.
+    as JSON values, and ``left_out`` the reasons for rejected records, by identifier. ``left_out``
+    is read last, so that it can be filled during writing.
     """
 
     input_sha256: Required[Mapping[str, str]]
@@ -46,18 +46,18 @@ class Origin(TypedDict, total=False):
 
 
 def write(dataset: xr.Dataset, path: Path, kind: str, **origin: Unpack[Origin]) -> None:
-    """Write a dataset whole or not at all; the same inputs give the same bytes.
+    """Write a dataset, complete or not at all; the same inputs give the same bytes.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        What one of the functions above returned.
+        The dataset to write.
     path : Path
-        Where it goes; an older file there is replaced.
+        The file to write; an older file is replaced.
     kind : str
-        One of the names above.
+        Kind of the file, one of `KINDS`.
     **origin
-        As `Origin` has them.
+        Keywords of `Origin`.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def write(dataset: xr.Dataset, path: Path, kind: str, **origin: Unpack[Origin]) 
 
 @contextmanager
 def named(path: Path) -> Iterator[Path]:
-    """Give a temporary path, put in the place of `path` if the block succeeds.
+    """Yield a temporary path, which replaces `path` if the block succeeds.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def named(path: Path) -> Iterator[Path]:
 
 
 def require_ending(path: Path) -> None:
-    """Refuse the path of a netCDF file that does not end as one.
+    """Reject the path of a netCDF file that does not end in ``.nc``.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def require_ending(path: Path) -> None:
 
 
 def is_netcdf(path: Path) -> bool:
-    """Return True if a file exists and starts as netCDF 4 does.
+    """Return True if a file exists and starts like netCDF 4.
 
     Examples
     --------
@@ -120,7 +120,7 @@ def put(
     mode: Literal["w", "a"] = "w",
     **origin: Unpack[Origin],
 ) -> None:
-    """Write a dataset and its origin into a file of `named`; mode ``a``: beside what it holds."""
+    """Write a dataset and its origin into a file of `named`; mode ``a`` adds to the file."""
     stage = KINDS[kind].stage
     version = versions()["rockframe"]
     described = dataset.assign_attrs(
@@ -155,7 +155,7 @@ def _encoding(variable: xr.Variable) -> dict[str, Any]:
         **COMPRESSED,
         "_FillValue": np.nan if variable.dtype.kind == "f" else None,
     }
-    if variable.dtype.kind == "O":  # characters, not netCDF strings: those have no checksum
+    if variable.dtype.kind == "O":  # characters, because netCDF strings have no checksum
         encoding["dtype"] = "S1"
     elif "obs" in variable.dims:
         sizes = [min(n, CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
@@ -164,7 +164,7 @@ def _encoding(variable: xr.Variable) -> dict[str, Any]:
 
 
 def input_hash(*paths: Path) -> dict[str, str]:
-    """Return names and SHA-256 of inputs, as `write` wants them."""
+    """Return names and SHA-256 of inputs, as `Origin` needs them."""
     return {path.name: sha256_of(path) for path in paths}
 
 
@@ -172,14 +172,14 @@ def input_hash(*paths: Path) -> dict[str, str]:
 def growing(
     partial: Path, series: Mapping[str, xr.Variable], mode: Literal["w", "a"] = "w"
 ) -> Iterator[Callable[[Mapping[str, NDArray[np.float64]]], None]]:
-    """Give a function that appends to variables along ``obs``; memory does not grow with them.
+    """Yield a function that appends to variables along ``obs``; memory does not grow with them.
 
     Parameters
     ----------
     partial : Path
-        A file of `named`, that this begins (in mode ``a``, goes on with); `put` adds the rest.
+        A file of `named`, which is created (in mode ``a``, extended); `put` adds the rest.
     series : mapping of str to Variable
-        What they are like: of double precision, ``obs`` their last dimension.
+        Templates of the variables, of double precision with ``obs`` as their last dimension.
     """
     file = netCDF4.Dataset(partial, mode, format="NETCDF4")
     try:
@@ -212,7 +212,7 @@ def _begin(file: netCDF4.Dataset, name: str, like: xr.Variable) -> None:
         _dims(like),
         chunksizes=(1,) * (like.ndim - 1) + (CHUNK,),
         fill_value=np.nan,
-        chunk_cache=4 * 8 * CHUNK * rows,  # of four chunks; the default may be of 64 MB
+        chunk_cache=4 * 8 * CHUNK * rows,  # room for four chunks; the default may be 64 MB
         **COMPRESSED,
     )
     created.setncatts(like.attrs)

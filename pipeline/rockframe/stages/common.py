@@ -12,13 +12,13 @@ from rockframe.results.records import RecordsFile
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
-#: Callback with the number of items done and in total.
+#: Callback that takes the number of items done and the total.
 Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
 class Batch:
-    """One of several parts of the records, to which a stage can be restricted.
+    """One of several batches of the records; a stage can compute a single batch.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Batch:
     Raises
     ------
     ParameterError
-        If there is no such part.
+        If there is no such batch.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Batch:
             )
 
     def of(self, names: Sequence[str]) -> list[str]:
-        """Return the names in this batch; none if there are more batches than names."""
+        """Return the names in this batch; empty if there are more batches than names."""
         start, stop = (len(names) * k // self.count for k in (self.number - 1, self.number))
         return list(names[start:stop])
 
@@ -74,7 +74,7 @@ class Counted(Generic[Task]):
     tasks : iterable
         The tasks.
     number : int
-        Number of tasks, or more, because tasks of rejected records are counted.
+        Upper bound of the number of tasks: tasks of rejected records are counted too.
 
     Examples
     --------
@@ -100,12 +100,12 @@ def accepted(
     left_out: dict[str, str],
     progress: Progress,
 ) -> Iterator[tuple[str, Answer]]:
-    """Yield the answers that are there, by record; note the reason for each of the others.
+    """Yield the answers by record; note the reasons for records without an answer.
 
     Raises
     ------
     ParameterError
-        If there is no answer for any of all records, with the reason of the first.
+        If no record of all records has an answer; the message states the first reason.
     """
     done = 0
     for name, answer, reason in answers:
@@ -130,13 +130,13 @@ def horizontal(records: RecordsFile) -> list[str]:
     Raises
     ------
     ParameterError
-        If all are.
+        If all records are vertical.
     """
     named = zip(records.names, records.orientations, strict=True)
     chosen = [name for name, orientation in named if not orientation.upright]
     if not chosen:
         raise ParameterError(
             f"{records.path}: all {len(records.names)} records are vertical. "
-            "Must hold a horizontal one."
+            "At least one must be horizontal."
         )
     return chosen

@@ -1,4 +1,4 @@
-"""Compare bridges that rock with their rivals under each record, and write compare.nc."""
+"""Compare rocking bridges with their rivals under each record, and write compare.nc."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def compare_stage(
     structures_path : Path
         TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the rivals.
     stated : CompareEntry, optional
-        The rivals, instead of the tables of the file.
+        The rivals; replaces the tables of the file.
     against : collection of str, optional
         Only these rivals: restrained, hybrid, isolated, fixed.
     structure : str, optional
@@ -107,7 +107,7 @@ def compare_stage(
 
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
-    """Return the rivals of a structure: those asked for, or else all that are stated."""
+    """Return the requested rivals of a structure; by default all that are stated."""
     whole = entry.whole()
     tendon, dissipater = whole.tendon, whole.dissipater
     if tendon is None and stated.restrained is not None:
@@ -127,7 +127,7 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
     }
     if dissipater is not None and tendon is None and (not against or "hybrid" in against):
         raise ParameterError(
-            f"Dissipaters of {whole.name!r} without a tendon. Must be beside one, in "
+            f"Dissipaters of {whole.name!r} without a tendon. State a tendon in "
             "[structure.tendon] or [compare.restrained]."
         )
     rivals = {name: make() for name, make in made.items() if not against or name in against}
@@ -135,19 +135,19 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
     for name in against:
         if rivals[name] is None:
             raise ParameterError(
-                f"{name} bridge of {whole.name!r} not stated. Must be, in "
+                f"{name} bridge of {whole.name!r} not stated. State it in "
                 f"[structure.{tables.get(name, name)}] or [compare.{name}]."
             )
     if not any(rivals.values()):
         raise ParameterError(
-            f"No rival of {whole.name!r} stated. Must be, in [compare.isolated], [compare.fixed], "
+            f"No rival of {whole.name!r} stated. State one in [compare.isolated], [compare.fixed], "
             "[compare.restrained] or [compare.hybrid]."
         )
     return Rivals(entry.on_pivots(free), **rivals)  # type: ignore[arg-type]
 
 
 def _require_alike(compared: Sequence[Rivals]) -> None:
-    """Refuse a structure with other rivals: the file has one list of models."""
+    """Reject structures with different rivals, because the file has one list of models."""
     first, last = compared[0], compared[-1]
     if list(last.models) != list(first.models):
         here, there = (", ".join(one.models) for one in (last, first))

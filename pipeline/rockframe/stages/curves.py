@@ -17,17 +17,17 @@ from rockframe.results.screening.screen import read_screening
 from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
 from rockframe.rocking import Verdict
 
-#: Name of a figure without its suffix, its description, and the figure.
+#: Name of a figure (without suffix), its description, and the figure.
 _Named = tuple[str, str, Captioned]
 
 
 def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str, str]:
-    """Draw the curves of files, each kind into its own folder.
+    """Draw the curves of files; each kind of file has its own folder.
 
     Parameters
     ----------
     given : mapping of str to Path
-        Files by kind; other kinds have no curves.
+        Files by kind; kinds without curves are ignored.
     folder : Path
         Folder for the new folders.
     most : int
@@ -64,15 +64,17 @@ def _of_spectrum(path: Path, _most: int) -> Iterator[_Named]:
 
 def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
     spectrum = read_rocking_spectrum(path)
-    for k in _furthest(spectrum, most):
+    for k in _most_rotated(spectrum, most):
         for j, gamma in enumerate(spectrum["mass_ratio"].values):
             one = spectrum.isel(record=[k], mass_ratio=[j])
             name = str(one["record_id"].item())
             yield f"{name}-mass-ratio-{gamma:g}", name, draw_rocking_spectrum(one)
 
 
-def _furthest(spectrum: xr.Dataset, most: int) -> list[int]:
-    """Return positions of records, at most `most`: those with the largest rotations that stand."""
+def _most_rotated(spectrum: xr.Dataset, most: int) -> list[int]:
+    """Return positions of at most `most` records, with the largest rotations without
+    overturning.
+    """
     stands = spectrum["verdict"] != Verdict.OVERTURNED
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values

@@ -25,7 +25,7 @@ from rockframe.stages.common import Progress, silent
 from rockframe.stages.curves import draw_curves
 from rockframe.stages.table import table_rows_of
 
-#: List of the figures, in their folder.
+#: File in the folder of figures that lists them.
 _INDEX: Final = "figures.csv"
 #: Files from which the figure of a record is drawn.
 _OF_RECORDS: Final = ("records", "pulses", "response")
@@ -43,8 +43,8 @@ def figures_stage(
     Parameters
     ----------
     files : sequence of Path
-        Outputs of stages, one of each kind: all three of ingest, pulse and respond for figures of
-        records; that of screen for fragility and peaks; those of spectrum for their curves.
+        Outputs of stages, one of each kind: ingest, pulse and respond together for figures of
+        records; screen for fragility and peaks; spectrum for its curves.
     output : Path
         The folder to write; an earlier folder of this stage is replaced.
     options : FigureOptions, optional
@@ -60,10 +60,10 @@ def figures_stage(
     Raises
     ------
     InputError
-        If a file cannot be read, two are of one kind, one of the three is missing, or the folder
-        holds other files.
+        If a file cannot be read, if two files are of one kind, if one of ingest, pulse and respond
+        is missing, or if the folder contains other files.
     ParameterError
-        If no figure is wanted.
+        If the number of figures is below 1.
     """
     most = (options or FigureOptions()).most
     if most < 1:
@@ -73,7 +73,7 @@ def figures_stage(
     drawn: dict[str, str] = {}
     with replaced_folder(output) as partial:
         if "response" in given:
-            drawn |= _draw_furthest(given, partial, most, progress)
+            drawn |= _draw_most_rotated(given, partial, most, progress)
         drawn |= draw_curves(given, partial, most)
         with (partial / _INDEX).open("w", newline="", encoding="utf-8") as stream:
             write_rows(stream, [("file", "shows"), *drawn.items()])
@@ -86,10 +86,10 @@ def _refuse_strange(folder: Path) -> None:
     figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]
     ours = {index, *figures, *(figure.with_suffix(".caption.txt") for figure in figures)}
     for file in sorted(folder.rglob("*")):
-        mark = file.name.startswith(".") and index.is_file()  # of a workflow
+        mark = file.name.startswith(".") and index.is_file()  # hidden file of a workflow
         if file not in ours and not mark and (file.is_symlink() or not file.is_dir()):
-            unlisted = f"is none of the figures that are replaced: {_INDEX} does not list it."
-            raise InputError(file, f"{unlisted} Must be elsewhere.")
+            unlisted = f"is not a figure of this stage: {_INDEX} does not list it."
+            raise InputError(file, f"{unlisted} Move it elsewhere.")
 
 
 def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
@@ -109,7 +109,7 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
     return given
 
 
-def _draw_furthest(
+def _draw_most_rotated(
     given: Mapping[str, Path], folder: Path, most: int, progress: Progress
 ) -> dict[str, str]:
     """Return the description of each figure by its file."""
@@ -121,7 +121,7 @@ def _draw_furthest(
             first.setdefault(row["record_id"], row)
             yield row
 
-    chosen = _furthest(rows(), given["response"], most)
+    chosen = _most_rotated(rows(), given["response"], most)
     return draw_records(first.values(), files, folder, chosen, progress)
 
 
@@ -163,8 +163,8 @@ def draw_records(
     return drawn
 
 
-def _furthest(rows: Iterable[Row], response: Path, most: int) -> list[str]:
-    """Return records with histories, at most `most`: those with the largest rotations."""
+def _most_rotated(rows: Iterable[Row], response: Path, most: int) -> list[str]:
+    """Return at most `most` records with histories, those with the largest rotations."""
     furthest: dict[str, float] = {}
     for row in rows:
         stands = row["verdict"] in ("safe", "undecided") and math.isnan(row["overturning_time_s"])

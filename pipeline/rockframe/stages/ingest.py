@@ -26,7 +26,7 @@ from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.results.records import open_records, write_records
 from rockframe.results.tables.entries import Entry, refuse_strange_entries
 from rockframe.results.writing import is_netcdf, require_ending
-from rockframe.stages.intake import Ingested, Intake
+from rockframe.stages.acceptance import Acceptance, Ingested
 from rockframe.stages.rotation import rotated, sweeps
 from rockframe.study.passport import PassportLimits, read_limits
 
@@ -47,8 +47,8 @@ def ingest_stage(
 
     The correction is a baseline and a band-pass. Each record gets a passport, whose verdict can
     reject it. A table with the same name beside the output lists every input as accepted,
-    rejected or unread, with the reason and the checks. It is also written if no record of several
-    files was accepted.
+    rejected or unread, with the reason and the checks. The table is also written if all records of
+    several files are rejected.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def ingest_stage(
     limits : Limits, optional
         Limits of time and memory for reading a file.
     listed : callable, optional
-        Called with the rows of the table once it is written, also if no record was accepted.
+        Called with the rows of the written table, also if no record was accepted.
     table_format : str
         One of `rockframe.cells.TABLE_FORMATS`.
 
@@ -80,9 +80,9 @@ def ingest_stage(
     Raises
     ------
     InputError
-        If a path does not exist, or an output would replace an input or a list that is not ours;
-        if one was rejected and the options are strict, with nothing written; or no record was
-        accepted.
+        If a path does not exist; if an output would replace an input or a table of other software;
+        if no record was accepted; or if the options are strict and a record was rejected. In the
+        last case nothing is written.
 
     Examples
     --------
@@ -99,12 +99,12 @@ def ingest_stage(
     sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)
     catalogues = _catalogues(sources, catalogue)
     _refuse(outputs, sources, catalogues.values())
-    intake = Intake(options, _limits(options), outputs[1], listed, filters or Filters())
-    # Filters of peaks come after the rotation, because a pair needs both of its records.
-    first = replace(intake, filters=Filters()) if azimuths else intake
+    acceptance = Acceptance(options, _limits(options), outputs[1], listed, filters or Filters())
+    # Filters of peaks are applied after the rotation, because a pair needs both of its records.
+    first = replace(acceptance, filters=Filters()) if azimuths else acceptance
     parameters = options.stated() | {
-        "filters": intake.filters.bounds(),
-        "passport": intake.limits.stated(),
+        "filters": acceptance.filters.bounds(),
+        "passport": acceptance.limits.stated(),
     }
     with (
         closing(
@@ -129,15 +129,15 @@ def ingest_stage(
         if azimuths:
             with open_records(place) as recorded:
                 write_records(
-                    rotated(recorded, azimuths, intake),
+                    rotated(recorded, azimuths, acceptance),
                     output,
                     input_sha256=inputs,
                     parameters=parameters,
                     sweep=partial(sweeps, recorded=recorded),
                 )
-    entries = intake.publish()
+    entries = acceptance.publish()
     rejections = tuple(Rejection(e.file, e.reason, e.line) for e in entries if e.reason)
-    return Ingested(tuple(intake.accepted), rejections, entries, inputs)
+    return Ingested(tuple(acceptance.accepted), rejections, entries, inputs)
 
 
 def _limits(options: IngestOptions) -> PassportLimits:
@@ -156,13 +156,15 @@ def _read_options(options: IngestOptions) -> ReadOptions:
 
 @contextmanager
 def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
-    """Give the path for the records as recorded: a temporary one if they are to be rotated."""
+    """Yield the path for the recorded components: a temporary path if they are rotated
+    afterwards.
+    """
     if not rotated:
         yield output
         return
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        folder = tempfile.TemporaryDirectory(  # recognisable by this name if the run is killed
+        folder = tempfile.TemporaryDirectory(  # recognisable if the run is killed
             prefix=f".{output.stem}-", suffix=f".partial{output.suffix}", dir=output.parent
         )
     except OSError as error:

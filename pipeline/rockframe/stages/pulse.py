@@ -40,18 +40,18 @@ def pulse_stage(
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : PulseOptions, optional
-        Options of the search. The range of periods is cut to the usable range of each record.
+        Options of the search. The range of periods is reduced to the usable range of each record.
     batch : Batch
         Part of the records; `merge_stage` merges the files of all batches.
     engine : Engine, optional
-        Engine of the computation; the file is the same.
+        Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
 
     Returns
     -------
     tuple of Rejection
-        Rejected records: no pulse with these periods can be searched in them.
+        Rejected records, in which no period of the range is usable.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def pulse_stage(
     ParameterError
         If no record is horizontal, or none can be searched.
     EngineError
-        If the engine is not there.
+        If the engine is not available.
 
     Examples
     --------
@@ -96,12 +96,12 @@ def pulse_stage(
 
 
 def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOptions:
-    """Return the options with the range of periods cut to the usable range of a record.
+    """Return the options with the range of periods reduced to the usable range of a record.
 
     Raises
     ------
     ParameterError
-        If nothing of the range is left.
+        If no period of the range is usable.
     """
     shortest, longest = file.usable_periods(record)
     first, last = options.periods_s
@@ -122,7 +122,7 @@ def _tasks(
     left_out: dict[str, str],
     waiting: dict[str, Record],
 ) -> Iterator[Sequence[tuple[Record, PulseOptions]]]:
-    """Give the tasks; only a few records are in memory at a time: those that wait for answers."""
+    """Yield the tasks; only the records of unfinished tasks are in memory."""
     held: list[tuple[Record, PulseOptions]] = []
     for name in names:
         try:

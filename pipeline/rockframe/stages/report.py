@@ -36,7 +36,7 @@ from rockframe.results.tables.entries import rows_of
 _DATASETS: Final = {
     f"{kind}.nc": kind for kind in (RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM)
 }
-#: Files of a run from which others are computed.
+#: Files of a run from which other files are computed.
 _MADE_FROM: Final = ("records.nc", "pulses.nc", "structures.toml")
 
 
@@ -55,9 +55,9 @@ class Verification:
     same_source : bool
         True if the run was computed with this source code.
     other_versions : mapping of str to str
-        Versions used by the run, of libraries installed here in another version.
+        Versions of libraries in the run, if another version is installed here.
     other_processor : str
-        Kind of processor used by the run, if this is another kind; otherwise empty. The same source
+        Kind of processor of the run, if it differs from this one; otherwise empty. The same source
         code, libraries and kind of processor repeat a run to the last bit.
     """
 
@@ -103,7 +103,7 @@ def verify_run(folder: Path) -> Verification:
     faults += _lost(folder, datasets)
     faults += _miscounted(folder, datasets, set(outputs) - set(changed))
     faults += [
-        f"{path}: left by a run that was interrupted. Must be removed."
+        f"{path}: left by an interrupted run. Remove it."
         for path in sorted(folder.rglob(".*partial*"))
     ]
     same = manifest["source_code_hash"] == source_code_hash()
@@ -120,11 +120,11 @@ def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Give the names of files that differ from the manifest, and how they differ."""
+    """Yield the names of files that differ from the manifest, and a message for each."""
     for name, stated in outputs.items():
         path = folder / name
         if not path.is_file():
-            yield name, f"{path}: missing. Must be there, as the manifest says."
+            yield name, f"{path}: missing, although the manifest lists it."
         elif (found := sha256_of(path)) != stated:
             hashes = f"SHA-256 {found[:12]}…, the manifest says {str(stated)[:12]}…"
             yield name, f"{path}: {hashes}. Must be equal."
@@ -133,7 +133,7 @@ def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, st
 def _miscounted(
     folder: Path, datasets: Mapping[str, Described], sound: Collection[str]
 ) -> Iterator[str]:
-    """Give the tables whose rows do not match the datasets."""
+    """Yield a message for each table whose rows do not match the datasets."""
     records = datasets.get("records.nc")
     if records is not None and "records.csv" in sound:
         entries = rows_of(folder / "records.csv")
@@ -159,7 +159,7 @@ def _miscounted(
 def _unrelated(
     folder: Path, manifest: Mapping[str, Any], datasets: Mapping[str, Described]
 ) -> Iterator[str]:
-    """Give the files that were computed from files of another run."""
+    """Yield a message for each file that was computed from files of another run."""
     known = {**manifest["inputs"], **manifest["outputs"]}
     hashes = {str(sha256) for sha256 in manifest["inputs"].values()}
     for name, held in datasets.items():
@@ -179,7 +179,7 @@ def _unrelated(
 
 
 def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
-    """Give the records that a later stage has and records.nc has not, or the reverse."""
+    """Yield a message for each record that is missing in records.nc or in a later file."""
     if "records.nc" not in datasets:
         return
     with open_records(folder / "records.nc") as file:
@@ -200,7 +200,7 @@ def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
         lost = [record for record in horizontal if record not in known]
         if lost:
             yield (
-                f"{folder / name}: neither holds {lost[0]!r} of records.nc nor says why. "
+                f"{folder / name}: neither contains {lost[0]!r} of records.nc nor states a reason. "
                 "Must do one of them."
             )
 
@@ -212,7 +212,7 @@ PAGE: Final = "report.html"
 def report_stage(
     folder: Path, output: Path | None = None, options: ReportOptions | None = None
 ) -> dict[str, int]:
-    """Write one page that shows a run: ``report.html``.
+    """Write one HTML page about a run: ``report.html``.
 
     Parameters
     ----------
@@ -226,12 +226,12 @@ def report_stage(
     Returns
     -------
     dict of str to int
-        Numbers of ``histories`` on the page, of those ``left_out``, and of ``rows``.
+        Numbers of ``histories`` on the page, of histories ``left_out``, and of ``rows``.
 
     Raises
     ------
     InputError
-        If the run is not whole, or the page cannot be written.
+        If the run is incomplete or changed, or the page cannot be written.
     """
     limits, output = options or ReportOptions(), output or folder / PAGE
     found = verify_run(folder)
@@ -258,18 +258,18 @@ def require_whole(folder: Path) -> None:
     Raises
     ------
     InputError
-        With the first fault.
+        If the run has a fault; the message states the first one.
     """
     for fault in (*verify_run(folder).faults, *strange_report(folder)):
         raise InputError(folder, f"is not a whole run: {fault}")
 
 
 def strange_report(folder: Path) -> Sequence[str]:
-    """Return the reasons why the page in a folder does not belong to its run; empty if it does."""
+    """Return the reasons why the page in a folder does not belong to its run; empty if none."""
     page = folder / PAGE
     if not page.is_file():
         steps = json.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("steps", {})
-        missing = f"{page}: missing. Must be made by `rockframe report {folder}`."
+        missing = f"{page}: missing. Write it with `rockframe report {folder}`."
         return [missing] if "report" in steps else []
     content = page.read_bytes()
     again = f"Must be made again, by `rockframe report {folder}`."

@@ -38,7 +38,7 @@ from rockframe.stages.common import WHOLE, Batch, Counted, Progress, accepted, h
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 
-#: Samples times structures of a task, which bounds the memory for histories.
+#: Largest number of samples times structures in a task, which limits memory for histories.
 _NODES: Final = 200_000
 
 
@@ -70,22 +70,23 @@ def respond_stage(
     records_path, output : Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : RespondOptions, optional
-        Options of structures, motions, histories and margins.
+        Options for structures, motions, histories and margins.
     structures_path : Path
         TOML file of ``[[structure]]`` tables; by default the bundled ones.
     pulses_path : Path, optional
         Output of `pulse_stage` for these records: adds the response to the pulse alone.
     batch : Batch
-        Part of the records; `merge_stage` merges the files of all batches.
+        Batch of the records; `merge_stage` merges the files of all batches.
     engine : Engine, optional
-        Engine of the computation; the file is the same.
+        Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
 
     Returns
     -------
     tuple of Rejection
-        Rejected records: a requested vertical is missing, or it falls faster than gravity.
+        Rejected records: a requested vertical record is missing, or its acceleration exceeds
+        gravity downwards.
 
     Raises
     ------
@@ -93,10 +94,10 @@ def respond_stage(
         If records, structures or pulses cannot be read, the pulses were computed from other
         samples, or the output cannot be written.
     ParameterError
-        If there is no structure of that name, the spreads of the ensemble leave a frame that does
-        not rock, no record is horizontal, or none is left.
+        If there is no structure of that name, if a member of the ensemble does not rock, if no
+        record is horizontal, or if all records are rejected.
     EngineError
-        If the engine is not there.
+        If the engine is not available.
     """
     options = options or RespondOptions()
     beside = [pulses_path] if pulses_path else []
@@ -129,7 +130,7 @@ def respond_stage(
 def _motions(
     file: RecordsFile, names: Sequence[str], vertical: bool, left_out: dict[str, str]
 ) -> Iterator[tuple[Record, Record | GroundAcceleration]]:
-    """Read one record at a time, with its vertical if requested."""
+    """Read one record at a time, with its vertical record if requested."""
     beside = vertical_beside(file) if vertical else {}
     for name in names:
         record = file.read(name)
@@ -172,11 +173,11 @@ class _Pulses:
             return cls(path, {})
         known = pulses_with_hashes(path)
         if not any(name in known for name in names):
-            raise InputError(path, "holds no pulse of these records. Must be made from them.")
+            raise InputError(path, "contains no pulse of these records. Must be made from them.")
         return cls(path, known)
 
     def of(self, record: Record) -> dict[str, Pulse]:
-        """Return the record's pulse by its name, or nothing."""
+        """Return the record's pulse by name; empty if it has none."""
         if self.path is None or record.record_id not in self.known:
             return {}
         pulse, sha256 = self.known[record.record_id]
@@ -190,7 +191,7 @@ class _Pulses:
 
 
 def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
-    """Return the responses to each record, or the reason why there are none.
+    """Return the responses to each record, or the reason why it is rejected.
 
     Margins take most of the time and run in threads, because the kernel releases the GIL.
     """
@@ -224,7 +225,7 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     Raises
     ------
     ParameterError
-        If there is none.
+        If there is no vertical record.
 
     Examples
     --------

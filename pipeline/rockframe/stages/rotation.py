@@ -17,7 +17,7 @@ from rockframe.results.records import RecordsFile
 from rockframe.results.tables.entries import Entry
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate
-from rockframe.stages.intake import Intake, checked
+from rockframe.stages.acceptance import Acceptance, checked
 
 
 def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, Sequence[float]]:
@@ -28,8 +28,7 @@ def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, 
     file : RecordsFile
         The records.
     recorded : RecordsFile, optional
-        The recorded components, if the records are rotated ones; one motion is in memory at a
-        time.
+        The recorded components, if the records were rotated; one motion is in memory at a time.
 
     Returns
     -------
@@ -56,9 +55,9 @@ def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, 
 
 
 def rotated(
-    file: RecordsFile, azimuths: Sequence[float], intake: Intake
+    file: RecordsFile, azimuths: Sequence[float], acceptance: Acceptance
 ) -> Iterator[tuple[Record, Passport | None]]:
-    """Give the motion of each pair toward the azimuths, and the verticals unchanged.
+    """Yield the motion of each pair toward the azimuths, and the vertical records unchanged.
 
     If a pair is cut to a common length, its vertical is cut too. Unpaired records are rejected with
     the reason.
@@ -69,34 +68,36 @@ def rotated(
         The records as recorded; one motion is in memory at a time.
     azimuths : sequence of float
         Directions of the motions [degree].
-    intake : Intake
-        Takes the rows of the recorded components and of the rotated records.
+    acceptance : Acceptance
+        Receives the rows of the recorded components and of the rotated records.
     """
-    recorded = {row.record_id: row for row in intake.entries if row.record_id and not row.reason}
-    corrected = {one.record_id for one in intake.accepted if one.corrected_here}
-    intake.accepted.clear()
-    intake.entries[:] = [row for row in intake.entries if row.record_id not in recorded]
+    recorded = {
+        row.record_id: row for row in acceptance.entries if row.record_id and not row.reason
+    }
+    corrected = {one.record_id for one in acceptance.accepted if one.corrected_here}
+    acceptance.accepted.clear()
+    acceptance.entries[:] = [row for row in acceptance.entries if row.record_id not in recorded]
     for names in _motions(file):
         records = [file.read(name) for name in names]
         pairs, unpaired = pair_horizontals(records)
         for one in unpaired:
             row = recorded[one.record_id]
-            _refuse(intake, replace(row, reason=f"record {one.record_id!r}: {one.reason}"))
+            _refuse(acceptance, replace(row, reason=f"record {one.record_id!r}: {one.reason}"))
         verticals = {r.record_id: r for r in records if r.orientation.upright}
         for pair in pairs:
-            yield from _toward(pair, azimuths, intake, recorded, corrected)
+            yield from _toward(pair, azimuths, acceptance, recorded, corrected)
             if pair.vertical:
                 verticals[pair.vertical.record_id] = pair.vertical
         for name, vertical in verticals.items():
-            if intake.let_through(vertical, recorded[name], corrected_here=name in corrected):
+            if acceptance.let_through(vertical, recorded[name], corrected_here=name in corrected):
                 yield vertical, recorded[name].passport
-    intake.require_some()
+    acceptance.require_some()
 
 
 def _toward(
     pair: HorizontalPair,
     azimuths: Sequence[float],
-    intake: Intake,
+    acceptance: Acceptance,
     recorded: Mapping[str, Entry],
     corrected: set[str],
 ) -> Iterator[tuple[Record, Passport | None]]:
@@ -110,18 +111,20 @@ def _toward(
             if (record.azimuth - one.azimuth) % 180.0 != 90.0
         ]
         passports = [one for one in within if one is not None]
-        row = checked(record, record, intake.limits, passports)
+        row = checked(record, record, acceptance.limits, passports)
         here = not corrected.isdisjoint(names)
-        if intake.let_through(record, row, corrected_here=here):
+        if acceptance.let_through(record, row, corrected_here=here):
             yield record, row.passport
     into = " and ".join(repr(record.record_id) for record in made)
-    intake.entries.extend(replace(recorded[name], note=f"rotated into {into}.") for name in names)
+    acceptance.entries.extend(
+        replace(recorded[name], note=f"rotated into {into}.") for name in names
+    )
 
 
-def _refuse(intake: Intake, row: Entry) -> None:
-    if intake.options.strict:
+def _refuse(acceptance: Acceptance, row: Entry) -> None:
+    if acceptance.options.strict:
         raise InputError(row.file, row.reason)
-    intake.entries.append(row)
+    acceptance.entries.append(row)
 
 
 def _swept(pair: HorizontalPair) -> dict[str, float]:

@@ -30,13 +30,13 @@ def spectrum_stage(output: Path, options: SpectrumOptions, *, engine: Engine | N
     options : SpectrumOptions
         Wavelets, frames, and amplitudes of the search.
     engine : Engine, optional
-        Engine of the computation; the file is the same.
+        Engine of the computation; the file does not depend on it.
 
     Raises
     ------
     ParameterError
-        If the amplitude step gives more than a million amplitudes, or as `overturning_spectrum`
-        says.
+        If the amplitude step gives more than a million amplitudes, or for the reasons given in
+        `overturning_spectrum`.
     InputError
         If the file cannot be written.
 
@@ -89,12 +89,13 @@ def rocking_spectrum_stage(
     options : RockingSpectrumOptions
         Record and columns.
     engine : Engine, optional
-        Engine of the computation; the file is the same.
+        Engine of the computation; the file does not depend on it.
 
     Raises
     ------
     ParameterError
-        If no record is horizontal or has that identifier, or as `rocking_spectrum` says.
+        If no record is horizontal or has that identifier, or for the reasons given in
+        `rocking_spectrum`.
     InputError
         If the records cannot be read, or the file not written.
     """
@@ -123,13 +124,13 @@ def rocking_spectrum_stage(
 
 
 def amplitudes(largest: float, step: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return the amplitudes of a scan from 1, where uplift begins.
+    """Return the amplitudes of a scan, starting from 1, where uplift begins.
 
     Raises
     ------
     ParameterError
-        If the largest one is not above 1 and at most 1e4, or the step not positive or so fine
-        that there would be more than a million.
+        If the largest amplitude is not above 1 and at most 1e4, or if the step is not positive or
+        gives more than a million amplitudes.
 
     Examples
     --------

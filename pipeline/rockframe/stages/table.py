@@ -1,4 +1,4 @@
-"""Stages around the others: fetch files, merge batches, write the table."""
+"""Further stages: fetch files, merge batches, write the table."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def table_stage(
     output : Path
         File to write.
     table_format : str
-        One of `rockframe.cells.TABLE_FORMATS`; by default that of the ending.
+        One of `rockframe.cells.TABLE_FORMATS`; by default the format of the extension.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
     parts : sequence of Path
         Outputs of one stage with ``batch``, in the order of the batches.
     output : Path
-        The netCDF file to write, with the same content as for all records at once.
+        The netCDF file to write; it is the same as if all records had been computed at once.
 
     Returns
     -------
@@ -71,8 +71,8 @@ def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
     Raises
     ------
     InputError
-        If a part cannot be read or is of another run, no record is in any, or the output cannot
-        be written.
+        If a file cannot be read or belongs to another run, if no file has a record, or if the
+        output cannot be written.
     """
     refuse_overwriting([output], parts)
     left_out = merge(parts, output, kind_of(parts[0]))
@@ -92,14 +92,14 @@ def fetch_stage(
     options : FetchOptions
         The data to fetch.
     folder : Path
-        A new or empty folder, or that of an earlier run of the same request.
+        A new or empty folder, or the folder of an earlier run of the same request.
     progress : callable, optional
         Called with the name of each requested file.
 
     Raises
     ------
     InputError
-        If the folder holds something else, or cannot be written to.
+        If the folder contains other files, or cannot be written to.
     ServiceError
         If nothing was received, or a service does not reply or rejects a request.
     """

@@ -37,7 +37,7 @@ from rockframe.results.tables.rows import Row
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
-    from rockframe.stages.intake import Ingested
+    from rockframe.stages.acceptance import Ingested
 
 
 def add_table1(parser: argparse.ArgumentParser) -> None:

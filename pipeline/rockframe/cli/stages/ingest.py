@@ -18,7 +18,7 @@ from rockframe.units import GRAVITY
 if TYPE_CHECKING:
     from rockframe.results.tables.entries import Entry
     from rockframe.signals.passport import Passport
-    from rockframe.stages.intake import Ingested
+    from rockframe.stages.acceptance import Ingested
 
 
 def add_ingest(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Datasets of the figures of frames: their parameters, and the stability map."""
+"""Datasets of the figures of frames: parameters of frames, and the stability map."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from rockframe.rocking.spectra.overturning import increasing
 
 Float = NDArray[np.float64]
 
-#: Ratios of size, of frequency and the restitution do not depend on the height of the columns [m].
+#: Height of the columns [m], arbitrary: size ratio, frequency ratio and restitution do not depend
+#: on it.
 _HEIGHT: Final = 10.0
-#: Heavy enough to be the limit of eq (28) to round-off.
+#: Mass ratio that reaches the limit of eq (28) to round-off.
 _LIMIT: Final = 1e15
 
 
@@ -61,20 +62,20 @@ def size_dataset(mass_ratios: ArrayLike) -> xr.Dataset:
 
 
 def restitution_dataset(slendernesses: ArrayLike, mass_ratios: ArrayLike) -> xr.Dataset:
-    """Return sqrt(r) over slenderness for mass ratios: Figure 7 of the paper, eq (43).
+    """Return sqrt(r) over slenderness for each mass ratio: Figure 7 of the paper, eq (43).
 
     Parameters
     ----------
     slendernesses : array_like, shape (slenderness,)
         Slenderness of the columns [rad], above 0.
     mass_ratios : array_like, shape (mass_ratio,)
-        Mass of the beam over that of all columns [1]; infinity is the limit.
+        Mass of the beam over that of all columns [1]; infinity gives the limit.
 
     Returns
     -------
     xarray.Dataset
         ``restitution``, NaN where such a frame does not rock, and the slenderness at which it
-        ends.
+        vanishes.
 
     Raises
     ------
@@ -123,20 +124,20 @@ def stability_dataset(
     scales: ArrayLike,
     motion: GroundAcceleration | None = None,
 ) -> xr.Dataset:
-    """Return what becomes of frames of each size at each scale of a motion.
+    """Return the verdicts on frames of each size at each scale of a motion.
 
     Parameters
     ----------
     record : Record
         The ground motion.
     frame : RockingFrame
-        Its slenderness, mass ratio, section and losses are those of all.
+        The frame; all sizes have its slenderness, mass ratio, section and restitution factor.
     heights : array_like, shape (column_height,)
         Heights of the columns [m].
     scales : array_like, shape (scale,)
-        What the motion is multiplied by [1].
+        Factors on the motion [1].
     motion : GroundAcceleration, optional
-        What moves them, if that is more than the record: with vertical acceleration.
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Datasets of figures of one record and structure: its rocking and its joints."""
+"""Datasets of figures of one record and structure: rocking and forces at the joints."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.response import as_ground
 
-#: The curves of moment and barrier go to this multiple of the slenderness.
+#: The curves of moment and barrier extend to this multiple of the slenderness.
 _CURVES_TO: Final = 1.3
 
 
 def portrait_dataset(
     record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
 ) -> xr.Dataset:
-    """Return the path of a frame over its rotation: moment and rate, with the jumps of impacts.
+    """Return moment and rate of a frame against its rotation, with the jumps at impacts.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def portrait_dataset(
     frame : RockingFrame
         The frame.
     motion : GroundAcceleration, optional
-        What moves it, if that is more than the record: with vertical acceleration.
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
 
     Examples
     --------
@@ -90,9 +90,10 @@ def joints_dataset(
     frame : RockingFrame
         The frame.
     motion : GroundAcceleration, optional
-        What moves it, if that is more than the record: with vertical acceleration.
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
     spacing : float, optional
-        Distance between the axes of two columns [m]: adds the forces of each, if there is a beam.
+        Distance between the axes of two columns [m]: adds the forces on each column, if there is a
+        beam.
     beam_centre : float
         Height of the beam's centre of mass above its underside [m].
 
@@ -139,7 +140,7 @@ def joints_dataset(
 
 
 def _extremes(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
-    """Return the largest demands and least vertical forces of the history; NaN if unknown."""
+    """Return the largest demands and smallest vertical forces of the history; NaN if unknown."""
     found = {}
     for name, values in variables.items():
         if "time" not in values.dims or not name.endswith(("friction_demand", "vertical")):
@@ -159,7 +160,7 @@ def _of_pair(
     response: Response,
     ground: GroundAcceleration,
 ) -> xr.Dataset:
-    """Return a dataset with what captions state of the record, the structure and the response."""
+    """Return a dataset with the values that captions state on record, structure and response."""
     frame = response.frame
     values = {
         **RESPONSE_NC.filled("frame", [frame]),

@@ -1,4 +1,4 @@
-"""Declares a kind of file and its variables."""
+"""Declare a kind of file and its variables."""
 
 from __future__ import annotations
 
@@ -21,31 +21,32 @@ class Variable:
     name : str
         Name in the file.
     along : str
-        Its dimensions, separated by spaces.
+        Dimensions, separated by spaces.
     dtype : type
         ``float``, a type of integers, ``str``, or the enumeration of a flag, stored as int8.
     units : str
         Unit as CF writes it; ``1`` for a ratio, a count, a flag or a text.
     long_name : str
-        What it is, in words.
+        Description.
     source : str
-        The object that fills it, and its attribute if that has another name: ``match.pulse.T_p``.
+        The object that has the value, and the attribute if its name differs: ``match.pulse.T_p``.
     valid : {"", "any", "finite", "positive"}
-        Allowed values. By default integers are from 0 on, and numbers may be NaN or infinite.
+        Allowed values. By default integers are zero or positive, and numbers may be NaN or
+        infinite.
     key : bool
-        Its values identify the positions along its dimension: each occurs once, and texts are safe
+        The values identify the positions along the dimension: they are unique, and texts are safe
         as names of files.
     choices : tuple of str
-        The texts that are allowed; empty for any.
+        Allowed texts; empty if any text is allowed.
     refers_to : str
-        The key whose values it holds; of integers, the dimension whose positions it holds.
+        The key whose values it contains; for integers, the dimension whose positions it contains.
     also_units : str
-        Another unit that it may have, or several: ``m or m s-1``.
+        Other allowed units: ``m or m s-1``.
     group : str
-        Empty if every file of the kind has it. The variables of one group are optional: all of them
-        are there, or none.
+        Name of the optional group: a file has all variables of a group, or none. Empty for
+        variables that every file has.
     comment : str
-        More words.
+        Further explanation.
     attrs : mapping of str to str
         Further attributes.
     """
@@ -72,7 +73,7 @@ class Variable:
 
     @property
     def holds(self) -> Literal["text", "flags", "integers", "numbers"]:
-        """Kind of its values."""
+        """Kind of the values."""
         if self.dtype is str:
             return "text"
         if issubclass(self.dtype, IntEnum | IntFlag):
@@ -81,11 +82,11 @@ class Variable:
 
     @property
     def attribute(self) -> str:
-        """The attribute that fills it, of the object that `source` names."""
+        """The attribute with the value, of the object that `source` names."""
         return self.source.partition(".")[2] or self.name
 
     def holding(self, data: Any, units: str = "") -> xr.Variable:
-        """Return the variable of a dataset that has these values."""
+        """Return the variable with these values, for a dataset."""
         more = {**({"comment": self.comment} if self.comment else {}), **self.attrs}
         if self.holds == "text":
             return texts(self.dims or (), data, self.long_name, **more)
@@ -96,7 +97,7 @@ class Variable:
 
 
 def optional(group: str, *variables: Variable) -> tuple[Variable, ...]:
-    """Declare variables of which a file has all or none."""
+    """Declare an optional group of variables: a file has all of them or none."""
     return tuple(replace(one, group=group) for one in variables)
 
 
@@ -126,7 +127,8 @@ class FileKind:
         return next(one for one in self.variables if one.name == name)
 
     def filled(self, source: str, thing: object) -> dict[str, Any]:
-        """Return what an object fills, by variable; of a list of them, a list by variable.
+        """Return the values that an object has, by variable; for a list of objects, lists by
+        variable.
 
         Examples
         --------
@@ -145,7 +147,9 @@ class FileKind:
         }
 
     def dataset(self, values: Mapping[str, Any], **units: str) -> xr.Dataset:
-        """Return the dataset of these values, by variable; and units, where there are two."""
+        """Return the dataset of these values by variable; `units` choose among several allowed
+        units.
+        """
         unknown = values.keys() - {one.name for one in self.variables}
         if unknown:
             raise KeyError(f"not declared for {self.name} files: {sorted(unknown)}")
@@ -171,7 +175,7 @@ def flags(
     long_name: str,
     **attrs: Any,
 ) -> xr.Variable:
-    """Return a flag variable whose values, or bits, and meanings are those of an enumeration."""
+    """Return a flag variable with the values (or bits) and meanings of an enumeration."""
     members = list(kind)
     numbers = np.array([member.value for member in members], dtype=np.int8)
     return variable(
@@ -188,6 +192,6 @@ def flags(
 def texts(
     dims: str | tuple[str, ...], values: Sequence[str], long_name: str, **attrs: Any
 ) -> xr.Variable:
-    """Return a variable of texts; of one text if there are no dimensions."""
+    """Return a variable of texts; without dimensions, of one text."""
     data = np.array([str(value) for value in values] if dims else values, dtype=object)
     return variable(dims, data, "1", long_name, **attrs)

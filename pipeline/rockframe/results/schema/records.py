@@ -1,4 +1,4 @@
-"""records.nc: the samples of the records and what is known of them."""
+"""records.nc: samples and metadata of the records."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from rockframe.rocking.margins.sensitivity import (
 from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
 from rockframe.rocking.response import Verdict
 
-#: Most safe islands that are written with their widths; all are counted.
+#: Largest number of safe islands that are written; `safe_islands` counts all.
 ISLANDS: Final = 64
 _KEPT_ISLANDS: Final = f"the first {ISLANDS} above the critical scale; NaN beyond their number"
 
@@ -28,7 +28,7 @@ class _Kept(IntEnum):
 
 
 class FateUnderPulse(IntEnum):
-    """The verdicts, and that no pulse was found; the values of `verdict_to_pulse`."""
+    """Values of `verdict_to_pulse`: the verdicts, and "no pulse"."""
 
     NO_UPLIFT = 0
     SAFE = 1
@@ -75,7 +75,7 @@ def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
     )
 
 
-#: The robust margins, in this file and in the screening's.
+#: The robust margins, in this file and in screen.nc.
 ROBUST_MARGINS: Final = tuple(
     variable
     for share in (10, 25, 50)
@@ -117,7 +117,7 @@ OF_ABUTMENT: Final = optional("abutment",
 
 ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
 
-#: Values of frames before their edges crushed; those after it are in OF_FRAME.
+#: Values of frames before their edges crush; OF_FRAME has the values after crushing.
 OF_CRUSHING: Final = optional("crushing",
     Variable("slenderness_before_crushing", "structure", float, "rad", "slenderness before the edges crush", "before_crushing.slenderness", comment="NaN where edges do not crush"),
     Variable("restitution_before_crushing", "structure", float, "1", "restitution, sqrt(r), before the edges crush", "before_crushing.restitution", comment="NaN where edges do not crush; below the restitution after it, for columns on closer pivots lose less"),

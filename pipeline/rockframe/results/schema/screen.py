@@ -1,4 +1,4 @@
-"""screen.nc: verdicts and peaks of records, structures and scales, and what follows from them."""
+"""screen.nc: verdicts and peaks by record, structure and scale, and statistics of them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Known(IntEnum):
     UNDECIDED = 1
 
 
-#: Verdicts that are counted.
+#: Verdicts with counts.
 OUTCOMES: Final = ("no_uplift", "safe", "overturned")
 
 # fmt: off

@@ -1,4 +1,4 @@
-"""Complete batches of an interrupted screening, so that the same command resumes it."""
+"""Finished batches of a screening, kept on disk so that the same command can resume it."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _KEY_LENGTH: Final = 16
 
 
 class Batches:
-    """Batches of arrays in a hidden folder beside an output, of one set of inputs and options.
+    """Batches of arrays for one set of inputs and options, in a hidden folder beside an output.
 
     Parameters
     ----------
     output : Path
         File that the batches will be merged into.
     origin : mapping
-        Inputs and options that they depend on, as JSON values.
+        Inputs and options that the batches depend on, as JSON values.
 
     Examples
     --------
@@ -52,18 +52,18 @@ class Batches:
         self.folder = output.parent / f".{output.stem}-{key}.batches"
 
     def keep(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write a batch, whole or not at all.
+        """Write a batch, complete or not at all.
 
         Raises
         ------
         InputError
-            If it cannot be written.
+            If the batch cannot be written.
         """
         with whole_file(self._path(name)) as partial, partial.open("wb") as stream:
             np.savez(stream, **arrays)  # type: ignore[arg-type]
 
     def kept(self, name: str) -> Arrays | None:
-        """Return a batch; None if there is none, or it is corrupted."""
+        """Return a batch; None if it is missing or corrupted."""
         try:
             with self._path(name).open("rb") as stream, np.load(stream) as file:
                 return {key: file[key] for key in file.files}
@@ -77,23 +77,24 @@ class Batches:
         engine: Engine | None,
         done: Callable[[], None],
     ) -> Iterator[Arrays]:
-        """Compute the batches that are not kept, keep them, and give all in their order.
+        """Compute and keep the missing batches, and yield all batches in order.
 
         Parameters
         ----------
         function : callable
-            As `map_batches` takes it.
+            The function to call, as in `map_batches`.
         tasks : iterable of (str, callable)
-            The name of each batch, and what makes its task if it is to be computed.
+            The name of each batch, and a function that makes its task if the batch must be
+            computed.
         engine : Engine, optional
-            Where.
+            Engine of the computation.
         done : callable
-            Called for each batch that is there.
+            Called for each finished batch.
 
         Raises
         ------
         InputError
-            If a batch cannot be written, or is gone when it is read back.
+            If a batch cannot be written, or is missing when it is read again.
         """
         names: list[str] = []
         missing: list[str] = []
@@ -114,12 +115,12 @@ class Batches:
             batch = self.kept(name)
             if batch is None:
                 raise InputError(
-                    self._path(name), "missing or corrupted. Must stay until the run is done."
+                    self._path(name), "missing or corrupted. Keep this folder until the end."
                 )
             yield batch
 
     def sweep(self) -> None:
-        """Remove all batches of this output, those of earlier inputs and options too."""
+        """Remove all batches of this output, including those of earlier inputs and options."""
         pattern = re.compile(
             rf"\.{re.escape(self._output.stem)}-[0-9a-f]{{{_KEY_LENGTH}}}\.batches"
         )

@@ -1,4 +1,4 @@
-"""Results of a screening for single scenarios and single records."""
+"""Read results of a screening for single scenarios and single records."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class KeptHistory:
     Parameters
     ----------
     where : (int, int, int)
-        Positions of its record, structure and scale.
+        Positions of the record, structure and scale.
     response : Response
-        With its nodes.
+        The response, with its nodes.
     """
 
     where: tuple[int, int, int]
@@ -72,9 +72,9 @@ def read_screen_history(
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     ParameterError
-        If there is no such scenario, or its history was not kept.
+        If there is no such scenario, or if the history was not kept.
     """
     with opened(Path(path), SCREEN) as dataset:
         where = [
@@ -88,8 +88,8 @@ def read_screen_history(
             found = np.flatnonzero((all_of == np.array(where)[:, None]).all(axis=0))
         if not found.size:
             raise ParameterError(
-                f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. Must "
-                "be computed with --histories selected or all."
+                f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. "
+                "Compute it with --histories selected or all."
             )
         rows = slices(dataset["history_size"].values)[found[0]]
         chosen = dataset[["theta", "u", "v"]].isel(obs=rows)
@@ -110,7 +110,7 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     -------
     list of dict
         ``structure``, ``azimuth_degree``, ``verdicts`` by scale, and ``critical_scale``, NaN if it
-        was not looked for or there is none; none if the record is not among the motions.
+        was not searched or not found. Empty if the record is not among the motions.
 
     Raises
     ------

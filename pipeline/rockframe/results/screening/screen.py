@@ -1,4 +1,4 @@
-"""screen.nc: verdicts and peaks of records, structures and scales, and what follows from them."""
+"""screen.nc: verdicts and peaks by record, structure and scale, and statistics of them."""
 
 from __future__ import annotations
 
@@ -40,27 +40,28 @@ def write_screening(
     filtered: Collection[str] = (),
     histories: Iterable[KeptHistory] | None = None,
 ) -> None:
-    """Write the output of the screen stage, whole or not at all; holds one motion at a time.
+    """Write the output of the screen stage, complete or not at all; one motion is in memory at a
+    time.
 
     The same inputs give the same bytes.
 
     Parameters
     ----------
     scenarios : iterable of mapping of str to array, shape (structures, scales)
-        For each motion what `peaks_of_frames` returns.
+        The result of `peaks_of_frames` for each motion.
     shape : (int, int, int)
         Numbers of motions, structures and scales.
     describe : callable
-        Called after the last motion; gives the values of the other variables, and the units of
-        those that have two.
+        Called after the last motion; returns the values of the other variables, and the units of
+        variables that allow two units.
     path : Path
-        Where it goes; an older file there is replaced.
+        The file to write; an older file is replaced.
     input_sha256, parameters, left_out : mapping
-        As `write` takes them.
+        As in `Origin`.
     filtered : collection of str
-        Those that the user's filters reject; the others could not be screened.
+        Names in `left_out` that the user's filters reject; the others could not be screened.
     histories : iterable of KeptHistory, optional
-        Of single scenarios; taken after the last motion.
+        Histories of single scenarios, read after the last motion.
 
     Raises
     ------
@@ -93,7 +94,7 @@ def write_screening(
 def _filling(
     partial: Path, shape: tuple[int, int, int]
 ) -> Iterator[Callable[[int, Scenario], None]]:
-    """Give a function that writes the scenarios of one motion."""
+    """Yield a function that writes the scenarios of one motion."""
     records, structures, scales = shape
     width = min(scales, CHUNK)
     rows = max(1, min(records, CHUNK // (structures * width)))
@@ -133,14 +134,14 @@ def peaks_of_frames(
 ) -> dict[str, NDArray[Any]]:
     """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
 
-    Ratios of tendons and gaps, which are not written, are 0 for structures without them.
+    Ratios of tendons and gaps are 0 for structures without them; these ratios are not written.
 
     Parameters
     ----------
     frames : sequence of RockingFrame
         The structures.
     verdict, peak_rotation, impact_velocity : array, shape (structures, scales)
-        Of one motion [1, rad, m s-1].
+        Results for one motion [1, rad, m s-1].
     """
     alpha = np.array([[frame.slenderness] for frame in frames])
     u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
@@ -160,7 +161,7 @@ def peaks_of_frames(
 
 
 def limited_in(frame: RockingFrame, quantity: str) -> bool:
-    """Return whether a frame has what a quantity describes: a tendon that yields, or a gap."""
+    """Return True if a quantity exists for a frame; some need a tendon that yields, or a gap."""
     if quantity == "tendon_ratio":
         return frame.tendon is not None and frame.tendon.yield_force < math.inf
     return quantity != "gap_ratio" or frame.abutment is not None
@@ -174,13 +175,14 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     path : str or Path
         Output of ``rockframe screen``.
     every_scale : bool
-        Or verdicts and peaks at the reference scale alone: so many scales need no memory.
+        Read verdicts and peaks at every scale; False reads the reference scale only, to save
+        memory.
 
     Returns
     -------
     xarray.Dataset
-        All but histories, which `read_screen_history` reads one at a time. ``record_id`` is a
-        coordinate, so that ``.set_index(record="record_id")`` selects by it.
+        Everything except histories, which `read_screen_history` reads one at a time. ``record_id``
+        is a coordinate: after ``.set_index(record="record_id")`` records are selected by name.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from rockframe.results.schema.response import ROBUST
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
 
-#: Columns of a row with their variables; of margins only those that the file has.
+#: Columns of a row with their variables; margins only if the file has them.
 _OF_PAIR: Final = columns_of(
     "record_id structure scale=reference_scale verdict peak_rotation_ratio u_max_m=peak_u",
     "v_max_m=peak_v demand_rank",
@@ -24,7 +24,7 @@ _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
     "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_rank",
 )
-#: Numbers of a fit: in the unit of the measure, and without a unit.
+#: Numbers of a fit, in the unit of the measure and without a unit.
 _INTENSITIES: Final = (
     *("median", "median_low", "median_high"),
     *("lowest", "highest", "safe_to", "overturned_from"),
@@ -38,12 +38,12 @@ _RATIOS: Final = (
 def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Return a row for each motion and structure, at the scale nearest to 1; units in the names.
 
-    The motions are in the order of their mean rank: the most severe first.
+    Motions are ordered by mean rank, the most severe first.
 
     Parameters
     ----------
     screening : Dataset
-        What `read_screening` returned.
+        Result of `read_screening`.
     """
     if "scale" in screening["verdict"].dims:
         reference = float(screening["reference_scale"])
@@ -59,7 +59,7 @@ def screen_rows(screening: xr.Dataset) -> Iterator[dict[str, Any]]:
 
 
 def with_its_limits(one: xr.Dataset) -> xr.Dataset:
-    """Return a structure of a screening without limits of restraints that it does not have."""
+    """Return one structure of a screening, without limits of restraints that it does not have."""
     has = (one["fragility_outcome"] != Outcome.ABSENT).all("measure")
     return one.isel(limit_state=np.flatnonzero(has))
 
@@ -70,7 +70,7 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     Parameters
     ----------
     screening : Dataset
-        What `read_screening` returned.
+        Result of `read_screening`.
     """
     summary = []
     for structure in screening["structure"].values:

@@ -21,7 +21,7 @@ from rockframe.risk import measure_of
 
 Rows = Iterator[dict[str, Any]]
 
-#: Scenarios that are read together.
+#: Number of scenarios that are read together.
 _TOGETHER: Final = 2**18
 
 
@@ -76,7 +76,7 @@ def scenario_rows(screening: xr.Dataset) -> Rows:
 
 
 def _scenarios(path: Path) -> Rows:
-    """Yield the rows of all scenarios; a part of the motions is in memory at a time."""
+    """Yield the rows of all scenarios; only some motions are in memory at a time."""
     with opened(path, SCREEN) as dataset:
         known = dataset.drop_dims("obs", errors="ignore")
         together = max(1, _TOGETHER // (known.sizes["structure"] * known.sizes["scale"]))
@@ -84,7 +84,7 @@ def _scenarios(path: Path) -> Rows:
             yield from scenario_rows(known.isel(record=slice(first, first + together)).load())
 
 
-#: What makes the rows of each table, by the end of its name.
+#: Functions that make the rows of each table, by the end of the table's name.
 _ROWS: Final[Mapping[str, Callable[[xr.Dataset], Rows]]] = MappingProxyType(
     {
         "": screen_rows,
@@ -93,7 +93,7 @@ _ROWS: Final[Mapping[str, Callable[[xr.Dataset], Rows]]] = MappingProxyType(
         "design": design_rows,
     }
 )
-#: First columns, by which an earlier table is known.
+#: First columns, by which an earlier table is recognised.
 _FIRST: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
         "": ("record_id", "structure", "scale", "verdict"),
@@ -108,7 +108,7 @@ _FIRST: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 def screen_table_paths(
     output: Path, *, rates: bool, design: bool, table_format: str = "csv"
 ) -> dict[str, Path]:
-    """Return the paths of the tables beside a screening, by kind; that of motions is "".
+    """Return the paths of the tables beside a screening, by kind; the table of motions has kind "".
 
     Examples
     --------
@@ -140,7 +140,7 @@ def write_screen_tables(
     Raises
     ------
     InputError
-        If the screening cannot be read, or a table not written.
+        If the screening cannot be read, or a table cannot be written.
     """
     screening = read_screening(screen_path, every_scale=False)
     rates, design = "annual_rate" in screening, "design_share" in screening

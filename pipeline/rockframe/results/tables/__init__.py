@@ -1,1 +1,1 @@
-"""Rows of tables, the columns of printed ones, and labelled values."""
+"""Rows of tables, columns of printed tables, and labelled values."""

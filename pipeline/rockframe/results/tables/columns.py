@@ -1,4 +1,4 @@
-"""Columns of printed tables, and how their values are written: for the terminal and for pages."""
+"""Columns of printed tables, and the format of their values, in the terminal and on pages."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class Column:
     Parameters
     ----------
     head : str
-        Heading; one that ends in ``>`` is aligned to the right in the terminal.
+        Heading; if it ends in ``>``, the terminal aligns the column to the right.
     key : str
         Key of the value in a row.
     form : str
-        Format of numbers, such as ``.2f``; without one, values are text.
+        Format of numbers, such as ``.2f``; without a format, values are text.
     factor : float
         Conversion of a number to the unit of the column.
     rule : callable, optional
         Called with the row and the key; returns the value, or the text of the cell.
     once : bool
-        Only the first row of a record has the cell.
+        The value is printed only in the first row of a record.
     mark : (str, str), optional
-        Key of a flag, and what is appended to the cell where it is set.
+        Key of a flag, and the text that is appended to the cell if the flag is set.
     unit : str
         Unit, which a page prints smaller than the heading.
     minor : bool
@@ -90,7 +90,7 @@ def in_digits(value: float, form: str) -> str:
 
 
 def number(value: Any) -> float:
-    """Return the number of a cell, which is a text in CSV files; NaN if it is unknown."""
+    """Return the number in a cell, which may be text from a CSV file; NaN if it is unknown."""
     return math.nan if value in ("", None) else float(value)
 
 
@@ -117,7 +117,7 @@ def verdict_words(row: Cells, _key: str = "") -> str:
 
 
 def standing(row: Cells, key: str) -> float | str:
-    """Return a peak, or a dash for structures that overturn: theirs describes only the fall."""
+    """Return a peak, or a dash for structures that overturn, whose peak only describes the fall."""
     return _DASH if stated_verdict(row).overturns else number(row[key])
 
 
@@ -161,7 +161,7 @@ def wavelet_name(row: Cells, key: str = "wavelet") -> str:
 
 
 def stated_pulse(row: Cells) -> str:
-    """Return what the test against noise says of the pulse of a row; empty without a pulse.
+    """Return the result of the test against noise for the pulse of a row; "" without a pulse.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def stated_pulse(row: Cells) -> str:
 
 
 def pulse_mark(row: Cells) -> str:
-    """Return the mark of a pulse that the test against noise calls noise, or nothing.
+    """Return the mark of a pulse that does not pass the test against noise; "" for other pulses.
 
     Examples
     --------
@@ -185,7 +185,7 @@ def pulse_mark(row: Cells) -> str:
     return "†" if row.get("pulse_verdict") == PulseVerdict.NOISE.name.lower() else ""
 
 
-#: Columns of the overview of a run, the results first, as a page shows them.
+#: Columns of the overview of a run in the order of the page, results first.
 OVERVIEW: Final = (
     Column("Record", "record", wraps=True),
     Column("Structure", "structure"),
@@ -217,7 +217,7 @@ _BY_KEY: Final = {
 
 
 def titled(heads: Mapping[str, str], **changes: Any) -> list[Column]:
-    """Return columns of the overview, by their keys, with other headings and other changes.
+    """Return columns of the overview by key, with new headings and other changes.
 
     Examples
     --------

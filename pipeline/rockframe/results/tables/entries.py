@@ -1,4 +1,4 @@
-"""records.csv, and why records were rejected, of whatever stage."""
+"""records.csv, and the reasons why stages rejected records."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from rockframe.results.schema import PULSES, RESPONSE, SCREEN
 from rockframe.results.tables.formats import columns_of, require_format, write_rows_as
 from rockframe.signals.passport import Passport
 
-#: First columns of the table.
+#: First columns of records.csv.
 _COLUMNS: Final = ("file", "record_id", "status", "line", "reason")
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One row: a record, or a file that gave none.
+    """A row of records.csv: a record, or a file without records.
 
     Parameters
     ----------
     file : str
         Name of the file.
     record_id : str
-        Of the record; empty if the file gave none.
+        Identifier of the record; empty if the file contains none.
     passport : Passport, optional
-        Of the record, if one was made.
+        Passport of the record, if available.
     reason : str
-        Why it is rejected, in words; empty if it is accepted.
+        Reason of the rejection; empty if accepted.
     line : int, optional
         Line number in the file, counted from 1.
     note : str
-        What became of a file that was not read (used beside others, or passed over), of a
-        component that was rotated, or of a record that is filtered out; else empty.
+        Note on a file that was not read (metadata for other files, or skipped), on a component that
+        was rotated, or on a record that is filtered out; otherwise empty.
     filtered : bool
-        Sound, but rejected by the user's filters.
+        True if the record is valid, but outside the user's filters.
 
     Examples
     --------
@@ -68,14 +68,14 @@ class Entry:
 
 
 def write_entries(entries: Sequence[Entry], path: Path) -> None:
-    """Write the table: of each check its value, limit and verdict; what is not known is empty.
+    """Write the table, with value, limit and verdict of each check; unknown values are empty.
 
     Parameters
     ----------
     entries : sequence of Entry
         Rows of the table.
     path : Path
-        File to write; its ending states the format.
+        File to write; its extension states the format.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def write_entries(entries: Sequence[Entry], path: Path) -> None:
 
 
 def refuse_strange_entries(path: Path) -> None:
-    """Refuse to replace a file that has the name of the table and is something else.
+    """Refuse to replace a file that has the name of the table but other contents.
 
     Raises
     ------
@@ -127,21 +127,21 @@ def _cells(passport: Passport | None) -> list[object]:
 
 
 def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
-    """Refuse to replace a file that has the name of a table and is something else.
+    """Refuse to replace a file that has the name of a table but other contents.
 
     Parameters
     ----------
     path : Path
-        Where the table is to be.
+        Path of the table.
     first : sequence of str
-        Its first columns.
+        First columns of the table.
     what : str
-        What it is, in words.
+        Description of the table for the message.
 
     Raises
     ------
     InputError
-        If there is a file of other columns.
+        If there is a file with other columns.
     ParameterError
         If the format needs packages that are missing.
     """
@@ -150,28 +150,28 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
         raise InputError(path, f"is in the place of {what}, but is another file. Move it away.")
 
 
-#: Files of stages that may leave records out.
+#: Files of stages that may reject records.
 _STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE, "screen.nc": SCREEN}
 
 
 def rejections_of(folder: Path) -> dict[str, str]:
     """Return the reasons why records and files of a run were rejected, by their names.
 
-    What the user's own filters leave out is not among them.
+    Records outside the user's filters are not included.
 
     Parameters
     ----------
     folder : Path
-        Of the run.
+        Folder of the run.
 
     Raises
     ------
     InputError
-        If one of its files cannot be read.
+        If a file of the run cannot be read.
     """
     found: dict[str, str] = {}
     for row in rows_of(folder / "records.csv"):
-        if row["status"] == "rejected":  # several records of one file may be
+        if row["status"] == "rejected":  # several records of one file may be rejected
             found[row["file"]] = f"{found.get(row['file'], '')} {row['reason']}".lstrip()
     for name, reasons in left_out_of(folder).items():
         with opened(folder / name, _STAGES[name], empty=True) as dataset:
@@ -197,12 +197,12 @@ def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def rows_of(path: Path) -> Iterator[dict[str, str]]:
-    """Give the rows of one of the lists of a run; none if it is not there.
+    """Yield the rows of a list of a run; none if the list does not exist.
 
     Raises
     ------
     InputError
-        If it cannot be read.
+        If the list cannot be read.
     """
     if not path.is_file():
         return

@@ -1,4 +1,4 @@
-"""Tables as CSV, and as spreadsheets, Markdown, LaTeX and Parquet."""
+"""Write tables as CSV, spreadsheets, Markdown, LaTeX or Parquet."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from rockframe.cells import TABLE_FORMATS, harmless, write_table
 from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import whole_file
 
-#: Rows of a sheet.
+#: Largest number of rows in a spreadsheet.
 _MOST_ROWS: Final = 1_048_575
 #: Packages of the extra `tables` that formats need.
 _PACKAGES: Final = {"xlsx": "openpyxl", "parquet": "pyarrow"}
 
 
 def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: str = "") -> int:
-    """Write rows as a table, whole or not at all, and return their number.
+    """Write rows as a table, complete or not at all, and return the number of rows.
 
     Parameters
     ----------
     path : Path
-        File to write, with the ending of the format.
+        File to write, with the extension of the format.
     rows : iterable of mapping of str to object
         Rows with the same columns; NaN and None are blank.
     table_format : str
-        One of `rockframe.cells.TABLE_FORMATS`; by default that of the ending.
+        One of `rockframe.cells.TABLE_FORMATS`; by default the format of the extension.
 
     Raises
     ------
     InputError
-        If the file cannot be written, or a sheet cannot hold so many rows.
+        If the file cannot be written, or if there are too many rows for a spreadsheet.
     ParameterError
-        If the format has another ending, or needs packages that are missing.
+        If the format has another extension, or needs packages that are missing.
     """
     table_format = table_format or _format_of(path)
     if path.suffix.lower() != TABLE_FORMATS[table_format]:
@@ -45,7 +45,7 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
         with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
             return write_table(stream, rows)
     require_format(path)
-    import pandas as pd  # which takes half a second
+    import pandas as pd  # the import takes half a second
 
     frame = pd.DataFrame.from_records(list(rows))
     if table_format == "xlsx" and len(frame) > _MOST_ROWS:
@@ -56,7 +56,7 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
 
 
 def require_format(path: Path) -> None:
-    """Require the packages that a table with the ending of a format needs.
+    """Require the packages for the format of this extension.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def require_format(path: Path) -> None:
 
 
 def columns_of(path: Path) -> list[str]:
-    """Return the columns of a table of `write_rows_as`; of another file, words that are not."""
+    """Return the columns of a table of `write_rows_as`; for another file, any other words."""
     ending = path.suffix.lower()
     try:
         if ending == ".parquet":
@@ -84,7 +84,7 @@ def columns_of(path: Path) -> list[str]:
             import pandas as pd
 
             return [str(name) for name in pd.read_excel(path, nrows=0, engine="openpyxl")]
-    except Exception:  # noqa: BLE001 -- whatever the packages raise, it is no such table
+    except Exception:  # noqa: BLE001 -- any error means that it is no such table
         return []
     with path.open("rb") as stream:
         lines = [stream.readline(4096).decode("latin-1") for _ in range(3)]

@@ -1,4 +1,4 @@
-"""Pulses of records: a table of all, and the selected ones."""
+"""Read pulses of records: the table of all pulses, and the selected pulses."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rockframe.results.schema import PULSES
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.wavelets.pulse import Pulse
 
-#: What a match is made of, with its variables.
+#: Fields of a match, with their variables.
 _OF_MATCH: Final = columns_of(
     "record_id match_index outside at_period_bound at_half_cycle_bound",
     "wavelet a_p T_p time=pulse_time phase half_cycles",
@@ -33,11 +33,11 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     pulses = loaded_pulses(path)
     found: dict[str, PulseMatch] = {}
-    if "record_id" not in pulses:  # of a batch in which no record came through
+    if "record_id" not in pulses:  # a batch without accepted records
         return found
     for row in rows_along(best_of(pulses), "record", _OF_MATCH):
         name, match = row.pop("record_id"), {key: row.pop(key) for key in _BOUNDS}
@@ -53,7 +53,7 @@ def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     found = best_pulses(path)
     hashes = loaded_pulses(path)["samples_sha256"].values if found else ()
@@ -64,12 +64,12 @@ def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
 
 
 def loaded_pulses(path: Path) -> xr.Dataset:
-    """Return all of a pulse file but its series; of a batch without records there is nothing.
+    """Return a pulse file without its series; empty for a batch without accepted records.
 
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     with opened(path, PULSES, empty=True) as dataset:
         return dataset.drop_dims("obs", errors="ignore").load()
@@ -78,7 +78,7 @@ def loaded_pulses(path: Path) -> xr.Dataset:
 _OF_PULSE: Final = (
     "a_p_g=a_p T_p_s=T_p pulse_time_s=pulse_time phase_rad=phase half_cycles L_p_m=L_p"
 )
-#: Columns of a row, and those of a further pulse.
+#: Columns of a row, and columns of a further pulse.
 _COLUMNS: Final = columns_of(
     f"record_id wavelet best=best_wavelet {_OF_PULSE} match_index energy_share outside p_value",
     "surrogate_median surrogate_high pgv_ratio velocity_energy_ratio velocity_indicator",
@@ -98,10 +98,10 @@ def pulse_rows(pulses_path: Path) -> list[Row]:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
     """
     pulses = loaded_pulses(pulses_path)
-    if "record_id" not in pulses:  # of a batch in which no record came through
+    if "record_id" not in pulses:  # a batch without accepted records
         return []
     rows = list(rows_along(pulses, "record wavelet", _COLUMNS))
     further: dict[str, list[Row]] = {}

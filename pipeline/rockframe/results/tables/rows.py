@@ -1,4 +1,4 @@
-"""Rows of tables, taken from datasets."""
+"""Make rows of tables from datasets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = dict[str, Any]
 
 
 def flag_words(attrs: Mapping[str, Any]) -> Callable[[int], str] | None:
-    """Return the function that gives the words of a flag; None for variables that are no flags."""
+    """Return a function from flag values to meanings; None for variables that are not flags."""
     if "flag_meanings" not in attrs:
         return None
     masks = "flag_masks" in attrs
@@ -31,7 +31,7 @@ def flag_words(attrs: Mapping[str, Any]) -> Callable[[int], str] | None:
 
 
 def columns_of(*texts: str) -> dict[str, str]:
-    """Return the variables of columns, which have their names or stand behind them.
+    """Return the variable of each column; ``column=variable`` if the names differ.
 
     Examples
     --------
@@ -45,17 +45,18 @@ def columns_of(*texts: str) -> dict[str, str]:
 def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> Iterator[Row]:
     """Return an iterator over a row for each position along the dimensions.
 
-    Of optional variables that the file does not have, numbers are NaN and words empty.
+    For optional variables that the file does not have, numbers are NaN and texts are empty.
 
     Parameters
     ----------
     dataset : Dataset
-        A variable with fewer dimensions has one value for many rows.
+        A variable with fewer dimensions gives the same value in many rows.
     along : str
         The dimensions, separated by spaces; the first varies slowest.
     columns : mapping of str to str
         Variable of each column. Accelerations in columns that end in ``_g`` are in g, angles in
-        columns that end in ``_deg`` in degrees. A flag of two values is a bool, any other its word.
+        columns that end in ``_deg`` in degrees. A flag with two values becomes a bool, another flag
+        its meaning.
     """
     sizes = {dim: dataset.sizes[dim] for dim in along.split()}
     cells = [_cells(dataset, sizes, key, name) for key, name in columns.items()]
@@ -69,7 +70,7 @@ def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> I
 def _cells(
     dataset: xr.Dataset, sizes: Mapping[str, int], key: str, name: str
 ) -> Callable[[int], Any]:
-    """Return the function that gives the cells of a column, for a position of the slowest."""
+    """Return a function that gives the cells of a column at a position of the slowest dimension."""
     if name not in dataset.variables:
         declared = KINDS[dataset.attrs["rockframe_kind"]][name]
         unknown = "" if declared.holds in ("text", "flags") else np.nan

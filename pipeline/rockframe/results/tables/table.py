@@ -1,4 +1,4 @@
-"""Rows of a table in the manner of the paper's Table 1, from the files of three stages."""
+"""Rows of a table like the paper's Table 1, from the files of three stages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rockframe.results.tables.columns import stated_verdict
 from rockframe.results.tables.pulse_rows import pulse_rows
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 
-#: Columns of ``table.csv`` in their order. Units are in the names; unknown is NaN or empty.
+#: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
 _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g"),
     *("T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound", "structure"),
@@ -27,7 +27,7 @@ _COLUMNS: Final = (
     *("surrogate_error", *CONTACT, "slenderness_deg", "slenderness_before_crushing_deg"),
     *("restitution", "restitution_before_crushing"),
 )
-#: Columns of a record and of a response, with their variables.
+#: Columns of a record and columns of a response, with their variables.
 _OF_RECORD: Final = columns_of(
     "record_id event station component source_file facts_source magnitude",
     "epicentral_distance_km=epicentral_distance pga_g=pga pgv_m_s=pgv",
@@ -51,7 +51,7 @@ _NO_PULSE: Final[Row] = {
 
 
 def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> Iterator[Row]:
-    """Give a row for each record and structure, the structures of a record together.
+    """Yield a row for each record and structure; rows of one record follow each other.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
     Raises
     ------
     InputError
-        If one of the files is missing, corrupted, or something else, or the responses are to other
+        If a file is missing, corrupted or of another kind, or if the responses belong to other
         records.
     """
     with opened(records_path, RECORDS) as dataset:
@@ -86,9 +86,9 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
 
 
 def response_rows(response_path: Path) -> Iterator[Row]:
-    """Give a row for each record and structure of a response file; units are in the names."""
+    """Yield a row for each record and structure of a response file; units are in the names."""
     with opened(response_path, RESPONSE, empty=True) as dataset:
-        if "record_id" not in dataset:  # of a batch in which no record came through
+        if "record_id" not in dataset:  # a batch without accepted records
             return
         rows = rows_along(dataset, "record structure", _OF_RESPONSE)
     for row in rows:

@@ -1,4 +1,4 @@
-"""Selection of the motions of a screening, which are read one at a time."""
+"""Select the motions of a screening, and read them one at a time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rockframe.ingest import Rejection
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.record import Record
-from rockframe.results.facts import Facts
+from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.records import RecordsFile
 from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight
@@ -48,7 +48,7 @@ class Motion:
     azimuth : float
         Direction of the motion [degree].
     numbers : mapping of str to float
-        Its metadata, as in `Facts.numbers`, and its spectral accelerations [m s-2].
+        Metadata, as in `RecordMetadata.numbers`, and spectral accelerations [m s-2].
     """
 
     name: str
@@ -65,13 +65,13 @@ class Motions:
     def __init__(
         self,
         file: RecordsFile,
-        facts: Facts,
+        metadata: RecordMetadata,
         options: ScreenOptions,
         filters: Filters,
         periods: Sequence[float] = (),
     ) -> None:
         self._file = file
-        self._facts = facts
+        self._metadata = metadata
         self._options = options
         self.filters = filters
         self._vertical = options.vertical
@@ -88,19 +88,19 @@ class Motions:
         Raises
         ------
         ParameterError
-            If none is left.
+            If no motion is left.
         """
-        # from 0 to 360 degrees, as in the motions
+        # azimuths from 0 to 360 degrees
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
         scale = self._options.scales[-1]
-        rows = {name: row for row, name in enumerate(self._facts.names)}
+        rows = {name: row for row, name in enumerate(self._metadata.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
             self._beside = vertical_beside(self._file)
         found = self._swept(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in found:
-            like = None if azimuths else self._facts.pulse_like[motion.row]
-            site = self._facts.texts["site"][motion.row]
+            like = None if azimuths else self._metadata.pulse_like[motion.row]
+            site = self._metadata.texts["site"][motion.row]
             reason = self._filtered_by(motion.numbers, like, site)
             if reason:
                 self.left_out[motion.name] = reason
@@ -155,7 +155,7 @@ class Motions:
         Raises
         ------
         InputError
-            If its record is corrupted.
+            If a record of the motion is corrupted.
         """
         return self._moved(motion) if self._vertical else self._component(motion)
 
@@ -172,9 +172,9 @@ class Motions:
         return rotate(self._paired(motion.records), motion.azimuth)
 
     def _paired(self, names: tuple[str, ...]) -> HorizontalPair:
-        """Return the pair of two records with its vertical; the last pair is cached."""
+        """Return the pair of two records with its vertical record; the last pair is cached."""
         if self._pair is None or self._pair[0] != names:
-            row = self._facts.names.index(names[0])
+            row = self._metadata.names.index(names[0])
             together = self._recordings()[self._recording(row)]
             pairs, _ = pair_horizontals(map(self._file.read, together))
             self._pair = (
@@ -187,27 +187,27 @@ class Motions:
 
     def _recording(self, row: int) -> tuple[str, ...]:
         """Return the key of a recording; a record without a station is its own recording."""
-        texts = self._facts.texts
-        alone = "" if texts["station"][row] else self._facts.names[row]
+        texts = self._metadata.texts
+        alone = "" if texts["station"][row] else self._metadata.names[row]
         return (*(texts[n][row] for n in ("event", "network", "station", "start_time")), alone)
 
     def _recordings(self) -> dict[tuple[str, ...], list[str]]:
         together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
-        for row, name in enumerate(self._facts.names):
+        for row, name in enumerate(self._metadata.names):
             together[self._recording(row)].append(name)
         return together
 
     def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
-        """Give each horizontal record; the components of one recording form a cluster."""
+        """Yield each horizontal record; the components of one recording form a cluster."""
         clusters: dict[tuple[str, ...], int] = {}
         for name in names:
             row = rows[name]
             cluster = clusters.setdefault(self._recording(row), len(clusters))
-            numbers = {key: float(values[row]) for key, values in self._facts.numbers.items()}
+            numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
             yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
 
     def _swept(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
-        """Give each pair of horizontals toward each azimuth, without a pulse."""
+        """Yield each pair of horizontals toward each azimuth; these motions have no pulse."""
         cluster = 0
         for together in self._recordings().values():
             pairs, unpaired = pair_horizontals(map(self._file.read, together))
@@ -216,7 +216,7 @@ class Motions:
             for pair in pairs:
                 names = pair.first.record_id, pair.second.record_id
                 row = rows[names[0]]
-                known = {key: float(values[row]) for key, values in self._facts.numbers.items()}
+                known = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
                 known |= dict.fromkeys(("a_p", "T_p", "L_p"), math.nan)
                 for azimuth in azimuths:
                     record = rotate(pair, azimuth)

@@ -1,4 +1,4 @@
-"""Computation of a screening in batches, which are kept on disk until all are done."""
+"""Compute a screening in batches, which are kept on disk until all are done."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
-from rockframe.results.facts import Facts
+from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.screening.batches import Batches
 from rockframe.results.screening.histories import KeptHistory
 from rockframe.results.screening.screen import limited_in, peaks_of_frames
@@ -39,12 +39,12 @@ Task = tuple[str, Callable[[], Part]]
 
 #: Arrays of a batch of peaks.
 _PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
-#: Quantities of restraints, each with the key that it needs and whose it is.
+#: Quantities of restraints, each with the key that it needs and the owner of the key.
 _RESTRAINED: Final = (
     ("tendon_ratio", "yield_stress_pa", "tendons"),
     ("gap_ratio", "gap_m", "abutments"),
 )
-#: Approximate scenarios per batch, at some 0.1 s each: an interruption loses no more.
+#: Approximate number of scenarios per batch, of some 0.1 s each; an interruption loses no more.
 _SCENARIOS: Final = 2048
 #: Largest number of motions per batch, which are in memory together.
 _TOGETHER: Final = 64
@@ -83,8 +83,9 @@ class ScreeningRequest:
         Raises
         ------
         ParameterError
-            If a candidate of the design or a member of the ensemble cannot rock, no structure has
-            what a limit is stated for, or one lacks what the design limits.
+            If a candidate of the design or a member of the ensemble cannot rock, if no structure
+            has the restraint of a stated limit, or if a structure lacks the restraint that the
+            design limits.
         """
         chosen_ensemble(options, frames)
         for quantity, key, owner in _RESTRAINED:
@@ -147,7 +148,7 @@ class Run:
         self._kept: list[NDArray[np.intp]] = []
 
     def rows(self) -> Iterator[Arrays]:
-        """Give the scenarios motion by motion, and fill `verdicts` and `ratio`."""
+        """Yield the scenarios motion by motion, and fill `verdicts` and `ratio`."""
         frames, at = self._request.frames, self._request.reference
         for i, (verdict, *peaks) in enumerate(self._peaks()):
             row = peaks_of_frames(frames, verdict, *peaks)
@@ -161,7 +162,7 @@ class Run:
             yield row
 
     def histories(self) -> Iterator[KeptHistory]:
-        """Give the kept histories motion by motion; call it after `rows`."""
+        """Yield the kept histories motion by motion; call after `rows`."""
         where = self._where()
         for responses in map_batches(responses_of, self._scenarios(), engine=self._engine):
             for response in responses:
@@ -173,7 +174,7 @@ class Run:
                 yield i, k, s
 
     def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
-        """Give groups of scenarios of limited size; their motion is read once."""
+        """Yield groups of scenarios of limited size; each motion is read once."""
         frames, scales = self._request.frames, self._request.scales
         for motion, kept in zip(self._chosen.motions, self._kept, strict=True):
             if not len(kept):
@@ -186,12 +187,12 @@ class Run:
                     for k, s in kept[start : start + together].tolist()
                 )
 
-    def screened(self, facts: Facts, hazard: HazardCurve | None) -> Screened:
-        """Return the input of the statistics; call it after `rows`."""
+    def screened(self, metadata: RecordMetadata, hazard: HazardCurve | None) -> Screened:
+        """Return the input of the statistics; call after `rows`."""
         kinds = (Verdict.NO_UPLIFT, Verdict.SAFE, Verdict.OVERTURNED)
         return Screened(
             motions=self._chosen.motions,
-            facts=facts,
+            metadata=metadata,
             frames=self._request.frames,
             scales=self._request.scales,
             limits=self._limits,
@@ -213,7 +214,7 @@ class Run:
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
     def _candidates_reach(self) -> NDArray[np.bool_] | None:
-        """Return True for motions that bring a candidate to the limit, (motions, candidates)."""
+        """Return a mask of motions that bring candidates to the limit, (motions, candidates)."""
         design = self._request.options.design
         if design is None:
             return None
@@ -226,7 +227,7 @@ class Run:
         return np.array(rows)
 
     def _peaks(self) -> Iterator[tuple[NDArray[Any], ...]]:
-        """Give verdict, peaks and so on of each motion, each of shape (structures, scales)."""
+        """Yield verdict, peaks and so on of each motion, each of shape (structures, scales)."""
         held: list[Arrays] = []
         width = 0
         for part in self._map(peaks_of, "peaks"):
@@ -242,7 +243,7 @@ class Run:
         return self._batches.map(function, self._tasks(kind), self._engine, self._step)
 
     def _tasks(self, kind: str) -> Iterator[Task]:
-        """Give the batches of one kind: several motions, or some scales of one motion."""
+        """Yield the batches of one kind: several motions, or some scales of one motion."""
         frames = self._request.candidates if kind == "design" else self._request.frames
         scales = self._request.scales
         if kind != "peaks":

@@ -13,7 +13,7 @@ from rockframe.ingest import Rejection
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import refuse_overwriting
-from rockframe.results.facts import read_facts
+from rockframe.results.record_metadata import read_metadata
 from rockframe.results.records import open_records
 from rockframe.results.screening.batches import Batches
 from rockframe.results.screening.screen import write_screening
@@ -45,8 +45,8 @@ class Screening:
     left_out : mapping of str to str
         Reasons of the motions that the selection rejects, by identifier.
     tables : mapping of str to Path
-        Tables beside the file: ``""`` of motions and structures, ``scenarios``, ``fragility``, and
-        where they were requested ``rates`` and ``design``.
+        Tables beside the file: ``""`` for motions and structures, ``scenarios``, ``fragility``, and
+        if requested ``rates`` and ``design``.
     """
 
     motions: int
@@ -75,7 +75,7 @@ def screen_stage(
 ) -> Screening:
     """Screen structures by all records at all scales: ``screen.nc``, and tables beside it.
 
-    An interrupted run leaves its completed batches beside the output; the same call resumes it.
+    An interrupted run leaves its finished batches beside the output; the same call resumes it.
 
     Parameters
     ----------
@@ -84,16 +84,16 @@ def screen_stage(
         name with another suffix; the other tables are ``fragility.csv`` and so on beside
         ``screen.nc``, and ``NAME-fragility.csv`` beside ``NAME.nc``.
     options : ScreenOptions, optional
-        Options of motions, scales and results.
+        Options for motions, scales and results.
     structures_path : Path
         TOML file of ``[[structure]]`` tables; by default the bundled ones.
     pulses_path : Path, optional
-        Output of `pulse_stage` for the same records, which fragility over a_p and L_p and filters
-        by the pulse need.
+        Output of `pulse_stage` for the same records; needed for fragility over a_p and L_p, and for
+        filters by the pulse.
     filters : Filters, optional
         Filters of records; by default all horizontal records.
     engine : Engine, optional
-        Engine of the computation; the file is the same.
+        Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of batches done and in total.
     table_format : str
@@ -102,12 +102,12 @@ def screen_stage(
     Raises
     ------
     InputError
-        If a file cannot be read or written, or the pulses are of other records.
+        If a file cannot be read or written, or if the pulses belong to other records.
     ParameterError
-        If no record is left, pulses are needed and not stated, or a candidate of the design cannot
-        rock.
+        If no record is left, if pulses are needed but not stated, or if a candidate of the design
+        cannot rock.
     EngineError
-        If the engine is not there.
+        If the engine is not available.
     """
     options = options or ScreenOptions()
     rates, design = options.hazard is not None, options.design is not None
@@ -119,9 +119,9 @@ def screen_stage(
     request = ScreeningRequest.of(options, frames)
     _require_pulses(options, pulses_path)
     hazard = _hazard(options, pulses_path)
-    facts = read_facts(records_path, pulses_path)
+    metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
-        chosen = Motions(file, facts, options, filters or Filters(), _periods(options, hazard))
+        chosen = Motions(file, metadata, options, filters or Filters(), _periods(options, hazard))
         chosen.choose()
         origin = {"records": input_hash(records_path), **_identity(chosen)}
         origin["vertical"] = options.vertical
@@ -130,7 +130,7 @@ def screen_stage(
         write_screening(
             run.rows(),
             run.verdicts.shape,
-            lambda: statistics(run.screened(facts, hazard)),
+            lambda: statistics(run.screened(metadata, hazard)),
             output,
             input_sha256=input_hash(*read),
             parameters=options.stated()
@@ -149,7 +149,7 @@ def screen_stage(
 
 
 def _identity(chosen: Motions) -> dict[str, Any]:
-    """Return what identifies the motions: names, and azimuths, which are rounded in the names."""
+    """Return the identity of the motions: names, and exact azimuths (names round them)."""
     return {
         "motions": [motion.name for motion in chosen.motions],
         "azimuths": [motion.azimuth for motion in chosen.motions],
@@ -159,11 +159,11 @@ def _identity(chosen: Motions) -> dict[str, Any]:
 def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
     for name in options.pulse_filters():
         if pulses_path is None:
-            raise ParameterError(f"{name} is stated without pulses. Must be stated with --pulses.")
+            raise ParameterError(f"{name} needs pulses. State them with --pulses.")
 
 
 def _periods(options: ScreenOptions, hazard: HazardCurve | None) -> list[float]:
-    """Return the periods of spectral accelerations, that of the hazard curve among them."""
+    """Return the periods of spectral accelerations, including the period of the hazard curve."""
     period = period_of(hazard.measure) if hazard else 0.0
     return sorted({*(options.spectral_periods_s or ()), *([period] if period else [])})
 
@@ -176,12 +176,12 @@ def _hazard(options: ScreenOptions, pulses_path: Path | None) -> HazardCurve | N
     if curve.measure in ("a_p", "L_p"):
         if pulses_path is None:
             raise ParameterError(
-                f"{path}: is a hazard curve of {curve.measure}, which is not known without "
-                "pulses. Must be stated with --pulses."
+                f"{path}: is a hazard curve of {curve.measure}, which is unknown without "
+                "pulses. State them with --pulses."
             )
         if options.azimuths_degree:
             raise ParameterError(
-                f"{path}: is a hazard curve of {curve.measure}, which is not known for rotated "
-                "motions. Must be stated without azimuths."
+                f"{path}: is a hazard curve of {curve.measure}, which is unknown for rotated "
+                "motions. Remove azimuths_degree."
             )
     return curve

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.results.facts import Facts
+from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.schema import SCREEN_NC
-from rockframe.results.screening.facts import (
+from rockframe.results.screening.screen import limited_in
+from rockframe.results.screening.variables import (
     azimuth_values,
     demand_values,
     design_units,
@@ -22,7 +23,6 @@ from rockframe.results.screening.facts import (
     motion_values,
     observed_values,
 )
-from rockframe.results.screening.screen import limited_in
 from rockframe.risk import (
     MEASURES,
     Fragility,
@@ -63,7 +63,7 @@ class Screened:
     ----------
     motions : sequence of Motion
         The motions.
-    facts : Facts
+    metadata : RecordMetadata
         Metadata of the records.
     frames : sequence of RockingFrame
         The structures.
@@ -72,7 +72,7 @@ class Screened:
     limits : sequence of LimitState
         The limit states; the first is overturning.
     reached : array of bool, shape (limits, motions, structures, scales)
-        True for scenarios that reach them.
+        True for scenarios that reach the limit state.
     counts : array of int, shape (structures, scales, 3)
         Numbers of motions that do not uplift, are safe, and overturn.
     ratio : array, shape (motions, structures)
@@ -90,7 +90,7 @@ class Screened:
     """
 
     motions: Sequence[Motion]
-    facts: Facts
+    metadata: RecordMetadata
     frames: Sequence[RockingFrame]
     scales: Float
     limits: Sequence[LimitState]
@@ -105,7 +105,7 @@ class Screened:
 
 
 def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the values of screen.nc except those of single scenarios, and units that vary."""
+    """Return the values of screen.nc except those of single scenarios, and the units that vary."""
     motions = screened.motions
     numbers = {
         name: np.array([motion.numbers[name] for motion in motions]) for name in motions[0].numbers
@@ -140,7 +140,9 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 def _by_structure(screened: Screened) -> list[list[NDArray[np.bool_] | None]]:
-    """Return what each structure reaches, (motions, scales) by limit; None if it has no such."""
+    """Return masks (motions, scales) for each structure and limit; None if a limit does not
+    apply.
+    """
     return [
         [
             reached[:, k] if limited_in(frame, limit.quantity) else None
@@ -217,7 +219,7 @@ def _observed(
 
 
 def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
-    """Return intensities from just below to just above those tried; NaN if none is known."""
+    """Return intensities slightly beyond the range tried, for the curves; NaN if none is known."""
     grid = {}
     for name, values in intensities.items():
         known = values[np.isfinite(values) & (values > 0.0)]
@@ -230,7 +232,7 @@ def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
 
 
 def _sources(screened: Screened) -> list[tuple[str, str]]:
-    texts = screened.facts.texts
+    texts = screened.metadata.texts
     return [(texts["event"][m.row], texts["station"][m.row]) for m in screened.motions]
 
 

@@ -22,7 +22,7 @@ from rockframe.units import GRAVITY
 #: Status of the rows of the table, in the order of the table.
 _ORDER: Final = ("accepted", "rejected", "filtered", "rotated", "unread")
 
-#: Checks and measures of faults that a rotation, a filter or a taper hides.
+#: Checks and measures of faults that rotation, filter or taper would hide.
 _AS_RECORDED: Final = (
     "stated_peak",
     "clipped_samples",
@@ -34,7 +34,7 @@ _AS_RECORDED: Final = (
 
 @dataclass(frozen=True)
 class Accepted:
-    """An accepted record, without its samples, which are in the file.
+    """An accepted record, without its samples; the file has them.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class Ingested:
 
 
 @dataclass(frozen=True)
-class Intake:
+class Acceptance:
     """Processing and checking of records, with the results so far.
 
     Parameters
@@ -97,7 +97,7 @@ class Intake:
     table : Path
         Path of the table.
     listed : callable, optional
-        Called with the rows of the table once it is written.
+        Called with the rows of the written table.
     filters : Filters
         Filters of accepted records.
     accepted, entries : list
@@ -115,7 +115,7 @@ class Intake:
     def inspected(
         self, outcomes: Iterable[Record | Rejection | Unread]
     ) -> Iterator[tuple[Record, Passport | None]]:
-        """Give the accepted records one at a time, and add a row for every input."""
+        """Yield the accepted records one at a time, and add a row for every input."""
         for outcome in outcomes:
             if isinstance(outcome, Record):
                 known = replace(outcome, uncorrected=True) if self.options.uncorrected else outcome
@@ -133,7 +133,7 @@ class Intake:
         Raises
         ------
         InputError
-            If it does not, and the intake is strict.
+            If the record is rejected and the options are strict.
         """
         if self.options.strict and entry.reason:
             raise InputError(entry.file, entry.reason)
@@ -160,7 +160,7 @@ class Intake:
         Raises
         ------
         InputError
-            With the first reason, if nothing went through; that of a filter before others.
+            If no record was accepted. The message has the first reason, preferably of a filter.
         """
         if self.accepted:
             return
@@ -199,12 +199,12 @@ def checked(
     Parameters
     ----------
     record, before : Record
-        The record after processing, and as its archive distributes it.
+        The record after processing, and before.
     limits : PassportLimits
         Limits of the checks.
     components : sequence of Passport
-        Passports of the recorded components of a rotated record; it takes the worst of their
-        values for clipping, gaps, late trigger and similar faults.
+        Passports of the recorded components of a rotated record. For clipping, gaps, late trigger
+        and similar faults, the rotated record takes the worst value of its components.
     start : (float, float)
         Velocity [m s-1] and displacement [m] at the first sample.
     """

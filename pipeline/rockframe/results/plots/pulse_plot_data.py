@@ -16,7 +16,7 @@ from rockframe.record import Record
 from rockframe.results.schema.plots import MATCH_CURVE, PULSE, SCALOGRAM
 from rockframe.signals.processing import peak
 
-#: Periods and times of the picture of a transform, at most.
+#: Largest numbers of periods and times in the figure of a transform.
 _PERIODS: Final = 160
 _TIMES: Final = 1500
 
@@ -31,7 +31,7 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
     match : PulseMatch
         A pulse in it.
     tested : str
-        Result of its test against noise, as `pulse_words` returns it.
+        Result of the pulse's test against noise, as `pulse_words` returns it.
 
     Examples
     --------
@@ -71,14 +71,14 @@ def scalogram_dataset(
     Raises
     ------
     ParameterError
-        If the pulse is of another wavelet.
+        If the pulse has another wavelet.
     """
     periods = np.geomspace(*options.periods_s, _PERIODS)
     step = record.time_step
     picture = np.abs(scalogram(record.acceleration, step, match.pulse.wavelet, periods))
     picture /= math.sqrt(float(record.acceleration @ record.acceleration) * step)
     stride = max(1, math.ceil(record.acceleration.size / _TIMES))
-    # of the times between two that are drawn the largest is: no ridge is lost
+    # draw the largest of the skipped times, so that no ridge is lost
     starts = np.arange(0, record.acceleration.size, stride)
     return SCALOGRAM.dataset(
         {

@@ -1,4 +1,6 @@
-"""The variables of screen.nc besides the scenarios: motions, statistics, hazard, design."""
+"""Values of the variables of screen.nc, except the scenarios: motions, statistics, hazard,
+design.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ def motion_values(
     clusters : array of int, shape (motions,)
         Motions with the same number belong to one recording, so they are not independent.
     numbers : mapping of str to array, shape (motions,)
-        As in `Facts.numbers`, and spectral accelerations by the names of their measures.
+        As in `RecordMetadata.numbers`, and spectral accelerations by the names of their measures.
     """
     spectra = {period_of(name): values for name, values in numbers.items() if period_of(name)}
     spectrum = {
@@ -59,15 +61,15 @@ def demand_values(
     Parameters
     ----------
     reference : float
-        Scale that ranks and distributions are of [1].
+        Scale at which ranks and distributions are computed [1].
     ranks : array, shape (motions, structures)
-        1 is the most severe.
+        Ranks; 1 is the most severe motion.
     levels : array, shape (levels,)
-        Of |theta| / alpha [1].
+        Levels of |theta| / alpha [1].
     bands : sequence of Band
-        Of each structure.
+        Distribution of each structure.
     counts : array of int, shape (structures, scales, verdicts)
-        How many motions have each verdict.
+        Numbers of motions by verdict.
     """
     return {
         "reference_scale": reference,
@@ -86,9 +88,9 @@ def azimuth_values(names: Sequence[str], percentiles: Float) -> dict[str, Any]:
     Parameters
     ----------
     names : sequence of str
-        Its first motion.
+        First motion of each recording.
     percentiles : array, shape (3, recordings, structures)
-        RotD00, RotD50 and RotD100 of |theta| / alpha [1]; infinite where it overturns.
+        RotD00, RotD50 and RotD100 of |theta| / alpha [1]; infinite for structures that overturn.
     """
     parts = ("rotd00", "rotd50", "rotd100")
     return {
@@ -109,11 +111,11 @@ def fragility_values(
     Parameters
     ----------
     fits : sequence of sequence of mapping of str to Fragility
-        Of each structure and limit state, by measure.
+        Fits for each structure and limit state, by measure.
     better : sequence of (str, str)
-        The better measure for each structure, if one can be named, and why (not).
+        For each structure, the better measure (or "") and the reason.
     points : mapping of str to array, shape (points,)
-        Intensities of each measure at which the curves are given; NaN if it is unknown.
+        Intensities of each measure at which the curves are given; NaN if the measure is unknown.
     """
     rows = [[[fit[name] for name in points] for fit in each] for each in fits]
     return {
@@ -182,7 +184,7 @@ def design_values(design: Design, shares: Float, found: Sequence[Found]) -> dict
 
 
 def design_units(design: Design) -> dict[str, str]:
-    """Return the units of the variables of a design that have two."""
+    """Return the units of the variables of a design that allow two units."""
     two = (one for one in SCREEN_NC.variables if one.also_units == "1")
     ratio = design.dimension == "mass_ratio"
     limit = {"design_limit": QUANTITIES[design.quantity][2].replace("/s", " s-1") or "1"}

@@ -20,7 +20,7 @@ from rockframe.results.tables.pulse_rows import best_of, loaded_pulses
 
 Float = NDArray[np.float64]
 
-#: Numbers of a record, and of the best pulse in it.
+#: Numerical metadata of a record, and numbers of its selected pulse.
 DISTANCES: Final = (
     "epicentral_distance",
     "distance_rrup",
@@ -29,7 +29,7 @@ DISTANCES: Final = (
 )
 NUMBERS: Final = ("magnitude", *DISTANCES, "vs30", "azimuth", "pga", "pgv")
 PULSE_NUMBERS: Final = ("a_p", "T_p", "L_p")
-#: What the test against noise says; without one it is not known.
+#: Result of the test against noise; None if the pulse was not tested.
 _LIKE: Final = {
     PulseVerdict.UNTESTED: None,
     PulseVerdict.PULSE: True,
@@ -40,8 +40,8 @@ _TEXTS: Final = ("event", "network", "station", "start_time", "component")
 
 
 @dataclass(frozen=True, eq=False)
-class Facts:
-    """Metadata and measures of records; unknown is NaN, an empty text, or None.
+class RecordMetadata:
+    """Metadata and measures of records; unknown values are NaN, an empty text, or None.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Facts:
     texts : dict of str to list of str
         ``event``, ``network``, ``station``, ``start_time``, ``component`` and ``site`` of each.
     numbers : dict of str to array, shape (records,)
-        `NUMBERS` and, of the best pulse, `PULSE_NUMBERS`, in SI units.
+        `NUMBERS`, and `PULSE_NUMBERS` of the selected pulse, in SI units.
     pulse_like : list of bool or None
         True if the selected pulse passes the test against noise; None if this is unknown.
     """
@@ -61,7 +61,7 @@ class Facts:
     pulse_like: list[bool | None]
 
 
-def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
+def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadata:
     """Read metadata and measures of the records of a file, and of their selected pulses.
 
     Parameters
@@ -69,12 +69,12 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
     records_path : Path
         Output of ``rockframe ingest``.
     pulses_path : Path, optional
-        Output of ``rockframe pulse`` for the same records; without it pulses are unknown.
+        Output of ``rockframe pulse`` for the same records; without this file, pulses are unknown.
 
     Raises
     ------
     InputError
-        If one cannot be read, or the pulses are of other records.
+        If a file cannot be read, or if the pulses belong to other records.
     """
     with opened(records_path, RECORDS) as file:
         records = file.drop_vars("acceleration").load()
@@ -84,7 +84,7 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
     like: list[bool | None] = [None] * len(names)
     if pulses_path is not None:
         pulses, like = _pulses(pulses_path, sha256_of(records_path), names)
-    return Facts(
+    return RecordMetadata(
         names=names,
         texts={
             **{name: [str(text) for text in records[name].values] for name in _TEXTS},
@@ -98,14 +98,14 @@ def read_facts(records_path: Path, pulses_path: Path | None) -> Facts:
 def _pulses(
     path: Path, records: str, names: list[str]
 ) -> tuple[dict[str, Float], list[bool | None]]:
-    """Return the numbers of each selected pulse, and whether it passes the test against noise."""
+    """Return the numbers of each selected pulse, and the result of its test against noise."""
     pulses = loaded_pulses(path)
     if records not in json.loads(pulses.attrs["input_sha256"]).values():
-        raise InputError(path, "was made from other records. Must be of the same records.")
+        raise InputError(path, "was made from other records. Use the pulses of these records.")
     values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}
     like: list[bool | None] = [None] * len(names)
     row_of = {name: row for row, name in enumerate(names)}
-    if "record_id" not in pulses:  # of a batch in which no record came through
+    if "record_id" not in pulses:  # a batch without accepted records
         return values, like
     best = best_of(pulses)
     rows = [row_of[str(name)] for name in best["record_id"].values]

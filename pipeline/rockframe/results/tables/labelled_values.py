@@ -17,17 +17,17 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 @dataclass(frozen=True)
-class Fact:
-    """A number or text of a dataset, with the words that the dataset has for it.
+class LabelledValue:
+    """A number or text of a dataset, with its description.
 
     Parameters
     ----------
     name : str
         Name of the variable.
     label : str
-        Its long name.
+        Long name of the variable.
     value : float or str
-        Value; a flag is given as its word, an unknown value as NaN or an empty text.
+        Value; a flag is given by its meaning, an unknown value as NaN or an empty text.
     units : str
         Unit as CF writes it; ``1`` for a ratio, a count or a text.
     """
@@ -38,41 +38,41 @@ class Fact:
     units: str
 
 
-Facts = tuple[Fact, ...]
+LabelledValues = tuple[LabelledValue, ...]
 
 
-class FactsOf(Mapping[Key, Facts]):
-    """Facts of each record, structure, or record with structure, of one dataset or several.
+class LabelledValuesOf(Mapping[Key, LabelledValues]):
+    """Labelled values of each record, structure or pair of them, from one or several datasets.
 
     Parameters
     ----------
     *parts : xarray.Dataset
-        The first says what there are facts of; others add to those that they have too.
+        The first dataset defines the keys; the others add values for keys that they also have.
     keys : sequence of str
-        Variables of the names: one, or one for each part of a pair.
+        Variables that contain the names: one variable, or one for each part of a pair.
 
     Examples
     --------
     >>> words = {"long_name": "peak ground acceleration", "units": "m s-2"}
     >>> dataset = xr.Dataset({"name": ("record", ["a", "b"]), "pga": ("record", [1.5, 2.5], words)})
-    >>> FactsOf(dataset, keys=["name"])["b"][0].value
+    >>> LabelledValuesOf(dataset, keys=["name"])["b"][0].value
     2.5
     """
 
     def __init__(self, *parts: xr.Dataset, keys: Sequence[str]) -> None:
         self._parts = [_Part(dataset, keys) for dataset in parts]
 
-    def __getitem__(self, key: Key) -> Facts:
-        """Return the facts of one; of a pair by both names."""
+    def __getitem__(self, key: Key) -> LabelledValues:
+        """Return the values for a name, or for a pair of names."""
         first, *others = self._parts
-        return sum((p.facts(key) for p in others if p.has(key)), start=first.facts(key))
+        return sum((p.values(key) for p in others if p.has(key)), start=first.values(key))
 
     def __iter__(self) -> Iterator[Any]:
-        """Give the names; of pairs both."""
+        """Yield the names, or the pairs of names."""
         return self._parts[0].names()
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of names or pairs."""
         return sum(1 for _ in self)
 
 
@@ -97,26 +97,26 @@ class _Part:
         parts = (key,) if len(self._places) == 1 else key
         return all(part in place for part, place in zip(parts, self._places, strict=True))
 
-    def facts(self, key: Any) -> Facts:
+    def values(self, key: Any) -> LabelledValues:
         parts = (key,) if len(self._places) == 1 else key
         at = tuple(place[part] for part, place in zip(parts, self._places, strict=True))
-        return tuple(column.fact(at) for column in self._columns)
+        return tuple(column.value(at) for column in self._columns)
 
 
 class _Column:
-    """A variable, with the words of its flags."""
+    """A variable, with the meanings of its flags."""
 
     def __init__(self, name: str, array: xr.DataArray) -> None:
         self._name, self._values = name, array.values
         self._label, self._units = str(array.attrs["long_name"]), str(array.attrs["units"])
         self._words = flag_words(array.attrs)
 
-    def fact(self, at: tuple[int, ...]) -> Fact:
+    def value(self, at: tuple[int, ...]) -> LabelledValue:
         value = _plain(self._values, at)
         if self._words is not None:
             value = self._words(value).replace("_", " ")
         value = float(value) if isinstance(value, int | float) else str(value)
-        return Fact(self._name, self._label, value, self._units)
+        return LabelledValue(self._name, self._label, value, self._units)
 
 
 def _plain(values: NDArray[Any], at: tuple[int, ...]) -> Any:
