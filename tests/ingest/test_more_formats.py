@@ -118,7 +118,7 @@ def test_no_damaged_copy_reads_wrong(folder: Path, name: str) -> None:
     [
         ("usc/274o42ah.m0a", b".110 G/10", b".210 G/10", "root mean square .210 G/10 stated"),
         ("usc/274o42ah.m0a", b"=   2925", b"=   2924", "2925 samples|2924 samples stated"),
-        ("usc/274o42ah.m0a", b"AND G/10 ", b"AND GAL  ", "tape of another layout"),
+        ("usc/274o42ah.m0a", b"AND G/10 ", b"AND GAL  ", "tape in a layout that cannot be read"),
         ("usc/274o42pv.s0b", b"-9.49200", b"-9.59200", "peak 9.592 cm/s2 stated"),
         ("renadic/cuya0911131.v1", b"0.132 G, AT", b"0.142 G, AT", "peak 0.142 g stated"),
         ("renadic/cuya0911131.v1", b"AT  11.895", b"AT  11.995", "peak stated at 11.995 s"),

@@ -74,7 +74,7 @@ def test_several_claims(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_tapes_of_unknown_layout_are_named(first: str) -> None:
-    words = r"is a Caltech/USC tape of another layout .*Use a copy of the record in another format"
+    words = r"is a Caltech/USC tape in a layout .*Use a copy of the record in another format"
     with pytest.raises(InputError, match=words) as caught:
         sniff_format(f"{first}\nIMPERIAL VALLEY EARTHQUAKE\nMAY 18, 1940\n  1  2  3\n".encode())
     assert "\n" not in str(caught.value)

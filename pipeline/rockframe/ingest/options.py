@@ -1,4 +1,4 @@
-"""Values that the user states for files that lack them; they never override a file."""
+"""Values that the user states for files that do not state them; they never override a file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.ingest.reading.members import Content
 from rockframe.units import acceleration_factor, plain_units
 
-#: Relative tolerance of two stated time steps.
+#: Relative tolerance between two stated time steps.
 _SAME_STEP: Final = 1e-9
 
 
@@ -26,7 +26,7 @@ class ReadOptions:
     time_step : float, optional
         Interval between samples [s].
     station_xml : Path, optional
-        StationXML file for miniSEED and SAC files (default: `archived`, and those in `folder`).
+        StationXML file for miniSEED and SAC files (default: `archived`, and the files in `folder`).
     water_level : float, optional
         Remove the full response from miniSEED records with this water level [dB] (default: divide
         by the sensitivity).
@@ -35,12 +35,12 @@ class ReadOptions:
     archived : tuple of Content
         StationXML files in the same archive.
     folder : Path, optional
-        Folder of StationXML files (default: that of the file).
+        Folder of StationXML files (default: the folder of the file).
 
     Raises
     ------
     ParameterError
-        If the units are unknown, or time step or water level are not positive and finite.
+        If the units are unknown, or if time step or water level are not positive and finite.
 
     Examples
     --------
@@ -85,19 +85,19 @@ NO_OPTIONS: Final = ReadOptions()
 def settle_units(
     path: Path, stated: str | None, options: ReadOptions, line: int | None = None
 ) -> str:
-    """Return the acceleration units of a file: those it states, otherwise those of the user.
+    """Return the acceleration units that the file states, otherwise those that the user states.
 
     Parameters
     ----------
     stated : str or None
         Units stated in the file.
     line : int, optional
-        Line number of that statement.
+        Line number where the file states them.
 
     Raises
     ------
     InputError
-        If neither states units, or they disagree.
+        If neither the file nor the user states units, or if they disagree.
 
     Examples
     --------
@@ -126,12 +126,12 @@ def settle_units(
 def settle_time_step(
     path: Path, stated: float, options: ReadOptions, line: int | None = None
 ) -> float:
-    """Return the time step that a header states [s], after comparing it with that of the user.
+    """Return the time step that a header states [s], after comparing it with the user's.
 
     Raises
     ------
     InputError
-        If it is not positive and finite, or the user stated another one.
+        If the time step is not positive and finite, or if the user stated another time step.
 
     Examples
     --------

@@ -35,7 +35,7 @@ _MAGNITUDE: Final = re.compile(r"\s*(?P<size>\d+(?:\.\d+)?)\b")
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a three-column AFAD file.
+    r"""Return True if a file begins like a three-column AFAD file.
 
     Examples
     --------
@@ -115,7 +115,7 @@ def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
     rest = text.split(b"\n", header.count)
     body = rest[header.count].rstrip() if len(rest) > header.count else b""
     values = parse_numbers(header.path, body, header.count + 1)
-    # One missing and one extra number would shift all numbers between them into other columns.
+    # A missing and an extra number together would shift all numbers between them by a column.
     lines = body.split(b"\n") if body else []
     for line, row in enumerate(lines, header.count + 1):
         tokens = row.split()
@@ -140,7 +140,7 @@ def _places(tokens: list[bytes]) -> list[int]:
 
 
 def _peak_ratios(header: KeyedHeader, table: NDArray[np.float64]) -> list[float]:
-    """Return the ratios of actual to stated peaks; raise if they differ."""
+    """Return the ratios of actual to stated peaks; raise an error if they differ."""
     stated = {
         found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))
     }

@@ -1,7 +1,7 @@
 """Reader of BHRC files (Iran, VOL1DS): three components in g/10, at even times.
 
 A component has 27 lines of header, samples (10 columns of 13 characters), and a line `/&`. The
-header states number and length, and in its reals the rate, but no peak.
+header states number and length, its real numbers state the rate; no peak is stated.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _MAGNITUDE: Final = re.compile(r"\bM[wsbL]?\s*(\d+\.\d+)")
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a BHRC file.
+    r"""Return True if a file begins like a BHRC file.
 
     Examples
     --------
@@ -59,18 +59,18 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a component or a header line is missing, or number, length or rate disagree.
+        If a component or a header line is missing, or if number, length and rate disagree.
 
     Examples
     --------
     >>> read(Path("5520-1.V1"), b"* VOL1DS FILE:  5520/01", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: 5520-1.V1: 0 ends of data (/&). Must be 3: one a component.
+    rockframe.errors.InputError: 5520-1.V1: 0 ends of data (/&). Must be 3: one per component.
     """
     lines = text_of(path, data).rstrip().split(b"\n")
     ends = [number for number, line in enumerate(lines) if line.startswith(b"/&")]
     if len(ends) != 3 or ends[-1] != len(lines) - 1:
-        raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one a component.")
+        raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one per component.")
     tops = [0, *(end + 1 for end in ends[:-1])]
     words = [line.decode("latin-1") for line in lines]
     stated = [_stated(path, words, top) for top in tops]

@@ -49,7 +49,7 @@ _QUANTITY: Final = re.compile(r"(UN)?CORRECTED ACCELERATION\s+UNIT:", re.M)
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a CSMNC file.
+    r"""Return True if a file begins like a CSMNC file.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a header line is missing, or number, length or peak differ from the samples.
+        If a header line is missing, or if number, length or peak differ from the samples.
 
     Examples
     --------

@@ -29,7 +29,7 @@ _UNITS: Final = "#AmplitudeUnit"
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a CWA file.
+    r"""Return True if a file begins like a CWA file.
 
     Examples
     --------
@@ -139,7 +139,7 @@ def _record(
 
 
 def _utc(stated: str) -> str:
-    """Return a time of Taiwan in UTC (ISO 8601); empty if it is none."""
+    """Convert a time of Taiwan to UTC (ISO 8601); empty if it is not a time."""
     found = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
     try:
         moment = datetime.strptime(found[1] if found else "", "%Y/%m/%d-%H:%M:%S").replace(

@@ -25,7 +25,7 @@ _KEY: Final = re.compile(r"(?P<key>[A-Z][A-Z0-9_^/]*):(?P<value>.*)")
 _MARKS: Final = ("NDATA:", "SAMPLING_INTERVAL_S:", "HEADER_FORMAT:")
 #: Largest number of header lines to read; a valid header has 64.
 _LONGEST_HEADER: Final = 100
-#: Boundary of two numbers without a blank between them: a sign directly after a digit.
+#: Boundary between two numbers without a blank: a sign directly after a digit.
 _TOUCHING: Final = re.compile(rb"(?<=\d)(?=[-+])")
 _NEEDED: Final = (
     "HEADER_FORMAT",
@@ -39,7 +39,7 @@ _NEEDED: Final = (
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of an ESM or ITACA file of any quantity.
+    r"""Return True if a file begins like an ESM or ITACA file of any quantity.
 
     Examples
     --------
@@ -174,7 +174,7 @@ def _corner(header: KeyedHeader, key: str) -> float:
 
 
 def _is_uncorrected(header: KeyedHeader) -> bool:
-    """Return whether PROCESSING is none or, if it is empty, the baseline was not removed."""
+    """Return True if PROCESSING is none, or if it is empty and the baseline was not removed."""
     processing = header.get("PROCESSING").lower()
     if processing:
         return processing.startswith("none")

@@ -107,7 +107,7 @@ class _Component:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a GeoNet V1A or V2A file.
+    r"""Return True if a file begins like a GeoNet V1A or V2A file.
 
     Examples
     --------
@@ -124,8 +124,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If there are not three components; counts, time steps, bearing or peak disagree with each
-        other or with the samples; or a column does not hold a number.
+        If there are not three components; if counts, time steps, bearing or peak disagree with each
+        other or with the samples; or if a column is not a number.
 
     Examples
     --------
@@ -260,7 +260,7 @@ def _samples(component: _Component, step: float) -> NDArray[np.float64]:
 
 
 def _direction(component: _Component) -> tuple[Orientation, float]:
-    """Return the direction from the name; for a horizontal it must match the integer header."""
+    """Return the direction from the name; for a horizontal, the integer header must agree."""
     orientation, azimuth = direction(component.name)
     stated = component.integer(_DIRECTION)
     turn = abs((azimuth - stated + 180.0) % 360.0 - 180.0)
@@ -274,7 +274,7 @@ def _direction(component: _Component) -> tuple[Orientation, float]:
 
 
 def _start_time(component: _Component) -> str:
-    """Return the start of the buffer (ISO 8601, UTC); empty if invalid or padded in front."""
+    """Return the start of the buffer (ISO 8601, UTC); "" if invalid, or with prepended samples."""
     year, month, day, hour, minute, milliseconds = (component.integer(item) for item in _START)
     if component.integer(_PREPENDED):
         return ""

@@ -24,7 +24,7 @@ _ABOVE: Final = re.compile(r"Acc?ele?a?ration time series in m/s/s\s*$")
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of an older ITACA file.
+    r"""Return True if a file begins like an older ITACA file.
 
     Examples
     --------

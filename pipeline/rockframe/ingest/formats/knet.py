@@ -1,7 +1,7 @@
-"""Reader of K-NET and KiK-net ASCII: counts with a scale factor, one component per file.
+"""Reader of K-NET and KiK-net ASCII files: counts with a scale factor, one component per file.
 
-The reader of obspy silently accepts truncated files and NaN. The header is therefore compared with
-the samples before it is used, and the stated peak with its result. The offset is not removed.
+The reader of obspy silently accepts truncated files and NaN. Therefore the header is compared with
+the samples before obspy reads them, and the stated peak with the result. The offset is not removed.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ _WIDTH: Final = 9
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a K-NET or KiK-net file.
+    r"""Return True if a file begins like a K-NET or KiK-net file.
 
     Examples
     --------
@@ -176,9 +176,9 @@ def _require_count(header: KeyedHeader, samples: int, rate: int) -> None:
 
 
 def _require_columns(path: Path, body: bytes) -> None:
-    """Reject lines with numbers that do not fill their columns, because a digit was lost."""
+    """Reject lines whose numbers do not fill their columns: a digit was lost."""
     rows = [row.rstrip() for row in body.rstrip().split(b"\n")]
-    # The blank of a column either follows the number (and is stripped at the end) or precedes it.
+    # The blank of a column precedes the number, or follows it (and is stripped at the line end).
     short = len(rows[0]) % _WIDTH == _WIDTH - 1
     for line, row in enumerate(rows, len(_KEYS) + 1):
         must = _WIDTH * len(row.split()) - short
@@ -196,7 +196,7 @@ def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> ND
 
 
 def _peak_ratio(header: KeyedHeader, acceleration: NDArray[np.float64]) -> float:
-    """Return the ratio of actual peak without the mean to stated peak; raise if they differ."""
+    """Return the ratio of actual peak (without the mean) to stated peak; reject a difference."""
     key = "Max. Acc. (gal)"
     gal = (acceleration - acceleration.mean()) / acceleration_factor("gal")
     return require_printed_peak(header.path, header.values[key], gal, "gal", header.lines[key])

@@ -1,7 +1,7 @@
 """Reader of miniSEED 2: counts, converted to acceleration with the StationXML of the instrument.
 
-The reader of obspy silently skips invalid data records and drops a truncated last one. The data
-records are therefore checked and their samples counted before it is used.
+The reader of obspy silently skips invalid data records and drops a truncated last one. Therefore
+the data records are checked and their samples counted before obspy reads them.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _LENGTH_BLOCKETTE: Final = 1000
 _SEISMOMETER: Final = "H"
 #: Relative tolerance of sample rates, whose last digits depend on clock corrections.
 _SAME_RATE: Final = 1e-4
-#: Share of the record tapered at each end before the response is removed.
+#: Share of the record that is tapered at each end before the response is removed.
 _TAPER: Final = 0.05
 
 
 def sniff(head: bytes) -> bool:
-    """Return whether the head of a file is that of a miniSEED 2 record.
+    """Return True if a file begins like a miniSEED 2 record.
 
     Examples
     --------
@@ -65,8 +65,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a data record is corrupted, truncated or flagged as padded; or a channel has a gap or an
-        overlap, records velocity, has no StationXML for its time, or has another sample rate there.
+        If a data record is corrupted, truncated or flagged as padded; or if a channel has a gap or
+        an overlap, records velocity, has no StationXML for its time, or has another sample rate in
+        its StationXML.
 
     Examples
     --------
@@ -90,7 +91,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield offset and number of samples of each data record; raise if one is not complete."""
+    """Yield offset and number of samples of each data record; reject incomplete records."""
     start = 0
     while start < len(data):
         header = data[start : start + _FIXED_HEADER]
@@ -235,7 +236,7 @@ def _response_removed(
         message = f"no stages of {trace.id} in {instrument.source}. The full response needs them."
         raise InputError(path, message)
     begins = str(stages[0].input_units)
-    # obspy would differentiate if the first stage is a velocity, whatever the sensitivity is.
+    # obspy would differentiate if the first stage is a velocity, even if the sensitivity is not.
     if begins.lower() != instrument.units.lower():
         raise InputError(
             path,

@@ -1,7 +1,7 @@
 """Reader of PEER strong-motion database files (AT2): a few header lines, then acceleration in g.
 
-The last header line states NPTS and DT. Its style and the columns of samples differ between
-releases of the database, so numbers are read one by one, independent of the line layout.
+The last header line states NPTS and DT. Style and columns differ between releases of the database,
+so numbers are read one by one, independent of the line layout.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _COMPONENT: Final = re.compile(r"[A-Za-z0-9-]{1,6}")
 
 @dataclass(frozen=True)
 class Title:
-    """Unambiguous contents of the title line; the rest is empty.
+    """Unambiguous contents of the title line; ambiguous parts are empty.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Title:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a PEER file of any quantity.
+    r"""Return True if a file begins like a PEER file of any quantity.
 
     Examples
     --------
@@ -186,7 +186,7 @@ def filter_corners(header: Sequence[str]) -> tuple[float, float]:
 
 
 def _peak_ratio(path: Path, header: list[str], samples: NDArray[np.float64]) -> float:
-    """Return the ratio of actual to stated peak; raise if they differ; NaN if unstated."""
+    """Return the ratio of actual to stated peak; raise an error if they differ; NaN if unstated."""
     for number, line in enumerate(header, 1):
         stated = _PEAK.search(line)
         if stated:

@@ -1,7 +1,7 @@
-"""Reader of SAC files, binary (either byte order) and alphanumeric: one evenly sampled series each.
+"""Reader of SAC files, binary (either byte order) or alphanumeric: one evenly sampled series.
 
-The header states the kind of quantity (IDEP) but not its units, so the user must. It does not state
-the processing either: a series with an offset counts as uncorrected.
+The header states the kind of quantity (IDEP) but not its units, so the user must state the units.
+The header does not state the processing either: a series with an offset counts as uncorrected.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class _Sac:
 
 
 def sniff(head: bytes) -> bool:
-    """Return whether the head of a file is that of a SAC file, binary or alphanumeric.
+    """Return True if a file begins like a SAC file, binary or alphanumeric.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ------
     InputError
         If units, number of samples, quantity, SCALE, evenness, extremes, mean or direction are
-        missing, or contradict the samples or each other.
+        missing, contradict the samples, or contradict each other.
 
     Examples
     --------
@@ -98,8 +98,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     file = _binary(path, data, order) if order else _alphanumeric(path, data)
     _require_acceleration(path, file)
     step = float(file.floats[_DELTA])
-    # The header is in single precision: compare the time step of the user in it, but use all
-    # digits.
+    # The header has single precision: compare the user's time step in that precision, but use all
+    # its digits.
     if options.time_step is None or np.float32(options.time_step) != np.float32(step):
         step = settle_time_step(path, step, options)
     _require_end(path, file)
@@ -128,7 +128,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[str, object]]:
     """Return m s-2 per sample, and the instrument if the samples are counts.
 
-    The services of data centres write counts, and in SCALE the sensitivity of the instrument.
+    Services of data centres write counts, with the sensitivity of the instrument in SCALE.
     """
     scale = file.stated(_SCALE)
     if math.isnan(scale) or scale in (0.0, 1.0):
@@ -175,7 +175,7 @@ def _byte_order(head: bytes) -> str | None:
 
 
 def _is_alphanumeric(head: bytes) -> bool:
-    """Return whether it begins with 14 lines of floats (5F15.7) and 8 of integers (5I10)."""
+    """Return True if a file begins with 14 lines of floats (5F15.7) and 8 of integers (5I10)."""
     lines = head_lines(head)
     if len(lines) < _HEADER_LINES:
         return False
@@ -285,7 +285,7 @@ def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, flo
         raise InputError(path, f"{message} Must be the same direction.")
     if upright:
         return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
-    # One beyond 360 stays as stated, for the warning in the passport.
+    # An azimuth beyond 360 stays as stated, for the warning in the passport.
     return Orientation.HORIZONTAL, azimuth if azimuth > 360.0 else azimuth % 360.0
 
 

@@ -51,7 +51,7 @@ _STATION: Final = re.compile(
 )
 _EVENT: Final = re.compile(r"\s*\d{4}\s+\d{1,2}\s+\d{1,2}(?:\s+\d{4})?\s+(?P<event>\D.*?)\s*")
 _INTEGER: Final = re.compile(rb" *-?\d+")
-#: Not checked with `is_number`, because the undefined real exceeds its limit.
+#: Not checked with `is_number`, because the value for "undefined" exceeds its limit.
 _REAL: Final = re.compile(rb" *[-+]?(\d+\.\d*|\.\d+)E[-+]\d{1,2}")
 
 
@@ -86,7 +86,7 @@ class _Header:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of an SMC file of any quantity.
+    r"""Return True if a file begins like an SMC file of any quantity.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def _header(path: Path, lines: list[bytes]) -> _Header:
 
 
 def _fields(path: Path, rows: list[bytes], columns: Columns, first_line: int) -> list[str]:
-    """Return the fields of header lines; raise if one is not a number."""
+    """Return the fields of header lines; raise an error if one is not a number."""
     fields = []
     for line, row in enumerate(rows, first_line):
         for start in range(0, columns.line_width, columns.width):
@@ -167,7 +167,7 @@ def _fields(path: Path, rows: list[bytes], columns: Columns, first_line: int) ->
 
 
 def _comments(header: _Header, lines: list[bytes]) -> int:
-    """Return the number of comment lines; raise if it differs from the stated one."""
+    """Return the number of comment lines; raise an error if it differs from the stated one."""
     stated = header.integer(16) or 0
     found = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
     if stated != found:
@@ -204,7 +204,7 @@ def _pairs(
     """Return acceleration [cm s-2] and time step [s] from pairs of time and acceleration."""
     columns = Columns(columns.count - columns.count % 2, columns.width)
     present = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
-    # The count is that of pairs or, in some files, that of values.
+    # The count is the number of pairs or, in some files, the number of values.
     count = _count(header) if _count(header) == present else 2 * _count(header)
     numbers = read_columns(header.path, rows, columns, count, line)
     text = b"".join(row.rstrip() for row in rows)
@@ -221,7 +221,7 @@ def _pairs(
 def _peak_ratio(
     header: _Header, samples: NDArray[np.float64], step: float, columns: Columns
 ) -> float:
-    """Return the ratio of actual to stated peak, the larger extreme; raise if they differ."""
+    """Return the ratio of actual to stated peak, the larger extreme; reject a difference."""
     extremes = [(header.printed(item), item) for item in (30, 32)]
     stated = [(value, item) for value, item in extremes if value is not None]
     largest = float(np.abs(samples).max())
@@ -230,7 +230,7 @@ def _peak_ratio(
     value, item = max(stated, key=lambda pair: abs(pair[0].value))
     resolution = 10.0 ** (math.floor(math.log10(largest)) + 1 - _DIGITS[columns])
     line = _TEXT_LINES + _INTEGER_LINES + 1 + (item - 1) // _REALS.count
-    # The item before an extreme is its time.
+    # The item before an extreme states its time.
     peak = StatedPeak(value=value, time=header.printed(item - 1), units="cm/s2", line=line)
     return require_peak(header.path, samples, step, peak, resolution)
 
@@ -274,7 +274,7 @@ def _record(
         magnitude=header.real(6),
         epicentral_distance=header.real(17),
         peak_ratio=ratio,
-        # Corners in uncorrected files are those of filters that were not yet applied.
+        # Corners in uncorrected files belong to filters that were not yet applied.
         filter_low=math.nan if uncorrected else header.positive(33),
         filter_high=math.nan if uncorrected else header.positive(35),
         processing=("archive: problem flagged",) if header.integer(18) == 1 else (),

@@ -34,7 +34,7 @@ _DECIMATION: Final = "FACTOR DE DECIMACION"
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a UNAM file.
+    r"""Return True if a file begins like a UNAM file.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def _record(
         signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,
     )  # fmt: skip
     orientation, azimuth = direction(name)
-    # Latitude and longitude stand in two lines.
+    # Latitude and longitude are in two lines.
     places = [
         place_in(f"{header.get(key)} {header.get(f'{key} (2)')}")
         for key in ("COORDENADAS DEL EPICENTRO", "COORDENADAS DE LA ESTACION")

@@ -49,7 +49,7 @@ _POINTS: Final = re.compile(r"\s*NO OF POINTS=\s*(?P<count>\d+), UNITS=CM/SEC\*\
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a corrected USC or Caltech file.
+    r"""Return True if a file begins like a corrected USC or Caltech file.
 
     Examples
     --------

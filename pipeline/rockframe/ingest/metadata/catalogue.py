@@ -46,12 +46,12 @@ _FIELDS: Final = {
     "archive_pulse_period_s": "archive_pulse_period",
 }
 _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
-#: Records begin at most this long before and after their event [s].
+#: Longest time from the start of a record to its event, before and after [s].
 _BEFORE, _AFTER = 120.0, 600.0
 
 
 def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, CatalogueEntry]:
-    r"""Return the entries of a catalogue, in the CSV format of this package or that of an archive.
+    r"""Return the entries of a catalogue, in the CSV format of this package or of an archive.
 
     The CSV has a row for each file; only the column `file` is required. The formats of archives are
     PEER's search results, the flatfiles of NGA-West2 and ESM, a ComCat event, and QuakeML.
@@ -66,7 +66,8 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
     Returns
     -------
     dict
-        Entries by file name. Those of archives also have keys such as ``RSN`` and a record number.
+        Entries by file name. Entries of archives also have keys such as ``RSN`` and a record
+        number.
 
     Raises
     ------
@@ -103,7 +104,7 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
 
 
 def catalogue_kind(path: Path, head: bytes | None = None) -> str:
-    """Return which catalogue of an archive a file is, by name and beginning; empty if none."""
+    """Return the kind of an archive's catalogue from its name and first bytes; else ""."""
     if path.suffix.lower() not in {".csv", ".json", ".geojson", ".xml", ".quakeml"}:
         return ""
     return kind_of(path.name, head_of(path) if head is None else head[:HEAD])
@@ -175,7 +176,7 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     facts = dict(vars(entry)) if entry else {}
     facts |= {"facts_source": facts.pop("source", "")}
     facts = {name: value for name, value in facts.items() if name not in {"file", "origin_time"}}
-    # a magnitude or a distance of zero is a number, and equal to the unknown site
+    # compare types too: a magnitude of zero is a number, but equals the unknown site
     return {
         name: one
         for name, one in facts.items()
@@ -188,13 +189,13 @@ def facts_of(
 ) -> dict[str, Any]:
     """Return the fields of a record that a catalogue states.
 
-    Entries of the event and the station come first, then those of the record number (``RSN77_...``)
-    and of the file, which override them.
+    Entries of the event and the station come first. Entries of the record number (``RSN77_...``)
+    and of the file override them.
 
     Parameters
     ----------
     catalogue : mapping of str to CatalogueEntry
-        From `read_catalogue`.
+        Result of `read_catalogue`.
     record : Record
         As read from the file.
     names : iterable of str
@@ -218,7 +219,7 @@ def facts_of(
 
 
 def _applies(entry: CatalogueEntry, record: Record) -> bool:
-    """Return whether a record began at the time of an event, at its station if one is named."""
+    """Return True if a record began at the time of the event, and at its station if named."""
     if entry.station and (entry.station, entry.network) != (record.station, record.network):
         return False
     begin, origin = _seconds(record.start_time), _seconds(entry.origin_time)
@@ -226,7 +227,7 @@ def _applies(entry: CatalogueEntry, record: Record) -> bool:
 
 
 def _seconds(time: str) -> float:
-    """Return a time (ISO 8601, UTC unless it states a zone) in seconds; NaN if there is none."""
+    """Return a time (ISO 8601, by default UTC) in seconds; NaN if there is none."""
     try:
         moment = datetime.fromisoformat(time)
     except ValueError:

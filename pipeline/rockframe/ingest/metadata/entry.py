@@ -33,8 +33,8 @@ class CatalogueEntry:
     lowest_usable_frequency, archive_pulse_period : float
         Lowest usable frequency [Hz] and period of the velocity pulse [s], as the archive states.
     origin_time : str
-        Time of the event (ISO 8601, UTC). With it, the entry applies to the records that
-        began then, at its station if it names one.
+        Time of the event (ISO 8601, UTC). An entry with this time applies to the records that began
+        then, at the station of the entry if it names one.
     source : str
         Source of the metadata.
 

@@ -55,7 +55,7 @@ _FAULTING: Final = {
 
 
 def kind_of(name: str, head: bytes) -> str:
-    """Return which catalogue of an archive a file is, from its name and beginning; or "".
+    """Return the kind of an archive's catalogue from its name and first bytes; "" for other files.
 
     Examples
     --------
@@ -78,21 +78,21 @@ def kind_of(name: str, head: bytes) -> str:
 def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry]:
     r"""Return the entries of a catalogue of an archive.
 
-    Keys are names of record files, ``RSN`` and the record number, and otherwise unique texts.
+    Keys are names of record files, ``RSN`` with the record number, or other unique texts.
 
     Parameters
     ----------
     path : Path
         The file, for error messages.
     kind : str
-        From `kind_of`.
+        Result of `kind_of`.
     data : bytes
         Contents of the file.
 
     Raises
     ------
     InputError
-        If it cannot be read as this kind.
+        If the file cannot be read as this kind.
 
     Examples
     --------
@@ -191,7 +191,7 @@ def _quakeml(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
         try:
             events = read_events(io.BytesIO(data), format="QUAKEML")
         except Exception as error:
-            # lxml and obspy raise classes of their own, whose base is Exception.
+            # lxml and obspy raise their own classes, which are derived from Exception.
             raise ValueError(str(error)) from error
     for event in events:
         origin = event.preferred_origin() or (event.origins or [None])[0]
@@ -225,7 +225,7 @@ def _table(data: bytes, separator: str) -> _Rows:
     """Yield line number and cells of each row, by the names of the columns in lower case."""
     text = _text(data)
     first, _, _ = text.partition("\n")
-    # The header of NGA-West2 is not quoted: its names hold commas, in brackets or before a blank.
+    # The header of NGA-West2 is not quoted; names contain commas in brackets or before blanks.
     names = re.split(r",(?! )(?![^()]*\))", first) if '"' not in first else []
     rows = csv.reader(io.StringIO(text), delimiter=separator)
     cells = next(rows)
@@ -247,7 +247,7 @@ def _under(
 
 
 def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str, str]) -> Any:
-    """Return the numbers of a row by field; -, N/A, -999 and the like are unknown."""
+    """Return the numbers of a row by field; -, N/A, -999 and similar texts mean unknown."""
     found = {}
     for column, field in columns.items():
         token = row.get(column, "")

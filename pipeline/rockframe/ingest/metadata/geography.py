@@ -36,7 +36,7 @@ def distances(
 ) -> dict[str, float]:
     """Return epicentral and hypocentral distance [km] as fields of a record.
 
-    The earth is a sphere here, which makes errors of at most 0.5 %.
+    The earth is taken as a sphere, which causes errors of at most 0.5 %.
 
     Parameters
     ----------

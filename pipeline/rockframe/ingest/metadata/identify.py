@@ -68,7 +68,7 @@ def record_ids(path: Path, components: Sequence[str]) -> list[str]:
 
 
 def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
-    """Yield alternative identifiers for the channels of a file if the first ones are in use.
+    """Yield alternative identifiers for the channels of a file, for when the first ones are in use.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def seed_direction(code: str) -> tuple[Orientation, float]:
 
 
 def direction(component: str) -> tuple[Orientation, float]:
-    """Return the direction that the name of a component states; nothing is guessed.
+    """Return the direction that the name of a component states, without guessing.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def upright_sense(component: str, coded: Orientation) -> Orientation | None:
     Parameters
     ----------
     component : str
-        Name of the component. If it states no sense, such as ``VERT``, the code decides.
+        Name of the component. If the name states no sense, such as ``VERT``, the code decides.
     coded : Orientation
         Sense according to the code.
 
@@ -226,7 +226,7 @@ def upright_sense(component: str, coded: Orientation) -> Orientation | None:
 
 
 def _common_length(one: str, other: str) -> int:
-    """Return the length of the common beginning."""
+    """Return the length of the common beginning of two texts."""
     pairs = takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False))
     return sum(1 for _ in pairs)
 

@@ -7,7 +7,7 @@ from typing import Final
 
 from rockframe.record import SiteType
 
-#: Depth from which a sensor counts as in a borehole instead of in a shallow vault [m].
+#: Depth from which a sensor is in a borehole, not in a shallow vault [m].
 _DEEP: Final = 3.0
 
 _FREE_FIELD: Final = re.compile(r"\bfree[- ]?field\b|\bFF\b", re.I)
@@ -106,7 +106,7 @@ def site_of_cosmos(location: str, station: str, code: int | None) -> SiteType:
     location, station : str
         Location of the channel, and the line that names the station.
     code : int or None
-        Station type, used last because a station may also have channels in the free field.
+        Station type; it is used last, because a station may also have channels in the free field.
 
     Examples
     --------

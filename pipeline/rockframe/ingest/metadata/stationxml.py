@@ -81,7 +81,7 @@ class ChannelResponse:
 
 
 def is_station_xml(path: Path, head: bytes | None = None) -> bool:
-    """Return whether a file is StationXML, by name and beginning; False if it cannot be read.
+    """Return True if a file is StationXML, by name and beginning; False if it cannot be read.
 
     Examples
     --------
@@ -108,8 +108,8 @@ def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelRespon
     Raises
     ------
     InputError
-        If no file describes the channel at that time, several describe it differently, the
-        sensitivity is not counts per acceleration, or the stage gains contradict it.
+        If no file describes the channel at that time, if several files describe it differently, if
+        the sensitivity is not in counts per acceleration, or if the stage gains contradict it.
 
     Examples
     --------
@@ -141,14 +141,14 @@ def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
         if _summary(other) != _summary(channel) or other.response != channel.response:
             raise InputError(
                 path,
-                f"{trace.id} is described in {file.name} and otherwise in {other_file.name}. "
+                f"{trace.id} is described differently in {file.name} and {other_file.name}. "
                 "Must be one description.",
             )
     return _response_of(file, channel, trace)
 
 
 def _files(path: Path, station: str, options: ReadOptions) -> list[Content]:
-    """Return the given StationXML file, or those beside a waveform that name its station."""
+    """Return the given StationXML file, or the files beside a waveform that name its station."""
     if options.station_xml is not None:
         return [_loaded(options.station_xml)]
     try:
@@ -175,7 +175,7 @@ def _inventory(file: Path, content: bytes) -> Any:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(file, "XML with a document type. Must be plain StationXML.")
     with warnings.catch_warnings():
-        # obspy warns of unusual but harmless entries; Python warns of how obspy finds its readers.
+        # obspy warns about unusual but harmless entries; Python warns about obspy's entry points.
         warnings.simplefilter("ignore")
         from obspy import read_inventory
         from obspy.core.util.obspy_types import ObsPyException

@@ -1,6 +1,6 @@
 """obspy waveform plug-ins, one for each format: `obspy.read("RSN77.AT2", format="PEERAT2")`.
 
-Traces hold accelerations in m s-2. Metadata that obspy has no place for are in `stats.peerat2`,
+Traces hold accelerations in m s-2. Metadata for which obspy has no place are in `stats.peerat2`,
 `stats.csmipv1` and so on, named after the format. obspy has its own plug-ins for K-NET, SAC and
 miniSEED.
 """
@@ -28,7 +28,7 @@ with warnings.catch_warnings():
 
 Source = str | Path | BinaryIO
 
-#: Longest SEED station code. A longer name is kept in the stats of the format.
+#: Longest SEED station code; longer names are only in the stats of the format.
 _LONGEST_STATION: Final = 5
 
 
@@ -52,13 +52,13 @@ class Plugin:
     file_format: Format
 
     def is_format(self, file: Source) -> bool:
-        """Return whether a file has the format; never raises an exception.
+        """Return True if a file has the format; never raises an exception.
 
         At most 4096 bytes are read, and the position of a stream is restored.
         """
         try:
             return sniff_format(_head(file)) is self.file_format
-        # obspy calls this with whatever the user passes to it, and expects no exception.
+        # obspy passes any input of the user here, and expects no exception.
         except (InputError, OSError, AttributeError, TypeError, ValueError):
             return False
 

@@ -1,4 +1,4 @@
-"""Read bytes with a reader of obspy, whose exceptions become an InputError."""
+"""Read bytes with a reader of obspy, and turn its exceptions into an InputError."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
     Parameters
     ----------
     obspy_name : str
-        Format in obspy. It must be given, because obspy would otherwise also try to unpickle the
-        file.
+        Format in obspy. Without it, obspy would also try to unpickle the file.
 
     Returns
     -------
@@ -43,7 +42,7 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
     Raises
     ------
     InputError
-        If obspy raises or warns; the message quotes obspy.
+        If obspy raises an error or a warning; the message quotes obspy.
 
     Examples
     --------

@@ -19,7 +19,7 @@ from rockframe.units import GRAVITY, acceleration_factor
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
-#: Processing notes of obspy that mean that the samples are no longer the original quantity.
+#: Processing notes of obspy after which the samples are no longer the original quantity.
 _OTHER_QUANTITY: Final = re.compile(r"\b(?:integrate|differentiate)\(")
 _COLUMNS: Final = 5
 
@@ -45,8 +45,8 @@ def write_peer_at2(
     Raises
     ------
     ParameterError
-        If there is not exactly one trace, the samples are not known to be accelerations, a sample
-        is missing or not finite, or a name cannot be written in the title.
+        If there is not exactly one trace, if the samples are not known to be accelerations, if a
+        sample is missing or not finite, or if a name cannot be written in the title.
     InputError
         If the file cannot be written.
 
@@ -149,7 +149,7 @@ def _title(trace: Trace) -> str:
 
 
 def _printable(trace: Trace, name: str) -> str:
-    """Return a name on one line, or raise if it is not printable Latin-1, as AT2 readers expect."""
+    """Return a name on one line; reject a name that is not printable Latin-1."""
     line = " ".join(name.split())
     try:
         line.encode("latin-1")

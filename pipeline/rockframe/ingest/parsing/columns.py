@@ -54,7 +54,7 @@ def read_columns(
     count : int
         Number of samples that the header states.
     line : int
-        Line number of that statement in the file; the samples follow it.
+        Line number where the header states the number; the samples follow this line.
 
     Returns
     -------
@@ -63,9 +63,9 @@ def read_columns(
     Raises
     ------
     InputError
-        If a line has the wrong width, the number of samples differs from the stated one, or a
-        column does not hold a finite number with a decimal point (an integer if
-        `columns.integers`). Fortran would insert a missing decimal point.
+        If a line has the wrong width, if the number of samples differs from the stated one, or if a
+        column is not a finite number with a decimal point (an integer if `columns.integers`). A
+        missing decimal point is an error, because Fortran would insert it.
 
     Examples
     --------
@@ -91,12 +91,12 @@ def read_columns(
 
 
 def _decimals(rows: NDArray[np.uint8]) -> NDArray[np.float64] | None:
-    """Read decimal numbers whose points are in one column, shape (samples,); None if they are not.
+    """Read decimal numbers with aligned points, shape (samples,); None if they are not aligned.
 
-    Digits before and after the point are one whole number below 1e15, so that its quotient by a
-    power of ten is rounded once, as `float` does.
+    The digits before and after the point form a whole number below 1e15. Its division by a power of
+    ten is rounded once, as in `float`.
     """
-    places = np.ascontiguousarray(rows.T)  # the first characters, the second ones, ...
+    places = np.ascontiguousarray(rows.T)  # all first characters, all second characters, ...
     width = len(places)
     points = np.flatnonzero(places[:, :1] == ord("."))
     if points.size != 1 or width > 16 or points[0] == width - 1:
@@ -133,7 +133,7 @@ def _fields(text: bytes, width: int) -> list[bytes]:
     columns = np.frombuffer(text, dtype=np.uint8).reshape(-1, width)
     if not (columns > ord(" ")).any(axis=1).all():
         raise ValueError("an empty column")
-    # A blank between the columns separates numbers that touch.
+    # Insert a blank between the columns, because numbers may touch.
     apart = np.full((len(columns), width + 1), ord(" "), dtype=np.uint8)
     apart[:, 1:] = columns
     return apart.tobytes().split()

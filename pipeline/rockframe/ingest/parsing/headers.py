@@ -33,7 +33,7 @@ class KeyedHeader:
         return float(token or math.nan)
 
     def required(self, key: str) -> str:
-        """Return a value; raise if the header does not state it."""
+        """Return a value; a missing value is an error."""
         if not self.get(key):
             raise InputError(self.path, f"no {key!r} in the header.")
         return self.values[key]
@@ -50,7 +50,7 @@ def number_of(path: Path, token: str, line: int, quantity: str) -> float:
     Raises
     ------
     InputError
-        If it is not a finite number.
+        If the token is not a finite number.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def number_of(path: Path, token: str, line: int, quantity: str) -> float:
 
 
 def count_of(path: Path, token: str, line: int, found: int) -> int:
-    """Return the number of samples that a header states; raise if the file has another.
+    """Return the number of samples that a header states; another number in the file is an error.
 
     Examples
     --------
@@ -81,10 +81,10 @@ def count_of(path: Path, token: str, line: int, found: int) -> int:
 
 
 def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> KeyedHeader:
-    """Return the header of lines with a key and a value.
+    """Parse header lines with a key and a value.
 
-    The first of two equal keys counts. A line without a key continues the one before: its value
-    has the key of that line and `(2)`.
+    Of two equal keys the first one is used. A line without a key continues the line before: its
+    value gets the key of that line with `(2)` appended.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> Keye
 def required_line(
     path: Path, lines: Sequence[str], index: int, pattern: re.Pattern[str], example: str
 ) -> re.Match[str]:
-    r"""Return the match of a header line with its pattern; raise if it does not begin so.
+    r"""Match the beginning of a header line with a pattern; no match is an error.
 
     Examples
     --------

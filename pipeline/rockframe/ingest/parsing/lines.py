@@ -17,13 +17,13 @@ _UTF8_MARK: Final = b"\xef\xbb\xbf"
 #: End-of-file mark of DOS, which may fill a whole sector.
 _END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
-#: No acceleration or time is this large in any unit, and products of smaller numbers are finite.
+#: Larger than any acceleration or time in any unit; products of smaller numbers are finite.
 _LARGEST: Final = 1e30
-#: If this many numbers before the last have the same form, the last must have it too.
+#: If this many numbers before the last have the same form, the last number must have it too.
 _ENOUGH: Final = 10
 #: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
-#: Bytes of a file from which catalogues and StationXML are recognised.
+#: Number of bytes from which catalogues and StationXML are recognised.
 HEAD: Final = 8192
 
 
@@ -34,7 +34,7 @@ def unreadable(path: Path, error: OSError) -> InputError:
 
 
 def head_of(path: Path) -> bytes:
-    """Return the first `HEAD` bytes of a file; none if it cannot be read.
+    """Return the first `HEAD` bytes of a file; empty if it cannot be read.
 
     Examples
     --------
@@ -49,7 +49,7 @@ def head_of(path: Path) -> bytes:
 
 
 def is_utf16(head: bytes) -> bool:
-    r"""Return whether a file begins with the byte order mark of UTF-16.
+    r"""Return True if a file begins with the byte order mark of UTF-16.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def text_of(path: Path, data: bytes) -> bytes:
 
 
 def head_lines(head: bytes) -> list[str]:
-    r"""Return the lines in the head of a text file, the last of which may be cut; none if binary.
+    r"""Return the lines in the head of a text file (the last may be cut); empty if binary.
 
     Examples
     --------
@@ -109,7 +109,7 @@ def head_lines(head: bytes) -> list[str]:
     return list(_head_lines(head))
 
 
-@lru_cache(maxsize=4)  # every format looks at the same head
+@lru_cache(maxsize=4)  # every format examines the same head
 def _head_lines(head: bytes) -> tuple[str, ...]:
     head = head.rstrip(b"\0") or head  # some archives pad files to whole blocks
     if is_utf16(head) or b"\0" in head:
@@ -118,7 +118,7 @@ def _head_lines(head: bytes) -> tuple[str, ...]:
 
 
 def is_number(token: bytes) -> bool:
-    """Return whether a token is a decimal number with an absolute value below 1e30.
+    """Return True if a token is a decimal number with an absolute value below 1e30.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def is_number(token: bytes) -> bool:
 
 
 def are_finite(values: NDArray[np.float64]) -> bool:
-    """Return whether all absolute values of an array are below 1e30 (and none is NaN).
+    """Return True if all absolute values of an array are below 1e30 (and none is NaN).
 
     Examples
     --------
@@ -206,10 +206,10 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float6
 
 
 def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1) -> None:
-    r"""Reject a text that was cut within its last number, which would be read as another number.
+    r"""Reject a text that was cut within its last number; the rest would be read as another number.
 
-    A number counts as cut if no line end follows and it has fewer digits than the numbers before
-    it, which all have the same number of digits.
+    The last number counts as cut if no line end follows, if all numbers before it have the same
+    number of digits, and if it has fewer.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.ingest.parsing.lines import bad_number, is_number
 
-#: Relative tolerance: header and samples may be rounded differently from single precision.
+#: Relative tolerance: header and samples may be rounded from single precision in different ways.
 _SINGLE: Final = 2.0**-22
 
 
@@ -68,8 +68,8 @@ class StatedPeak:
     line : int
         Line number of the statement.
     signed : bool
-        True if the sign is that of the sample. Some headers print absolute values; there a plus
-        has no meaning, but a minus does.
+        True if the header prints the sign of the sample. Some headers print absolute values; a plus
+        then has no meaning, but a minus does.
 
     Examples
     --------
@@ -93,9 +93,9 @@ def require_peak(
 ) -> float:
     """Return the ratio of actual to stated peak; reject a file in which they differ.
 
-    Stated value and samples may differ by one unit of the last digit of either. The time may differ
-    by one step, because some archives count from the first step. If several samples are as large as
-    the largest, any of them may be the stated one.
+    Stated value and samples may differ by one unit in the last digit of either. The time may differ
+    by one step, because some archives count from the first step. If several samples are equally
+    large, any of them may be the stated peak.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def require_peak(
     Raises
     ------
     InputError
-        If absolute value, sign or time of the peak disagree.
+        If absolute value, sign or time of the peak differ.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def require_printed_peak(
     time : str
         Printed time of the peak since the first sample [s]; empty if unstated.
     time_step, first : float
-        Interval between samples, and time of the first one as the header counts it [s].
+        Interval between samples, and time of the first sample as the header counts it [s].
 
     Raises
     ------

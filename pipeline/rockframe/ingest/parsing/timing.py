@@ -14,18 +14,18 @@ from rockframe.errors import InputError
 
 Float = NDArray[np.float64]
 
-#: Relative tolerance of times computed in single precision, however many digits are printed.
+#: Relative tolerance of times that were computed in single precision but printed with more digits.
 _SINGLE: Final = 2.0**-23
 #: Relative tolerance of times in double precision.
 _DOUBLE: Final = 2.0**-50
-#: Relative tolerance of two time steps.
+#: Relative tolerance between two time steps.
 _SAME_STEP: Final = 1e-9
 #: Smallest time step for which a whole sampling rate is considered [s].
 _SHORTEST_STEP: Final = 1e-9
 #: Steps at which uneven points are interpolated, and the longest gap in steps [s].
 _USUAL_STEPS: Final = (0.001, 0.002, 0.004, 0.005, 0.01, 0.02)
 _LONGEST_GAP: Final = 4.0
-#: Fewer odd steps than this are damage, not digitised film.
+#: Fewer uneven steps than this mean a corrupted file, not digitised film.
 _FEW: Final = 4
 #: Largest number of decimals of a time step.
 _MOST_DECIMALS: Final = 20
@@ -71,18 +71,18 @@ def time_step_of(
 ) -> float:
     """Return the time step of evenly spaced printed times [s].
 
-    Each time must equal the first one plus a whole number of steps within its printed resolution:
-    exactly, or if that is impossible rounded, or otherwise truncated. Among the steps that fit, the
-    shortest decimal is chosen. If it needs at least two more decimals than are printed, and exactly
-    one whole sampling rate [Hz] fits, the step is its reciprocal (for example 1/240 s with four
-    decimals).
+    Each time must equal the first time plus a whole number of steps, within the printed resolution.
+    The times are compared as exact values; if no step fits, as rounded values; and otherwise as
+    truncated values. Among the steps that fit, the shortest decimal is chosen. If this decimal
+    needs at least two more digits than are printed, and exactly one whole sampling rate [Hz] fits,
+    the step is the reciprocal of that rate (for example 1/240 s with four decimals).
 
     Parameters
     ----------
     times : array, shape (samples,)
         Two or more finite times [s], one per line.
     printed : callable
-        Returns the times as printed; called only if the numbers themselves are not even.
+        Returns the times as printed; called only if the parsed times are uneven.
     first_line : int
         Line number of the first time.
     given : float, optional
@@ -91,7 +91,7 @@ def time_step_of(
     Raises
     ------
     InputError
-        If the times do not increase, are uneven, or do not fit the step of the user.
+        If the times do not increase, are uneven, or do not fit the user's time step.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def _require_increase(path: Path, times: Float, first_line: int) -> None:
 
 
 def _require_resolution(path: Path, times: Float, units: Float, first_line: int) -> None:
-    """Reject uneven times that are printed too coarsely to tell a lost sample from rounding."""
+    """Reject uneven times whose rounding could hide a lost sample."""
     steps = np.diff(times)
     typical = float(np.median(steps))
     odd = np.flatnonzero(np.abs(steps - typical) > 0.5 * units[1:])
@@ -176,7 +176,7 @@ def _fits(rate: int, low: float, high: float) -> bool:
 
 
 def _shortest_decimal(low: float, high: float) -> tuple[int, float]:
-    """Return the shortest decimal between the bounds that is nearest to their middle."""
+    """Return the shortest decimal between the bounds, as close as possible to their middle."""
     middle = 0.5 * (low + high)
     for decimals in range(_MOST_DECIMALS):
         step = round(middle, decimals)
@@ -209,13 +209,13 @@ def even_samples(
     """Return time step [s], even samples, and a note if the times were uneven.
 
     Points of digitised film are uneven. They are interpolated linearly at the longest usual step
-    that is not longer than theirs.
+    that is not longer than the steps of the points.
 
     Raises
     ------
     InputError
-        If the times do not increase, a gap is longer than four steps, or only a few are uneven,
-        as in a corrupted file.
+        If the times do not increase, if a gap is longer than four steps, or if only a few times are
+        uneven, as in a corrupted file.
 
     Examples
     --------

@@ -19,7 +19,7 @@ from rockframe.ingest.reading.read_outcome import Outcome, Rejection, Unread, re
 from rockframe.ingest.reading.sources import Catalogue, Source, sources_of
 from rockframe.record import Record
 
-#: File and SHA-256 of the record that has each identifier; identifiers in lower case.
+#: File and SHA-256 of the record, by identifier in lower case.
 Owners = dict[str, tuple[str, str]]
 
 
@@ -50,9 +50,9 @@ def collect(
     progress : callable, optional
         Called with the name of each file, in the order of the paths.
     workers : int, optional
-        Number of worker processes. A crash, a timeout or lack of memory in a worker rejects the
-        file only. None means one per core, 0 reads in this process. The result does not depend on
-        it.
+        Number of worker processes. A crash, a timeout or lack of memory in a worker rejects only
+        the file. None means one per core, 0 reads in this process. The result does not depend on
+        this number.
     limits : Limits, optional
         Time and memory limits of a worker.
     strict : bool
@@ -61,17 +61,17 @@ def collect(
     Yields
     ------
     Record, Rejection or Unread
-        In the order of the paths. Files are rejected if their format is unknown, they are
-        corrupted, their record identifier is already in use, or the catalogue of a folder or an
-        archive names them but they are missing. Catalogues, StationXML, other files of `rockframe
-        fetch`, hidden files and outputs are skipped. If two files differ only in their extensions
-        or folders, the identifiers of the second contain its whole name.
+        In the order of the paths. A file is rejected if its format is unknown, if it is corrupted,
+        if its record identifier is already in use, or if a catalogue of a folder or an archive
+        names it but it is missing. Catalogues, StationXML, other files of `rockframe fetch`, hidden
+        files and outputs are skipped. If two files differ only in their extensions or folders, the
+        identifiers of the second file contain its whole name.
 
     Raises
     ------
     InputError
-        If a path does not exist, a folder holds no files, its catalogue cannot be read, or `strict`
-        is set and a file is rejected.
+        If a path does not exist, if a folder contains no files or its catalogue cannot be read, or
+        if `strict` is set and a file is rejected.
     ParameterError
         If the number of workers is negative.
 
@@ -212,7 +212,8 @@ def _display_name(file: str, source: Source) -> str:
 def _finished(record: Record, own: dict[str, Any], record_id: str, source: Source) -> Record:
     """Return the record with its identifier, display names and metadata from catalogues.
 
-    Those of archives come first, then the `catalogue.csv` within an archive, and that beside it.
+    Later sources override earlier ones: catalogues of archives, then the `catalogue.csv` in an
+    archive, then the `catalogue.csv` beside it.
     """
     folder, _, _ = source.name.rpartition("/")
     instrument = record.instrument_file
@@ -232,7 +233,7 @@ def _finished(record: Record, own: dict[str, Any], record_id: str, source: Sourc
 
 
 def _unused_ids(records: list[Record], source: Source, owners: Owners) -> list[str] | Rejection:
-    """Return and register unused identifiers, or a rejection if there are none."""
+    """Return and register unused identifiers, or a rejection if all are in use."""
     names = [record.record_id for record in records]
     file, digest = _display_name(records[0].source_file, source), records[0].source_sha256
     taken = next((owners[n.casefold()] for n in names if n.casefold() in owners), None)

@@ -18,7 +18,7 @@ from rockframe.ingest.reading.members import (
     zip_members,
 )
 
-#: Largest number of archives in each other, as of a ZIP of ZIPs.
+#: Largest nesting depth of archives, such as a ZIP of ZIPs.
 _DEEPEST: Final = 2
 #: Bytes of a file that suffice to recognise an archive.
 ARCHIVE_HEAD: Final = 512
@@ -29,7 +29,7 @@ _OTHER_ARCHIVES: Final = (b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xf
 
 
 def is_archive(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a ZIP, tar, gzip or bzip2 archive.
+    r"""Return True if a file begins like a ZIP, tar, gzip or bzip2 archive.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def is_archive(head: bytes) -> bool:
 def contents(path: Path, data: bytes) -> Iterator[Content]:
     r"""Yield the contents of a file, or of each member if it is an archive.
 
-    Archives may hold archives, two in each other; gzip and bzip2 around a file do not count.
+    Archives may contain archives, to a depth of two; gzip and bzip2 around a file do not count.
 
     Parameters
     ----------
@@ -59,7 +59,8 @@ def contents(path: Path, data: bytes) -> Iterator[Content]:
     Yields
     ------
     Content
-        In the order of the archive, without folders. A rejected member has a `refusal` and no data.
+        The contents in the order of the archive, without folders. A rejected member has a `refusal`
+        and no data.
 
     Raises
     ------
@@ -85,7 +86,7 @@ class _Budget:
     size: int = 0
 
     def spend(self, size: int) -> None:
-        """Count a member; raise if there are too many or they are too large together."""
+        """Count a member; too many members, or too many bytes in total, are an error."""
         self.count += 1
         self.size += size
         if self.count > members.MOST_MEMBERS:

@@ -27,7 +27,7 @@ def read_content(
     Parameters
     ----------
     content : Content
-        From `rockframe.ingest.reading.containers.contents`.
+        An item of `rockframe.ingest.reading.containers.contents`.
     options, file_format
         As in `read_bytes`.
 
@@ -61,9 +61,9 @@ def read_file(
     units: str | None = None,
     time_step: float | None = None,
 ) -> list[Record]:
-    r"""Return the records of a file, one per channel; of an archive, those of all members.
+    r"""Return the records of a file, one per channel; for an archive, the records of all members.
 
-    Catalogues and documents in an archive are skipped, StationXML is used.
+    In an archive, catalogues and documents are skipped, and StationXML is used.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def read_file(
     file_format : Format, optional
         Format of the file (default: identified from its contents).
     units : str, optional
-        Acceleration units of a file that does not state them, in short for `options`.
+        Acceleration units of a file that does not state them; a shortcut for `options`.
     time_step : float, optional
         Interval between samples [s] of a file that does not state it.
 
@@ -108,7 +108,7 @@ def read_file(
 
 
 def note_of_member(content: Content) -> str:
-    """Return why a member of an archive is skipped; empty if it is not."""
+    """Return the reason why a member of an archive is skipped, or ""."""
     is_member = content.where != content.path and not content.refusal
     return note_on(content.path, content.data) if is_member else ""
 
@@ -124,13 +124,13 @@ def companions(path: Path, data: bytes) -> list[Content]:
     """
     found: list[Content] = []
     if is_archive(data[:ARCHIVE_HEAD]):
-        with suppress(InputError):  # reading its records says what is wrong with the archive
+        with suppress(InputError):  # reading the records reports what is wrong with the archive
             found += (c for c in contents(path, data) if describes_records(c.path, c.data))
     return found
 
 
 def with_archived(options: ReadOptions, path: Path, within: list[Content]) -> ReadOptions:
-    """Return options that find the StationXML in an archive, and that beside it."""
+    """Return options that find the StationXML in an archive and beside it."""
     stations = tuple(c for c in within if is_station_xml(c.path, c.data))
     return replace(options, archived=stations, folder=options.folder or path.parent)
 

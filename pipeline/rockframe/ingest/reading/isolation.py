@@ -15,9 +15,9 @@ from rockframe.errors import ParameterError
 
 T = TypeVar("T")
 
-#: Text per worker for which starting another one (0.2 s) is worthwhile [bytes].
+#: Amount of text per worker that makes another worker worthwhile [bytes]; a start takes 0.2 s.
 _BYTES_A_WORKER: Final = 16 << 20
-#: Number of calls per worker that are computed ahead of their use; limits memory.
+#: Number of calls per worker that are computed in advance; limits memory.
 _AHEAD: Final = 4
 
 

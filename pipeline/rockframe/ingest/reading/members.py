@@ -19,11 +19,11 @@ from rockframe.errors import InputError
 
 #: Size limit of a file, and of an archive member after expansion [bytes].
 LARGEST: Final = 256_000_000
-#: Largest number of members in an archive, those of archives in it included.
+#: Largest number of members in an archive, including members of archives in it.
 MOST_MEMBERS: Final = 1000
 #: Size limit of all members of an archive together, after expansion [bytes].
 LARGEST_TOTAL: Final = 2_000_000_000
-#: Largest expansion ratio; text of samples has 3 to 10, a record of zeros 80.
+#: Largest expansion ratio; text of samples reaches 3 to 10, a record of zeros 80.
 LARGEST_RATIO: Final = 100
 #: The ratio is not checked below this size [bytes].
 _SMALL: Final = 1_000_000
@@ -58,13 +58,13 @@ class Content:
     where : Path
         The file, or ``archive:member``; for error messages.
     name : str
-        The same without the folder and with escaped unprintable characters; for tables.
+        The name without the folder, with escaped unprintable characters; for tables.
     path : Path
         The file, or the member without the archive; for record identifiers.
     data : bytes
         Expanded contents.
     refusal : str
-        Reason why a member was not expanded; empty if it was.
+        Reason why a member was not expanded, or "".
 
     Examples
     --------
@@ -98,7 +98,7 @@ def printable(name: str) -> str:
 
 
 def decompressed(content: Content) -> Content:
-    """Return the file in a gzip or bzip2; raise if it is corrupted or too large."""
+    """Return the file in a gzip or bzip2; reject a corrupted or too large file."""
     is_gzip = content.data.startswith(_GZIP)
     kind = "gzip" if is_gzip else "bzip2"
     path, compressed, cap = content.where, len(content.data), _cap(len(content.data))
@@ -123,7 +123,7 @@ def decompressed(content: Content) -> Content:
 
 
 def zip_members(outer: Content, data: bytes) -> Iterator[Content]:
-    """Yield the members of a ZIP archive; raise if it is corrupted or too large."""
+    """Yield the members of a ZIP archive; reject a corrupted or too large file."""
     try:
         archive = zipfile.ZipFile(BytesIO(data))
     except _DAMAGE as error:
@@ -165,11 +165,11 @@ def _zip_member(outer: Content, archive: zipfile.ZipFile, member: zipfile.ZipInf
 
 
 def tar_members(outer: Content, data: bytes) -> Iterator[Content]:
-    """Yield the members of a tar archive; raise if it is corrupted or too large."""
+    """Yield the members of a tar archive; reject a corrupted or too large file."""
     try:
         with tarfile.open(fileobj=BytesIO(data), mode="r:") as archive:
             entries = archive.getmembers()
-            # tarfile takes a corrupted header for the end.
+            # tarfile treats a corrupted header as the end.
             rest = data[archive.offset :]
             if len(rest) < _TAR_BLOCK or rest.strip(b"\0"):
                 raise tarfile.ReadError("it ends early")
@@ -207,7 +207,7 @@ def _require_sound(outer: Content, kind: str, members: int, total: int) -> None:
 
 
 def _refused_name(name: str) -> str:
-    """Return why a member with this name must not be expanded; empty if it may be."""
+    """Return the reason why a member with this name must not be expanded, or ""."""
     must = "a path within the archive"
     return _first(
         (name.startswith("/") or _DRIVE.match(name), "an absolute path", must),
@@ -219,7 +219,7 @@ def _refused_name(name: str) -> str:
 
 
 def _first(*causes: tuple[object, str, str]) -> str:
-    """Return the message of the first cause that holds; empty if none does."""
+    """Return the message of the first cause that applies, or ""."""
     return next((f"{what}. Must be {must}." for holds, what, must in causes if holds), "")
 
 

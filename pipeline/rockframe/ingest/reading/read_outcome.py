@@ -73,9 +73,10 @@ class Unread:
     line: int | None = None
 
 
-#: Records, each with what the `catalogue.csv` of its archive states, or why there is none.
+#: Records, each with the fields from the `catalogue.csv` of its archive; or a reason without
+#: records.
 Outcome = list[tuple[Record, dict[str, Any]]] | Rejection | Unread
-#: Catalogues in an archive by the folder or inner archive to whose files they apply.
+#: Catalogues in an archive, by the folder or inner archive whose files they describe.
 _Catalogues = dict[str, dict[str, CatalogueEntry]]
 
 
@@ -108,7 +109,7 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
 
 
 def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, Rejection]]:
-    """Return the catalogues in an archive, in the order of precedence, and the corrupted ones."""
+    """Return the catalogues in an archive in order of precedence, and the corrupted catalogues."""
     found: _Catalogues = {}
     faults: dict[str, Rejection] = {}
     for content in within:
@@ -125,7 +126,7 @@ def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, Rejec
 
 
 def _missing(catalogues: _Catalogues, names: Iterable[str]) -> Iterator[Rejection]:
-    """Yield what the `catalogue.csv` of an archive names and the archive does not hold."""
+    """Yield a rejection for each missing file that the `catalogue.csv` of an archive names."""
     for folder, entries in catalogues.items():
         within = [name.removeprefix(folder) for name in names if name.startswith(folder)]
         present = {part for name in within for part in re.split("[:/]", name)}

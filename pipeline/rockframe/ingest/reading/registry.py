@@ -35,7 +35,7 @@ from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import head_lines, is_utf16
 from rockframe.record import Record
 
-#: Number of bytes from which a format is identified.
+#: Number of bytes that identify a format.
 HEAD: Final = 4096
 
 
@@ -58,10 +58,10 @@ class Format:
     extensions : tuple of str
         Usual extensions of file names; not used for identification.
     sniff : callable
-        Given at most the first 4096 bytes of a file, returns whether it has this format.
+        Takes at most the first 4096 bytes of a file, and returns True if it has this format.
     read : callable
-        Given the path of a file (for names and error messages), its bytes and the options, returns
-        its records. Options must not contradict what the file states.
+        Takes the path of a file (for names and error messages), its bytes and the options, and
+        returns the records. Options must not contradict the file.
 
     Examples
     --------
@@ -217,7 +217,7 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     if _CALTECH.search("\n".join(head_lines(head)[:2])):
         raise InputError(
             source,
-            "is a Caltech/USC tape of another layout than those that are read. "
+            "is a Caltech/USC tape in a layout that cannot be read. "
             "Use a copy of the record in another format, such as PEER AT2, SMC or COSMOS.",
         )
     names = ", ".join(known.name for known in FORMATS)

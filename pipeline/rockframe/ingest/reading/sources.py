@@ -25,11 +25,11 @@ Catalogue = Mapping[str, CatalogueEntry]
 
 _REQUEST: Final = "request.json"
 #: Notes on files that accompany records and are not read as records.
-_CATALOGUE: Final = "catalogue: facts about the files beside it."
+_CATALOGUE: Final = "catalogue: metadata of the files beside it."
 _BESIDE: Final = {
-    _REQUEST: "what a fetch asked for: not needed to read the records.",
-    "event.quakeml": "what a data centre stated of the event: its facts stand in the catalogue.",
-    "channels.stationxml": "what a data centre stated of channels: not needed to read the records.",
+    _REQUEST: "request of a fetch: not needed to read the records.",
+    "event.quakeml": "event from a data centre: the catalogue contains its metadata.",
+    "channels.stationxml": "channels from a data centre: not needed to read the records.",
 }
 _STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
 _HIDDEN: Final = "hidden file: not read."
@@ -56,11 +56,11 @@ class Source:
     others : mapping of str to CatalogueEntry
         Metadata of the catalogues of archives, which every `catalogue.csv` overrides.
     note : str
-        Why the file is skipped; empty if it is not.
+        Reason why the file is skipped, or "".
     refusal : str
-        Why the file is rejected without opening it; empty if it is not.
+        Reason why the file is rejected without opening it, or "".
     asked : bool
-        True if the file was requested by its own path, not found in a folder.
+        True if the file was requested by its own path, and not found in a folder.
     sha256 : str
         Expected SHA-256, if the file was received by `rockframe fetch`; otherwise empty.
     """
@@ -99,15 +99,15 @@ def sources_of(
     Returns
     -------
     list of Source
-        In the order of the paths; within a folder in the order of names, files before subfolders.
-        Files that are skipped or rejected, and files that are missing although the catalogue of a
-        folder names them, have a note or refusal.
+        The files in the order of the paths; within a folder in the order of names, files before
+        subfolders. Files that are skipped or rejected, and missing files that a catalogue names,
+        have a note or refusal.
 
     Raises
     ------
     InputError
-        If a path does not exist or cannot be listed, a folder contains no files of records, or its
-        catalogue cannot be read.
+        If a path does not exist or cannot be listed, if a folder contains no record files, or if
+        its catalogue cannot be read.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def _files_in(
 def _catalogues(
     entries: list[Path],
 ) -> tuple[dict[str, CatalogueEntry], dict[str, CatalogueEntry], dict[Path, str]]:
-    """Return the entries of all catalogues in a folder, and the reasons of corrupted ones."""
+    """Return the entries of all catalogues in a folder, and the errors of corrupted catalogues."""
     faults: dict[Path, str] = {}
     own: dict[str, CatalogueEntry] = {}
     others: dict[str, CatalogueEntry] = {}
@@ -217,7 +217,7 @@ def _catalogues(
 
 
 def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
-    """Return note and refusal of an entry of a folder; both empty if it is to be read or listed."""
+    """Return note and refusal of an entry in a folder; both empty if the entry is read."""
     if path.name.startswith("."):
         return _HIDDEN, ""
     refusal = _refusal(path)
@@ -231,12 +231,12 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
 
 
 def is_catalogue(path: Path) -> bool:
-    """Return whether a file is a catalogue: by its name, or as archives write it."""
+    """Return True if a file is a catalogue, by its name or in the format of an archive."""
     return path.name == CATALOGUE or catalogue_kind(path) != ""
 
 
 def _refusal(path: Path) -> str:
-    """Return why an entry of a folder cannot be opened; empty if it can."""
+    """Return the reason why an entry of a folder cannot be opened, or ""."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:  # broken link
@@ -249,7 +249,7 @@ def _refusal(path: Path) -> str:
 
 
 def _fetched_sha256(request: Path) -> dict[str, str]:
-    """Return the SHA-256 of the files of a fetch by name, from its request.json."""
+    """Return the SHA-256 of fetched files by name, from request.json."""
     try:
         document = read_json(request.read_bytes())
         files = document["files"]
@@ -259,12 +259,12 @@ def _fetched_sha256(request: Path) -> dict[str, str]:
 
 
 def describes_records(path: Path, head: bytes) -> bool:
-    """Return whether a file with this name and beginning is a catalogue or StationXML."""
+    """Return True if a file with this name and beginning is a catalogue or StationXML."""
     return note_on(path, head) in (_CATALOGUE, _STATION_XML)
 
 
 def note_on(path: Path, head: bytes = b"") -> str:
-    """Return why a file with this name and beginning is skipped; empty if it is not.
+    """Return the reason why a file with this name and beginning is skipped, or "".
 
     Examples
     --------

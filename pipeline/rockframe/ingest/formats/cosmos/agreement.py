@@ -16,7 +16,7 @@ from rockframe.ingest.metadata.identify import direction, upright_sense
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Orientation
 
-#: Item of the integer header with the processing stage, and the names of the stages.
+#: Item of the integer header that states the processing stage, and the names of the stages.
 _STAGE: Final = 1
 _STAGES: Final = {"raw": 0, "uncorrected": 1, "corrected": 2}
 #: Item of the integer header with the quantity, and the meaning of its codes.
@@ -49,12 +49,12 @@ _MAXIMUM: Final = re.compile(
 
 
 def require_quantity(channel: Channel) -> None:
-    """Reject a channel if its title or heading contradicts the quantity in the integer header.
+    """Reject a channel whose title or heading contradicts the quantity in the integer header.
 
     Raises
     ------
     InputError
-        If they differ: an acceleration that a header calls a velocity must not be skipped.
+        If they differ. Otherwise an acceleration that one header calls a velocity would be skipped.
     """
     code = channel.integer(QUANTITY)
     name = QUANTITIES.get(code or 0, "unknown")
@@ -161,7 +161,7 @@ def _require_maximum(
         time=Printed.of(stated["time"]),
         units=stated["units"],
         line=channel.first_line + index,
-        # For raw counts the absolute value is stated.
+        # For raw counts the header states the absolute value.
         signed=not raw,
     )
     require_peak(channel.path, samples, step, peak, resolution)

@@ -15,8 +15,8 @@ _SENSITIVITY, _SENSOR_OUTPUT, _SENSOR_SCALE, _GAIN = 42, 43, 44, 47
 #: Item of the integer header with the sample length [bit], and the usual length.
 _BITS: Final = 35
 _USUAL_BITS: Final = 24
-#: Largest relative difference between stated and derived values. Full scales are nominal and differ
-#: by up to 0.5 % in real files.
+#: Largest relative difference between stated and derived values. Full scales are nominal values,
+#: which differ by up to 0.5 % in real files.
 _SAME_SCALE: Final = 0.02
 
 

@@ -1,8 +1,8 @@
 """Reader of the COSMOS strong-motion format, version 1.20: V0 (counts), V1, V2 and V2c.
 
 Item numbers of the integer and real headers follow the format description (COSMOS, 2001) and are
-counted from 1. A file may hold several channels. Velocity and displacement are skipped if
-there is acceleration, and rejected otherwise.
+counted from 1. A file may hold several channels. Velocity and displacement are skipped if the file
+also has acceleration, and rejected otherwise.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _UNITS_OF: Final = {2: "g", 4: "cm/s2", 10: "gal"}
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a COSMOS file.
+    r"""Return True if a file begins like a COSMOS file.
 
     Examples
     --------
@@ -73,8 +73,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a section differs from its heading, no channel is an acceleration, counts have no
-        sensitivity, or number, time step or peak of the samples differ from the header.
+        If a section differs from its heading, if no channel is an acceleration, if counts have no
+        sensitivity, or if number, time step or peak of the samples differ from the header.
 
     Examples
     --------
@@ -227,7 +227,7 @@ def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
 def _peak_ratio(
     channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, signed: bool
 ) -> float:
-    """Return the ratio of actual to stated peak; raise if they differ."""
+    """Return the ratio of actual to stated peak; raise an error if they differ."""
     value = channel.real(_PEAK)
     if value is None or not samples.any():
         return math.nan

@@ -1,8 +1,8 @@
 """Split a COSMOS file (version 1.20) into channels and their sections.
 
-A channel has text lines (their number is in the first one), integers, reals, comments, samples and
-an end line. The line above each section states its number of values or lines and, for numbers, the
-Fortran format.
+A channel has text lines (the first line states their number), integers, reals, comments, samples
+and an end line. The line above each section states its number of values or lines and, for numbers,
+the Fortran format.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def _channel(path: Path, lines: list[bytes], top: int) -> tuple[Channel, int]:
     channel = Channel(
         path, top + 1, text, integers, reals, real_line, comments, heading, at + 1, layout, rows
     )
-    # Some files end a channel with both lines.
+    # Some files end a channel with both end lines.
     both = end + 1 < len(lines) and lines[end + 1].startswith(b"/&")
     return channel, end + 1 + both
 

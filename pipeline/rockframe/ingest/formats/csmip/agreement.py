@@ -1,4 +1,4 @@
-"""Check that direction, number and length, each stated twice in a CSMIP channel, agree."""
+"""Compare direction, number and length, which a CSMIP channel states twice."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Reader of volume 1 with pairs of time [s] and acceleration [g/10]: old CSMIP, USC, RENADIC.
 
 A channel has 13 lines of text, 7 of integers, 7 of reals, the pairs (10 columns of 7 characters),
-and often a line `/& ... END OF DATA`. Digitised film has uneven times: such a channel is
-interpolated linearly. RENADIC counts the time of the peak from the trigger.
+and often a line `/& ... END OF DATA`. Digitised film has uneven times; such a channel is
+interpolated linearly. In RENADIC files, the time of the peak is counted from the trigger.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from rockframe.units import acceleration_factor
 _HEADER_LINES: Final = 27
 _COLUMNS: Final = Columns(10, 7)
 _TOP: Final = re.compile(r"\s*(FILE\s+\d+ OF )?UNCORRECTED ACCELEROGRAM DATA\b", re.I)
-#: Line that states the units, below that with the number of points; others are refused.
+#: Line that states the units, below the line with the number of points; other units are rejected.
 _UNITS: Final = re.compile(r"UNITS (OF UNCOR ACCEL )?ARE SEC AND G/10\b", re.I)
 _POINTS: Final = re.compile(
     r"NO\. OF POINTS\s*=\s*(?P<count>\d{1,8})\s+(?:RECORD LENGTH|DURATION)\s*=\s*"
@@ -45,8 +45,8 @@ _PEAK: Final = re.compile(r"\bMAX\s*=\s*(?P<peak>[-+\d.]+)\s*G\s*,\s*AT\s+(?P<ti
 _RMS: Final = re.compile(
     r"RMS ACC\w*\.? OF COMPLETE RECORD\s*=\s*(?P<rms>\d*\.\d+)\s*(?P<units>G/10|G)\b", re.I
 )
-#: Largest relative difference of stated and actual root mean square; archives compute it
-#: differently, and drop digits.
+#: Largest relative difference between stated and actual root mean square. Archives compute the mean
+#: in different ways, and drop digits.
 _SAME_RMS: Final = 0.03
 _NAME: Final = re.compile(
     r"\s*(?:CHAN\s+(?P<number>\d+)\s*:|COMP)\s*(?P<name>\S.*?)\s*(\s\d+)?\s*$"
@@ -61,7 +61,7 @@ _TIMES: Final = (
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a volume 1 with pairs.
+    r"""Return True if a file begins like a volume 1 with pairs.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If a header does not follow the format, or number of points, length, peak or root mean
+        If a header does not follow the format, or if number of points, length, peak or root mean
         square disagree with the samples.
 
     Examples
@@ -96,7 +96,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         (_header(path, lines, top), lines[top + _HEADER_LINES : end])
         for top, end in zip(tops, ends, strict=True)
     ]
-    # A fourth channel of RENADIC, which holds the time, is not in the file.
+    # RENADIC counts a fourth channel, the time, which the file does not contain.
     if not (len(channels) == 3 and "RENADIC" in channels[0][0].lines[7]):
         require_channels(path, channels[0][0].lines[4], len(channels), 5)
     ids = record_ids(path, [header.component for header, _ in channels])
@@ -121,7 +121,7 @@ def _header(path: Path, lines: list[bytes], top: int) -> Header:
     name = required_line(path, words, top + 6, _NAME, "CHAN  1: 90 DEG")
     required_line(path, words, top + 10, _POINTS, "NO. OF POINTS = 5652 RECORD LENGTH = 28.260 SEC")
     required_line(path, words, top + 11, _UNITS, "UNITS ARE SEC AND G/10")
-    # The direction is read as that of newer files.
+    # Rewrite the line so that the direction is read as in newer files.
     header[6] = f"Chan {name['number'] or 1}: {name['name']}"
     return Header(path, header, top + 1, 6, 13, 20)
 
@@ -131,7 +131,7 @@ def _record(header: Header, rows: list[bytes], record_id: str, options: ReadOpti
     units = settle_units(path, "g", options, header.line(11))
     times, tenths = _pairs(header, rows)
     stated = _POINTS.match(header.lines[10])
-    assert stated  # noqa: S101 - the header was required to have it
+    assert stated  # noqa: S101 - the header was checked for it
     header.require_counts(times.size, header.stated_counts((28,)), line)
     count_of(path, stated["count"], line, times.size)
     step, samples, note = even_samples(
@@ -165,7 +165,7 @@ def _pairs(header: Header, rows: list[bytes]) -> tuple[NDArray[np.float64], NDAr
     rows = [row.rstrip() for row in rows[:end]]
     while rows and not rows[-1]:
         rows.pop()
-    # USC begins each line with a blank.
+    # Files of USC begin each line with a blank.
     if rows and all(row[:1] == b" " for row in rows) and len(rows[0]) % _COLUMNS.width == 1:
         rows = [row[1:] for row in rows]
     count = sum(-(-len(row) // _COLUMNS.width) for row in rows)
@@ -179,7 +179,7 @@ def _peak_ratio(
     """Return the ratio of actual to stated peak; raise if peak or root mean square differ."""
     rms = _RMS.match(header.lines[12])
     if rms:
-        # The exact mean over the time, of straight lines between the points.
+        # The exact mean over time of straight lines between the points.
         one, other = tenths[:-1], tenths[1:]
         squares = (one * one + one * other + other * other) / 3.0 * np.diff(times)
         found = math.sqrt(float(squares.sum()) / float(times[-1] - times[0]))
@@ -195,7 +195,7 @@ def _peak_ratio(
         return math.nan
     line, time = header.line(11), number_of(header.path, peak["time"], header.line(11), "time")
     where = times[np.abs(tenths) >= np.abs(tenths).max() - 1e-9]
-    # The time counts from the first sample, or from the trigger.
+    # The time is counted from the first sample, or from the trigger.
     late = min(float(np.abs(where - first - time).min()) for first in (0.0, _trigger(header)))
     if late > step + 0.002:
         message = f"peak stated at {time:g} s, but at {where[0]:g} s in the file. Must agree."
@@ -215,7 +215,7 @@ def _trigger(header: Header) -> float:
 
 
 def _known(header: Header, record_id: str) -> Record:
-    """Return a record with what the text of the header says, and without its samples."""
+    """Return a record with the metadata in the header text, without samples."""
     lines = header.lines
     sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
     magnitude = sizes.get("W") or sizes.get("L") or math.nan

@@ -69,7 +69,7 @@ class _Channel(Header):
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a CSMIP volume 1 file.
+    r"""Return True if a file begins like a CSMIP volume 1 file.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def _require_header(path: Path, header: list[str], line: int) -> None:
 
 def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
     samples = _SAMPLES.match(channel.lines[27])
-    assert samples  # noqa: S101 - the header was required to have it
+    assert samples  # noqa: S101 - the header was checked for it
     line = channel.line(27)
     if samples["units"].lower() != "g":
         raise InputError(
@@ -192,9 +192,9 @@ def _peaks(channel: _Channel) -> list[StatedPeak]:
 
 
 def _count_and_rate(channel: _Channel, samples: re.Match[str]) -> tuple[int, float]:
-    """Return number of samples and sampling rate [Hz] after comparing all statements of them."""
+    """Return number of samples and sampling rate [Hz], after comparing all statements."""
     points = _POINTS.match(channel.lines[10])
-    assert points  # noqa: S101 - the header was required to have it
+    assert points  # noqa: S101 - the header was checked for it
     line = channel.line(27)
     count = int(samples["count"])
     others = {"'No. of Points'": int(points["count"])} | channel.stated_counts(_COUNTS)

@@ -105,7 +105,7 @@ class _Channel(Header):
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a CSMIP volume 2 or 3 file.
+    r"""Return True if a file begins like a CSMIP volume 2 or 3 file.
 
     Examples
     --------
@@ -235,7 +235,7 @@ def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
 def _require_counts(channel: _Channel) -> None:
     first, *others = channel.blocks
     points = _POINTS.match(channel.lines[15])
-    assert points  # noqa: S101 - the header was required to have it
+    assert points  # noqa: S101 - the header was checked for it
     stated = {f"line {channel.line(15)}": int(points["count"])} | channel.stated_counts(_COUNTS)
     stated |= {f"the {block.heading['quantity'].lower()} block": block.count for block in others}
     channel.require_counts(first.count, stated, first.line)
@@ -244,10 +244,10 @@ def _require_counts(channel: _Channel) -> None:
 
 
 def _time_step(channel: _Channel) -> float:
-    """Return the time step [s] with the most digits after comparing all statements of it."""
+    """Return the time step [s] with the most digits, after comparing all places that state it."""
     block = channel.blocks[0]
     interval = _INTERVAL.match(channel.lines[16])
-    assert interval  # noqa: S101 - the header was required to have it
+    assert interval  # noqa: S101 - the header was checked for it
     step = _number(channel, block.heading["step"], "interval", block.line)
     places = {f"line {channel.line(16)}": interval["step"]}
     places |= {f"line {other.line}": other.heading["step"] for other in channel.blocks[1:]}
@@ -268,7 +268,7 @@ def _time_step(channel: _Channel) -> float:
 
 def _peak(channel: _Channel) -> StatedPeak:
     stated = _PEAK.match(channel.lines[17])
-    assert stated  # noqa: S101 - the header was required to have it
+    assert stated  # noqa: S101 - the header was checked for it
     line = channel.line(17)
     if stated["units"].lower() not in _CM_PER_S2:
         message = f"peak in units of {stated['units']!r}. Must be cm/sec2."

@@ -19,7 +19,7 @@ _QUANTITIES: Final = {
     **dict.fromkeys(["v", "vel", "velocity"], "velocity"),
     **dict.fromkeys(["d", "disp", "displacement"], "displacement"),
 }
-#: Labels of columns that are no directions.
+#: Labels of columns that are not directions.
 _LABEL: Final = re.compile(r"[xyzlth]\d?|\d", re.I)
 _TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
 _PER_SECOND_SQUARED: Final = ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")
@@ -43,9 +43,9 @@ _CHOOSE: Final = "Choose one with --column NAME."
 
 
 def fields_of(line: str) -> list[str]:
-    """Return the fields of a line, separated by semicolons or commas if it has any, or by blanks.
+    """Return the fields of a line, separated by semicolons, commas or blanks, in this order.
 
-    Commas between semicolons are those of decimal numbers.
+    Commas in fields between semicolons are decimal commas.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def fields_of(line: str) -> list[str]:
 
 
 def is_row(line: str) -> bool:
-    """Return whether all fields of a line are numbers, including NaN and infinity.
+    """Return True if all fields of a line are numbers, including NaN and infinity.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def column_names(line: str) -> list[str]:
 
 
 def is_known(name: str) -> bool:
-    """Return whether a column name is a time, acceleration, velocity, displacement or direction.
+    """Return True if a column name is a time, acceleration, velocity, displacement or direction.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def is_known(name: str) -> bool:
 def units_in(comment: str) -> str | None:
     """Return the acceleration units stated in a comment, or None.
 
-    Comments about a conversion are ignored, because their units may be those before or after it.
+    Comments about a conversion are ignored: their units may apply before or after it.
 
     Examples
     --------
@@ -120,7 +120,8 @@ class Columns:
     time : int or None
         Index of the column of times.
     accelerations : mapping of int to str
-        Name of the component of each column of acceleration; empty if there is one without a name.
+        Name of the component of each column of acceleration; empty for a single column without
+        name.
     units : str or None
         Units of the accelerations.
     """
@@ -133,12 +134,12 @@ class Columns:
 def read_headers(
     path: Path, names: list[str], columns: int, line: int, chosen: str | None = None
 ) -> Columns:
-    """Return what the columns of a table are, and the acceleration units if stated.
+    """Return the meaning of the columns of a table, and the acceleration units if stated.
 
     Parameters
     ----------
     names : list of str
-        Column names. If empty, the columns are time and acceleration, or acceleration.
+        Column names. If empty, the columns are time and acceleration, or only acceleration.
     columns : int
         Number of columns.
     line : int
@@ -149,7 +150,7 @@ def read_headers(
     Raises
     ------
     InputError
-        If the columns are not time and acceleration, or their units are unknown.
+        If the columns are not time and acceleration, or if their units are unknown.
 
     Examples
     --------
@@ -232,7 +233,7 @@ def _units(path: Path, columns: list[_Column], line: int) -> str | None:
 
 @dataclass(frozen=True)
 class _Column:
-    """Quantity, component and units in the name of a column; empty if it does not state them."""
+    """Quantity, component and units in the name of a column; empty if not stated."""
 
     quantity: str
     component: str = ""
@@ -244,7 +245,7 @@ def _column(name: str) -> _Column:
     """Split a column name: `acc_cm_s2`, `NS [g]`, `acc EW (gal)`."""
     words = re.sub(r"[\s_\[\]()]+", " ", name).strip().split(" ")
     quantity = _QUANTITIES.get(words[0].lower(), "")
-    # A direction stands alone, or behind the word for acceleration; V may be a velocity.
+    # A direction is a name by itself, or follows the word for acceleration; V may be a velocity.
     rest = words[1:] if quantity else words
     component = ""
     if rest and quantity in {"", "acceleration"} and _is_direction(rest[0]):
@@ -257,6 +258,6 @@ def _column(name: str) -> _Column:
 
 
 def _is_direction(word: str) -> bool:
-    """Return whether a word states a direction; a number only if it has three digits."""
+    """Return True if a word states a direction; a number must have three digits."""
     stated = direction(word)[0] is not Orientation.UNSTATED
     return stated and (not word.isdigit() or len(word) == 3)

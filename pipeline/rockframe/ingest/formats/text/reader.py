@@ -46,18 +46,18 @@ Float = NDArray[np.float64]
 
 #: Number of rows parsed at a time; limits memory.
 _ROWS: Final = 1 << 16
-#: Characters of rows of numbers; to `numpy.loadtxt` some others are blanks.
+#: Characters of rows of numbers; `numpy.loadtxt` treats some other characters as blanks.
 _USUAL: Final = bytes({*range(ord(" "), 0x7F), *b"\t\n\v\f\r"} - {*b"_"})
-#: Number of rows before the last whose number of digits is compared with it.
+#: Number of rows whose number of digits is compared with that of the last row.
 _ROWS_OF_END: Final = 20
 _STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
 _STATED_STEP: Final = re.compile(
     r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
     re.I,
 )
-#: Numbers of values a line of a series without times.
+#: Possible numbers of values per line, in a series without times.
 _SERIES: Final = (8, 10)
-#: Relative tolerance of two time steps, one of which is rounded.
+#: Relative tolerance between two time steps, one of which is rounded.
 _SAME_STEP: Final = 1e-3
 
 
@@ -78,7 +78,7 @@ class _Layout:
 
 
 def sniff(head: bytes) -> bool:
-    r"""Return whether the head of a file is that of a table of one or two columns of numbers.
+    r"""Return True if a file begins like a table of one or two columns of numbers.
 
     Examples
     --------
@@ -87,14 +87,14 @@ def sniff(head: bytes) -> bool:
     """
     lines = head_lines(head)
     start = _first_content(lines)
-    # The last line of the head may be cut. One invalid line does not matter: `read` reports it.
+    # The last line of the head may be cut. One invalid line is allowed here: `read` reports it.
     rows = [line for line in lines[start:-1] or lines[start:] if line.strip()]
     if not rows:
         return False
     names = column_names(rows[0])
     if not names:
         numeric = [is_row(row) for row in rows]
-        # Below comments, three or four columns may be of another format, such as CWA.
+        # Three or four columns below comments may be another format, such as CWA.
         count = len(fields_of(rows[0]))
         few = count <= (2 if start else 4) or count in _SERIES
         return numeric[0] and few and 2 * sum(numeric) > len(rows)
@@ -109,9 +109,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If neither file nor options state units or time step, a comment contradicts units, time step
-        or number of samples, a column is not time or acceleration, rows differ in length, a number
-        is invalid, or times are uneven.
+        If neither file nor options state units or time step; if a comment contradicts units, time
+        step or number of samples; if a column is not time or acceleration; if rows differ in
+        length; if a number is invalid; or if times are uneven.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     layout = _split(path, data)
     names_line = layout.names_line or layout.first_line
     is_series = not layout.names and layout.columns in _SERIES and options.column is None
-    # Eight or ten values a line, without times, are one series.
+    # Eight or ten values per line, without times, are one series.
     columns = (
         Columns(None, {0: ""}, None)
         if is_series
@@ -172,7 +172,7 @@ def _split(path: Path, data: bytes) -> _Layout:
 
 
 def _series(path: Path, layout: _Layout) -> Float:
-    """Return all numbers of a series with several values a line, shape (samples, 1)."""
+    """Return all numbers of a series with several values per line, shape (samples, 1)."""
     separator = layout.separator or b" "
     for line, row in enumerate(layout.rows, layout.first_line):
         count = len(row.split(layout.separator))
