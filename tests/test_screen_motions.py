@@ -80,7 +80,7 @@ def test_range_that_is_none() -> None:
 def test_a_filter_of_pulses_needs_pulses_of_the_motions(
     screen: Screen, tmp_path: Path, like: bool
 ) -> None:
-    with pytest.raises(ParameterError, match=r"pulse_like is stated without pulses"):
+    with pytest.raises(ParameterError, match=r"pulse_like needs pulses"):
         screen(site(1), pulse_like=like)
     with pytest.raises(ParameterError, match=r"pulse_like beside azimuths_degree"):
         screen(
