@@ -107,7 +107,7 @@ def test_a_login_is_explained(centre: DataCentre, run: Run, status: int) -> None
         (reply(204), "answered 204: no data. Must be codes and times that the service holds."),
         (reply(404), "answered 404: no data (or no such service at this address)."),
         (reply(403), "answered 403: needs a login or a permission"),
-        (reply(413), "answered 413: too much at once. Must be less: fewer stations"),
+        (reply(413), "answered 413: too much at once. Request less: fewer stations"),
         (Reply(body=b"", content_type=MSEED), "answered 200 with nothing: no data."),
         (Reply(body=b"<html>", content_type="text/html"), "content type 'text/html'"),
         (Reply(body=b"{}", content_type=MSEED), "no valid miniSEED record at byte 0 of 2."),
@@ -193,7 +193,9 @@ def test_a_silent_address(request_of: Make, output: Path) -> None:
 def test_nothing_at_all(centre: DataCentre, run: Run) -> None:
     for channel in ("HNE", "HNN", "HNZ"):
         centre.waveforms["CLC", channel] = [reply(204)]
-    with pytest.raises(ServiceError, match=r"no waveform came in: XX.CLC.--.HNE: answered 204"):
+    with pytest.raises(
+        ServiceError, match=r"no waveform was received: XX.CLC.--.HNE: answered 204"
+    ):
         run()
 
 

@@ -60,7 +60,7 @@ def test_adjoining_pieces_are_whole() -> None:
 
 def test_another_channel() -> None:
     row = measured((0.0, 60.0), channel="BHE")
-    assert row.verdict == "XX.CLC.--.BHE came in. Must be XX.CLC.--.HNE alone"
+    assert row.verdict == "XX.CLC.--.BHE received. Must be XX.CLC.--.HNE alone"
 
 
 def test_sampling_rate_that_changes() -> None:

@@ -1,4 +1,4 @@
-"""The live page: a server computes the response for the settings of its sliders.
+"""The live page: a server computes the response for the settings of the sliders.
 
 Only the server needs the extra ``explorer``.
 """

@@ -33,7 +33,7 @@ from rockframe.web.strips import strip_svg
 Float = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-#: Largest number of samples that are all drawn; of more samples, only the extremes are drawn.
+#: Largest number of samples that are all drawn; of longer records, only extremes are drawn.
 _DRAWN: Final = 12_000
 #: Number of intervals whose extremes are drawn: within the window, and before and after it.
 _INSIDE: Final = 1_000
@@ -53,9 +53,9 @@ class Motion:
     record : Record
         The record, for its names.
     ground : GroundAcceleration
-        Its acceleration, with the vertical component of the station if there is one.
+        Acceleration of the ground, with the vertical component of the station if available.
     search : PulseOptions, optional
-        How its pulse is searched; None if it has no usable period.
+        Options of the search for the pulse; None if the record has no usable period.
     """
 
     record: Record
@@ -65,7 +65,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A response, and the samples of it that are drawn.
+    """A response, and the samples to draw.
 
     Parameters
     ----------
@@ -74,10 +74,10 @@ class Answer:
     ground : GroundAcceleration
         The motion that caused it.
     places : array, shape (drawn,)
-        Indices of the samples to draw, increasing: all samples of a short record, else the extremes
-        of rotation, lift and acceleration in each of many intervals.
+        Indices of the samples to draw, increasing: all samples of a short record, otherwise the
+        extremes of rotation, lift and acceleration in many intervals.
     pulse : Pulse, optional
-        The pulse of the record, not scaled, if it shakes the frame alone.
+        The unscaled pulse of the record, if the pulse alone shakes the frame.
     """
 
     response: Response
@@ -129,7 +129,7 @@ class Answer:
         return "\n".join(["time_s,acceleration_m_s2,theta_rad,u_m,v_m", *lines, ""])
 
     def packed(self) -> bytes:
-        """Return the facts as one line of JSON, then the drawn samples as little-endian float32.
+        """Return the values as one line of JSON, then the samples to draw as little-endian float32.
 
         The arrays follow one another: time [s], acceleration [m s-2], theta [rad], u and v [m], NaN
         after overturning. The line is padded to a multiple of four bytes.
@@ -171,12 +171,12 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
 
 
 def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
-    """Search for the margin, which takes some tenths of a second: the verdict, and its strip.
+    """Search for the margin (some tenths of a second), and return the verdict and its strip.
 
     Parameters
     ----------
     motions, settings
-        As of `answer`, which raises the same errors.
+        As in `answer`, which raises the same errors.
     """
     ground = _shaking(motions, settings)
     [response] = with_margins([respond(settings.frame, ground)], ground, Ensemble())

@@ -67,7 +67,7 @@ def _structure(frame: RockingFrame) -> dict[str, Any]:
 
 
 def _section(frame: RockingFrame) -> str:
-    """Return the section that has the inertia of the frame; if none has, the inertia ratio."""
+    """Return the section with the inertia of the frame; if there is none, the inertia ratio."""
     if frame.inertia_ratio == RECTANGULAR:
         return SECTIONS[0]
     for section in SECTIONS[1:]:

@@ -29,8 +29,8 @@ from rockframe.frame import RockingFrame
 LOOPBACK: Final = "127.0.0.1"
 #: Last part of the paths that return a response.
 _FORMS: Final = ("response", "margin", "history.csv")
-#: Time within which a request must arrive [s], and largest number of open connections; a browser
-#: opens six.
+#: Longest time for a request to arrive [s], and largest number of open connections; a browser opens
+#: six.
 _REQUEST_TIME: Final = 10.0
 _MOST_CONNECTIONS: Final = 64
 #: Headers of every response. The page has a Content-Security-Policy of its own.
@@ -79,7 +79,9 @@ def application(
         try:
             settings = read_settings(_once(request))
             if request.path_params["form"] == "margin":
-                async with searching:  # one at a time; the page has left those it no longer needs
+                async with (
+                    searching
+                ):  # one at a time; the page cancels requests that it no longer needs
                     gone = await request.is_disconnected()
                     told = {} if gone else await run_in_threadpool(margin, held, settings)
                 return JSONResponse(told)
@@ -152,9 +154,9 @@ class _Connection(H11Protocol):
 
 
 class _Guard:
-    """Rejects requests for other hosts or from other pages (DNS rebinding), and adds the headers.
+    """Rejects requests for other hosts or from other pages (DNS rebinding), and adds headers.
 
-    Responses that Starlette makes by itself get the headers too.
+    Responses by Starlette itself get the headers too.
     """
 
     def __init__(self, app: ASGIApp, port: int) -> None:

@@ -31,11 +31,11 @@ class Settings:
     record : str
         Identifier of the record.
     scale : float
-        Factor of its accelerations [1].
+        Factor on the accelerations of the record [1].
     vertical : bool
-        Include the vertical component.
+        True if the vertical component is included.
     pulse : bool
-        Let the record's pulse alone shake the frame horizontally.
+        True if only the record's pulse shakes the frame horizontally.
     window : (float, float)
         Start and end of the time that is drawn in full detail [s].
     """
@@ -102,7 +102,7 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
 
 def _frame(numbers: Mapping[str, float], section: str) -> RockingFrame:
     height, width = numbers["height"], numbers["width"]
-    # The dimensions are judged before an inertia is computed from them.
+    # The dimensions are checked before an inertia is computed from them.
     plain = RockingFrame(height=height, width=width, name="own")
     stated = section[:1].isdigit()
     ratio = _number(_SECTION, section) if stated else inertia_ratio_of(section, height, width)

@@ -1,4 +1,4 @@
-"""Explain the replies of a service, each problem in one line with what to do."""
+"""Explain the problem of a service's reply in one line, with what to do."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _LONGEST_WORDS: Final = 200
 _PASSING: Final = frozenset([429, 500, 502, 503, 504])
 _AGAIN: Final = "Try again later: the same command resumes."
 _BY_HAND: Final = (
-    "needs a login or a permission, and rockframe sends none. "
-    "Must be downloaded by hand from the archive's site, then read with `rockframe ingest`."
+    "needs a login or a permission, which rockframe does not send. "
+    "Download by hand from the archive's site, then use `rockframe ingest`."
 )
 
 
@@ -41,7 +41,7 @@ class Problem:
     kind : Kind
         Kind of problem.
     reason : str
-        What the service replied, and what to do.
+        The reply of the service, and what to do.
     passing : bool
         True if a retry may succeed.
     wait : float
@@ -123,7 +123,7 @@ def _of_status(reply: ServiceReply) -> Problem:
     if status in {413, 414}:
         return Problem(
             Kind.TOO_MUCH,
-            f"answered {status}: too much at once. Must be less: fewer stations or channels, "
+            f"answered {status}: too much at once. Request less: fewer stations or channels, "
             "or a shorter span of time.",
         )
     if status in _PASSING:
@@ -166,7 +166,7 @@ def _words(body: bytes) -> str:
 
 
 def one_line(text: str) -> str:
-    r"""Return a foreign text as one line, without control characters, truncated if long.
+    r"""Return a text from elsewhere as one line, without control characters, shortened if long.
 
     Examples
     --------
@@ -187,5 +187,5 @@ def _retry_after(headers: Message) -> float:
         # Prefer the service's clock, because the local one may be wrong.
         now = parsedate_to_datetime(headers["Date"]) if "Date" in headers else datetime.now(UTC)
         return max((until - now).total_seconds(), 0.0)
-    except (ValueError, TypeError):  # not a date, or only one of the two has a time zone
+    except (ValueError, TypeError):  # not a date, or only one of the two dates has a time zone
         return 0.0

@@ -1,4 +1,4 @@
-"""Waveforms as received, and what they cover of what was requested."""
+"""Compare received waveforms with the request: gaps, overlaps, and missing time."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def read_whole(name: str, body: bytes) -> Stream:
     Raises
     ------
     InputError
-        If it is not miniSEED, ends within a record, or its samples cannot be unpacked.
+        If the data are not miniSEED, end within a record, or cannot be unpacked.
 
     Examples
     --------
@@ -90,9 +90,9 @@ class Break:
     Parameters
     ----------
     time : str
-        Time at which it ends and the next samples start (ISO 8601, UTC).
+        End of the gap or overlap, where the next samples start (ISO 8601, UTC).
     seconds : float
-        Its length [s].
+        Length of the gap or overlap [s].
 
     Examples
     --------
@@ -111,9 +111,9 @@ class Coverage:
     Parameters
     ----------
     what : str
-        ``NET.STA.LOC.CHA`` of a channel, ``NET.STA`` of StationXML, or a code that is not listed.
+        ``NET.STA.LOC.CHA`` for a channel, ``NET.STA`` for StationXML, or a code that is not listed.
     file : str
-        Name of its file; empty if nothing was received.
+        Name of the file; empty if nothing was received.
     requested_start, requested_end, received_start, received_end : str
         Spans (ISO 8601, UTC); empty if nothing was received.
     samples : int
@@ -125,7 +125,7 @@ class Coverage:
     distance : float, optional
         Distance from the epicentre [km].
     reason : str
-        Reason why nothing was received, or why it cannot be used.
+        Reason why nothing was received, or why the data cannot be used.
 
     Examples
     --------
@@ -154,7 +154,7 @@ class Coverage:
 
     @property
     def verdict(self) -> str:
-        """All faults in words, or ``complete``."""
+        """Description of all faults, or ``complete``."""
         found = [self.reason] if self.reason else []
         if self.missing_start:
             found.append(f"starts {self.missing_start:g} s late")
@@ -176,7 +176,7 @@ class Fetched:
     channels : tuple of Channel
         Channels with received waveforms.
     coverage : tuple of Coverage
-        One row for each channel, and one for anything else that is missing.
+        One row for each channel, and one for each other missing item.
 
     Examples
     --------
@@ -226,7 +226,7 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
     Returns
     -------
     Coverage
-        The comparison; a span within one sample of the requested one is complete.
+        The comparison; a span is complete if it agrees with the request within one sample.
 
     Examples
     --------
@@ -243,7 +243,7 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
             what=what,
             requested_start=str(start),
             requested_end=str(end),
-            reason=f"{', '.join(sorted(ids))} came in. Must be {what} alone",
+            reason=f"{', '.join(sorted(ids))} received. Must be {what} alone",
         )
     first = min(trace.stats.starttime for trace in stream)
     last = max(trace.stats.endtime for trace in stream)

@@ -16,7 +16,7 @@ from rockframe.provenance import read_json, sha256_of, whole_file
 
 #: File with the request and the SHA-256 of everything received.
 REQUEST: Final = "request.json"
-#: The event and the list of channels as received; no reader takes these names for records.
+#: Files with the event and the list of channels as received; no reader treats them as records.
 EVENT: Final = "event.quakeml"
 CHANNELS: Final = "channels.stationxml"
 
@@ -98,7 +98,7 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
     Raises
     ------
     InputError
-        If the folder holds another request, or files of unknown origin.
+        If the folder contains another request, or files of unknown origin.
 
     Examples
     --------
@@ -136,6 +136,6 @@ def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
         raise InputError(
             path,
             f"holds another request: {key} {before.get(key)!r}, now {request.get(key)!r}. "
-            "Must be the same, or go to another folder.",
+            "Use the same request, or another folder.",
         )
     return Ledger(path.parent, request, *(document[part] for part in parts[1:]))

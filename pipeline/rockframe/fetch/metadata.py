@@ -87,7 +87,7 @@ def known(values: dict[str, Any]) -> dict[str, Any]:
 
 #: Errors that obspy's XML readers raise for files of other formats.
 _UNREADABLE: Final = (
-    SyntaxError,  # from lxml, if it is not XML
+    SyntaxError,  # from lxml, if a file is not XML
     ObsPyException,
     ValueError,
     TypeError,
@@ -134,7 +134,8 @@ def read_event(url: str, body: bytes, event_id: str) -> Event:
     Raises
     ------
     ServiceError
-        If it is not QuakeML, does not hold exactly one event, or prefers none of several origins.
+        If the reply is not QuakeML, does not contain exactly one event, or prefers none of several
+        origins.
 
     Examples
     --------
@@ -159,8 +160,8 @@ Must be an event.
     if origin is None or None in (origin.time, origin.latitude, origin.longitude):
         raise ServiceError(
             url,
-            f"event {event_id!r} with {len(events[0].origins)} origins, none preferred or whole. "
-            "Must be stated: --origin, --latitude, --longitude.",
+            f"event {event_id!r} with {len(events[0].origins)} origins, none preferred and whole. "
+            "State --origin, --latitude and --longitude.",
         )
     names = [text.text for text in events[0].event_descriptions if text.text]
     stated = " ".join((names or [event_id])[0].split())
@@ -190,7 +191,7 @@ def read_stations(url: str, body: bytes) -> Inventory:
     Raises
     ------
     ServiceError
-        If it is not StationXML.
+        If the reply is not StationXML.
 
     Examples
     --------

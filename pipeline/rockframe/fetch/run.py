@@ -1,4 +1,4 @@
-"""Request event, stations and waveforms in turn, check them, and keep them."""
+"""Request event, stations and waveforms one after the other, check them, and store them."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from rockframe.fetch.obspy_parts import UTCDateTime
 from rockframe.fetch.service import Service, Sleep, open_service
 from rockframe.options.fetch import FetchOptions
 
-#: The shortest degree of latitude [km], so that a radius in degrees misses no station.
+#: Length of the shortest degree of latitude [km]; with it, a radius in degrees misses no station.
 _SHORTEST_DEGREE: Final = 110.5
-#: Problems that every other request would have too; other problems concern one file only.
+#: Problems that would affect every request; other problems affect only one file.
 _OF_ALL_FILES: Final = frozenset([Kind.MISTAKE, Kind.UNAVAILABLE])
 
 T = TypeVar("T")
@@ -48,7 +48,7 @@ class _Session:
     progress: Callable[[str], None]
 
     def obtain(self, service: str, name: str, ask: Ask, check: Check[T]) -> tuple[T | None, str]:
-        """Return `check` of a file, kept or downloaded, or None and the reason."""
+        """Return the result of `check` for a file, stored or downloaded; or None and the reason."""
         body = self.ledger.kept(name)
         if body is not None:
             return check(self.ledger.files[name]["url"], body), ""
@@ -67,7 +67,7 @@ class _Session:
         return found, ""
 
     def require(self, service: str, name: str, ask: Ask, check: Check[T]) -> T:
-        """Return `check` of a file that is indispensable, or raise."""
+        """Return the result of `check` for a required file; raise an error if it is missing."""
         found, reason = self.obtain(service, name, ask, check)
         if found is None:
             raise ServiceError(f"{self.services[service].address} ({service} service)", reason)
@@ -96,7 +96,7 @@ def fetch(
     request : FetchOptions
         The data to fetch.
     folder : Path
-        A new or empty folder, or that of an earlier run of the same request.
+        A new or empty folder, or the folder of an earlier run of the same request.
     sleep : callable
         Function that waits for a number of seconds between attempts.
     progress : callable, optional
@@ -110,7 +110,7 @@ def fetch(
     Raises
     ------
     InputError
-        If the folder holds something else, or cannot be written to.
+        If the folder contains other files, or cannot be written to.
     ParameterError
         If an address is invalid.
     ServiceError
@@ -144,7 +144,7 @@ Must begin with http:// or https://, or be a short name that obspy knows (as SCE
     received = {row.what for row in rows if row.file.endswith(".mseed")}
     if not received:
         address = services["dataselect"].address
-        raise ServiceError(address, f"no waveform came in: {rows[0].what}: {rows[0].reason}")
+        raise ServiceError(address, f"no waveform was received: {rows[0].what}: {rows[0].reason}")
     ledger.write(
         event=None if event is None else known(asdict(event)),
         coverage=[known(asdict(row)) | {"verdict": row.verdict} for row in rows],

@@ -1,4 +1,4 @@
-"""Requests to an FDSN service by the client of obspy, which reads only checked replies."""
+"""Send requests to an FDSN service with obspy's client, which reads only checked replies."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ATTEMPTS: Final = 4
 _FIRST_PAUSE: Final = 2.0
 #: Default of the longest time for one reply [s].
 TIMEOUT: Final = 120.0
-#: Longest pause on a service's request [s].
+#: Longest pause that a service may ask for [s].
 LONGEST_PAUSE: Final = 120.0
 #: Largest reply [bytes]: five days of 3 components at 200 Hz.
 _MOST_BYTES: Final = 512 * 1024 * 1024
@@ -43,7 +43,7 @@ Sleep = Callable[[float], None]
 
 
 class _Witness(urllib.request.BaseHandler):
-    """Reads each reply within limits, and keeps what obspy drops: headers and transfer faults."""
+    """Reads each reply within limits, and keeps headers and transfer faults, which obspy drops."""
 
     handler_order = 100  # before urllib raises an error for a status
 
@@ -104,7 +104,7 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
 def _cut_off(received: int, stated: str) -> Problem:
     return Problem(
         Kind.DAMAGED,
-        f"answer truncated: {received} of {stated} bytes came in. Must be whole: try again.",
+        f"answer truncated: {received} of {stated} bytes received. Try again.",
         passing=True,
     )
 
@@ -162,7 +162,7 @@ class Service:
         return reply
 
     def _ask_once(self, request: Callable[[Client, BytesIO], None]) -> ServiceReply:
-        reason = "nothing came in"
+        reason = "nothing was received"
         try:
             request(self.client, BytesIO())
         except (FDSNException, HTTPException, OSError, NotImplementedError) as error:
@@ -180,7 +180,7 @@ def open_service(
     Raises
     ------
     ParameterError
-        If it is neither a URL nor a name that obspy knows.
+        If the address is neither a URL nor a name that obspy knows.
 
     Examples
     --------

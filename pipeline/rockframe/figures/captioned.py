@@ -1,4 +1,4 @@
-"""Figures with captions: the sentences that captions share, and saving both."""
+"""Figures with captions: common sentences of captions, and saving of figure and caption."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rockframe.provenance import whole_file
 from rockframe.rocking import StatedVerdict, Verdict
 from rockframe.units import GRAVITY
 
-#: Metadata to leave out: without dates and versions the same figure has the same bytes.
+#: Metadata to omit; without dates and versions, the same figure has the same bytes.
 _METADATA: Final[dict[str, dict[str, None]]] = {
     ".png": {"Software": None},
     ".pdf": {"Creator": None, "Producer": None, "CreationDate": None, "ModDate": None},
@@ -43,7 +43,7 @@ class Captioned:
     title : str
         Title, in a few words.
     caption : str
-        Sentences that say what is shown, and from which data and parameters.
+        Sentences that describe the content, the data and the parameters.
     """
 
     figure: Figure
@@ -69,7 +69,7 @@ def save_captioned(drawn: Captioned, path: Path) -> Path:
     Raises
     ------
     InputError
-        If the path has another ending, or cannot be written.
+        If the path has another extension, or cannot be written.
     """
     kind = path.suffix.lower()
     require_format(path)
@@ -101,7 +101,7 @@ def require_format(path: Path) -> None:
 
 
 def of_structure(dataset: xr.Dataset) -> str:
-    """Return the sentence of a caption on the structure."""
+    """Return the sentence of a caption about the structure."""
     return (
         f"Structure {dataset['structure'].item()}: columns {float(dataset['height']):g} m tall, "
         f"{float(dataset['width']):g} m wide, mass ratio γ = {float(dataset['mass_ratio']):g}, "
@@ -122,7 +122,7 @@ def stated_in(history: xr.Dataset) -> StatedVerdict:
 
 
 def tested_in(dataset: xr.Dataset) -> str:
-    """Return the result of the test of a pulse against noise with a comma after it, or nothing."""
+    """Return the result of the test against noise, followed by a comma, or ""."""
     tested = str(dataset["tested"].item())
     return f"{tested}, " if tested else ""
 
@@ -133,11 +133,11 @@ def wavelet_in(dataset: xr.Dataset) -> str:
 
 
 def of_record(dataset: xr.Dataset) -> str:
-    """Return the sentence of a caption on the record and the outcome for the structure."""
+    """Return the sentence of a caption about the record and the response of the structure."""
     end = float(dataset["overturning_time"])
     largest = f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
     impacts = f"{int(dataset['impacts'])} impacts, "
-    # The time is NaN if the structure stands. If it overturns, the peak describes only its fall.
+    # The time is NaN without overturning. After overturning, the peak only describes the fall.
     fate = f"{largest}{impacts}it stands" if end != end else f"{impacts}it overturns at {end:.2f} s"
     upwards = "with" if dataset.attrs["vertical"] else "without"
     return (
@@ -152,8 +152,8 @@ PAGE_WIDTH: Final = 7.0
 #: Line styles: curves must also differ when printed in grey.
 LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
-#: Rotations are drawn up to this multiple of the slenderness [1]: drawing the fall would flatten
-#: the histories of frames that stand.
+#: Rotations are drawn up to this multiple of the slenderness [1]; a complete fall would flatten the
+#: other histories.
 DRAWN_TO: Final = 1.3
 
 _PERIOD_TICKS: Final = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
@@ -164,7 +164,7 @@ _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 def styled() -> Iterator[None]:
     """Apply the style while a figure is drawn or saved."""
     with mpl.rc_context(fname=_STYLE), warnings.catch_warnings():
-        # Letters that the font lacks are drawn as boxes; the file of the caption has them.
+        # Letters missing in the font are drawn as boxes; the caption file contains them.
         warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
         yield
 

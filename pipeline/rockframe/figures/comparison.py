@@ -1,4 +1,4 @@
-"""Drift, lift and base shear of a rocking bridge and its rivals, in the manner of Figure 11."""
+"""Drift, lift and base shear of a rocking bridge and its rivals, in the style of Figure 11."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from matplotlib.lines import Line2D
 from rockframe.figures.captioned import PAGE_WIDTH, Captioned, styled
 from rockframe.oscillators.comparison import Validity
 
-#: Time drawn after the last drift above this share of the largest [s].
+#: Time that is drawn after the last visible drift [s], and the share of the largest drift that is
+#: visible.
 _MARGIN: Final = 2.0
 _VISIBLE: Final = 0.1
 _OSCILLATORS: Final = ("isolated", "fixed")
-#: Drift over the largest of the others up to which a falling bridge is drawn.
+#: A falling bridge is drawn up to this multiple of the largest drift of the others.
 _FALLING: Final = 1.3
 _PANELS: Final = (
     ("u", 100.0, "drift  u [cm]"),
@@ -69,22 +70,22 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
     title = f"Bridges under {record}"
     caption = (
         f"Drift and lift of the deck of {structure} under record {record}, and the force of the "
-        "ground over the weight of deck and columns. Solid: frames that rock; dashed: the same "
-        "deck on isolators, and on monolithic columns. A cross marks where the assumptions of a "
-        "model end."
+        "ground over the weight of deck and columns. Solid: rocking frames; dashed: the same "
+        "deck on isolators, and on monolithic columns. A cross marks when the "
+        "assumptions of a model fail."
     )
     return Captioned(figure, title, caption)
 
 
 def _largest_drift(histories: xr.Dataset) -> float:
-    """Return the largest drift of bridges that do not overturn, or of all [m]."""
+    """Return the largest drift [m] of bridges that do not overturn, or of all if all overturn."""
     peaks = histories["peak_u"].values
     standing = peaks[np.isfinite(peaks)]
     return float(standing.max() if standing.size else np.nanmax(np.abs(histories["u"].values)))
 
 
 def _window(histories: xr.Dataset) -> tuple[float, float]:
-    """Return the times that are drawn: from the start to a while after the last visible drift."""
+    """Return the times that are drawn: from the start to shortly after the last visible drift."""
     time = histories["time"].values
     drift = np.nan_to_num(np.abs(histories["u"].values))
     rocking = drift[[str(model) not in _OSCILLATORS for model in histories["model"].values]]

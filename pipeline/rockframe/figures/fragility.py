@@ -176,7 +176,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
 
 
 def _furthest(screening: xr.Dataset) -> float:
-    """Return the end of the axis: all levels if some motion overturns, else beyond the largest."""
+    """Return the end of the axis: the last level if a motion overturns, else the largest peak."""
     level, share = screening["level"].values, screening["peak_share"].values
     if share[-1] < 1.0:
         return float(level[-1])

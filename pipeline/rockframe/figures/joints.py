@@ -1,4 +1,4 @@
-"""Friction demand and vertical forces at the joints: do columns slide, does the beam lift off?"""
+"""Friction demand and vertical forces at the joints, to check for sliding and lift-off."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.figures.captioned import (
     styled,
 )
 
-#: Demands are drawn up to this multiple of the available friction: they may be infinite [1].
+#: Demands are drawn up to this multiple of the available friction [1]; they may be infinite.
 _SHOWN: Final = 2.0
 
 
@@ -83,7 +83,7 @@ def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
 
 
 def _legend_above(panel: Axes, columns: int) -> None:
-    """Put the legend between the panels, where it hides nothing."""
+    """Put the legend above the panel, where it hides no curve."""
     panel.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, fontsize=7, borderpad=0
     )

@@ -1,4 +1,4 @@
-"""Strips that show at which scales of one record structures overturn."""
+"""Strips that show the scales of one record at which structures overturn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from matplotlib.transforms import blended_transform_factory
 from rockframe.figures.captioned import PAGE_WIDTH, Captioned, styled
 from rockframe.rocking import MARGIN_LEGEND, Strip
 
-#: Multiples of the motion that are drawn, if none that overturns is below [1].
+#: Range of multiples of the motion that is drawn; extended if a smaller multiple overturns [1].
 _LEAST: Final = 0.1
 #: The same colours as in the stability map.
 _STANDS: Final = "#9ecae1"
@@ -23,12 +23,12 @@ _OVERTURNS: Final = "#d55e00"
 
 
 def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
-    """Draw which multiples of one record overturn its structures.
+    """Draw the multiples of one record that overturn each structure.
 
     Parameters
     ----------
     strips : mapping of str to Strip
-        By structure, as `ResponseFile.strips` returns them.
+        Strips by structure, as returned by `ResponseFile.strips`.
     title : str
         Name of the record.
     """
@@ -69,7 +69,7 @@ def _draw_strip(axes: Axes, row: int, strip: Strip, least: float) -> None:
         [(low, high - low) for low, high in strip.overturning],
         (row - 0.3, 0.42),
         facecolor=_OVERTURNS,
-        edgecolor=_OVERTURNS,  # a sliver is narrower than a dot
+        edgecolor=_OVERTURNS,  # an edge makes very narrow intervals visible
         linewidth=0.4,
     )
     known = [one for one in strip.robust if not math.isnan(one)]

@@ -1,4 +1,4 @@
-"""Figures of the frame alone: its restitution, and the block of its size."""
+"""Figures of frame parameters: restitution, and size of the equivalent column."""
 
 from __future__ import annotations
 

@@ -65,9 +65,9 @@ def draw_match_curves(dataset: xr.Dataset) -> Captioned:
     return Captioned(figure, "Match index and period", caption)
 
 
-#: Times are drawn where any coefficient is above this share of the largest [1].
+#: Times are drawn if a coefficient is above this share of the largest coefficient [1].
 _SEEN: Final = 0.25
-#: Time drawn before and after that [s].
+#: Time that is drawn before and after these times [s].
 _MARGIN: Final = 2.0
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from rockframe.figures.captioned import PRINT_WIDTH, Captioned, styled, tested_in, wavelet_in
 from rockframe.units import GRAVITY
 
-#: Time drawn before and after the pulse: a multiple of its reach [1], and the least time [s].
+#: Time that is drawn before and after the pulse: as a multiple of its reach [1], and at least [s].
 _AROUND: Final = 1.5
 _LEAST: Final = 5.0
 #: Room for the legend above the curves, as a share of their height.

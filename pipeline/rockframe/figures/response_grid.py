@@ -23,10 +23,10 @@ from rockframe.figures.captioned import (
 )
 from rockframe.units import GRAVITY
 
-#: Records beside each other; further ones go below.
+#: Number of records side by side; further records are drawn below.
 _ACROSS: Final = 3
-#: Rotations above this share of the largest count as visible [1], and the time before and after
-#: visible rotation that is drawn [s].
+#: Share of the largest rotation above which rotation is visible [1], and time that is drawn before
+#: and after visible rotation [s].
 _VISIBLE: Final = 0.01
 _MARGIN: Final = 1.5
 _LABELS: Final = ("ground [g]", "θ/α", "v [cm]", "u [cm]")
@@ -51,7 +51,7 @@ def draw_response_grid(
     titles : mapping
         Title of each column, by record identifier.
     vertical : bool
-        The motions include vertical components.
+        True if the motions include vertical components.
     """
     bands = -(-len(histories) // _ACROSS)
     across = min(_ACROSS, len(histories))
@@ -63,7 +63,7 @@ def draw_response_grid(
             panels = part.subplots(
                 4, across, sharex="col", sharey="row", squeeze=False, height_ratios=_HEIGHTS
             )
-            if above is not None:  # panels of one kind have one scale in all bands
+            if above is not None:  # panels of one kind share one scale
                 for panel, other in zip(panels[:, 0], above[:, 0], strict=True):
                     panel.sharey(other)
             above = panels

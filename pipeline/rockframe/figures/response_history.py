@@ -16,8 +16,8 @@ from rockframe.figures.captioned import DRAWN_TO, over_gravity, stated_in, style
 from rockframe.matching.match import PulseMatch
 from rockframe.units import GRAVITY
 
-#: Time drawn before the first and after the last visible rocking [s]; rotation, as a share of the
-#: slenderness, above which rocking is visible [1].
+#: Time that is drawn before the first and after the last visible rocking [s]; rotation over
+#: slenderness above which rocking is visible [1].
 _MARGIN: Final = 3.0
 _VISIBLE: Final = 0.005
 
@@ -37,7 +37,7 @@ def draw_response_history(
     acceleration : array, shape (samples,)
         Ground acceleration [m s-2] at the histories' times.
     match : PulseMatch or None
-        The matched pulse, if there is one.
+        The matched pulse, if any.
     histories : sequence of Dataset
         As returned by ``open_response(...).sel``, one for each structure.
     title : str

@@ -19,14 +19,14 @@ from rockframe.rocking import Verdict
 
 #: Shades of the map: frame stands, overturns after an impact, overturns without impact.
 _SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
-#: The points of a curve with fewer points than this are marked.
+#: If a curve has fewer points than this, its points are marked.
 _FEW: Final = 30
-#: A mass ratio above this stands for the limit of an infinitely heavy beam.
+#: A mass ratio above this represents the limit of an infinitely heavy beam.
 _HEAVY: Final = 1e12
 
 
 def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
-    """Draw the least overturning amplitudes over the map of the lightest beam.
+    """Draw the smallest overturning amplitudes over the map of the lightest beam.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def _draw_overturning(panel: Axes, panel_of: xr.Dataset) -> None:
 def _to_the_frame(
     ratio: NDArray[np.float64], least: NDArray[np.float64], top: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Let a curve leave the panel at its top, between its last point and the next."""
+    """Extend a curve to the top of the panel, between its last point and the next."""
     known = np.flatnonzero(np.isfinite(least))
     if ratio.size < _FEW or not known.size or known[-1] + 1 >= ratio.size:
         return ratio, least
@@ -128,9 +128,9 @@ def _caption(dataset: xr.Dataset) -> str:
     return (
         "Least amplitude a_p / (g tan α) of a pulse that overturns a frame of rectangular columns, "
         f"over ω_p / p with p of the column alone, for mass ratios γ = {gammas}; slenderness α = "
-        f"{alphas} degrees, {pulses} pulses, restitution by eq (43). Where a curve ends nothing up "
-        f"to {amplitude[-1]:g} overturns. Shaded: all amplitudes that overturn the first of them; "
-        "the white above its curve are islands of safety. Each panel and mass ratio is a map of "
+        f"{alphas} degrees, {pulses} pulses, restitution by eq (43). Where a curve ends, nothing "
+        f"up to {amplitude[-1]:g} overturns. Shaded: all amplitudes that overturn the frame of the "
+        "first mass ratio; white areas above its curve are islands of safety. Each panel and mass ratio is a map of "
         f"{ratio.size} x {amplitude.size} responses, its edges refined to a share of 1e-6; islands "
         f"and slivers thinner than {np.diff(amplitude).max():.2g} may be missed. No record is used."
     )

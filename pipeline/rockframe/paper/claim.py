@@ -1,4 +1,4 @@
-"""A claim of the paper, its statements about text, and the page that lists all."""
+"""A claim of the paper, the claims about its text, and the page that lists all claims."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A number or statement of the paper beside ours.
+    """A number or statement of the paper, with our value.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Claim:
     says : str
         The claim, in our words.
     printed, ours : str
-        The paper's value as printed, and ours; empty if there is none.
+        The paper's value as printed, and our value; empty if missing.
     finding : Finding
         Result of the comparison.
     remark : str
@@ -58,7 +58,7 @@ class Claim:
 
 
 def agrees_to_last_digit(printed: str, ours: float) -> Finding:
-    """Return agrees if a number is within one unit of the last digit of a printed one.
+    """Return AGREES if a number is within one unit of the last digit of a printed number.
 
     Parameters
     ----------
@@ -78,14 +78,14 @@ def agrees_to_last_digit(printed: str, ours: float) -> Finding:
 
 
 def judged(holds: bool) -> Finding:
-    """Return AGREES if a claim holds, else DIFFERS."""
+    """Return AGREES if a claim is true, otherwise DIFFERS."""
     return Finding.AGREES if holds else Finding.DIFFERS
 
 
 def number_claim(
     name: str, where: str, says: str, printed: str, ours: float, *, unit: str = "", remark: str = ""
 ) -> Claim:
-    """Return the claim on a printed number. Ours is shown with two more digits."""
+    """Return the claim about a printed number; our value is shown with two more digits."""
     decimals = len(printed.partition(".")[2])
     after = f" {unit}" if unit else ""
     return Claim(
@@ -99,7 +99,7 @@ def number_claim(
     )
 
 
-#: Name, place, printed text, correct text.
+#: Misprints: name, place, printed text, correct text.
 _TEXTS: Final = (
     ("text-uplift", "section 2", "uplift where the ground acceleration exceeds g tan α",
      "its magnitude does"),
@@ -141,9 +141,9 @@ _HEAD: Final = """# The paper, checked
 N. Makris and M. F. Vassiliou (2013), *Rocking response and stability analysis of an array of
 free-standing columns capped with a free-standing rigid beam*, COMPDYN 2013, Kos.
 
-Each number and claim that rockframe can evaluate, ours beside it. A number agrees if it is within
-one unit of the last digit printed; a misprint is wrong as printed and right as it must be meant.
-All of ours was computed when this page was made; nothing is tuned.
+Each number and claim of the paper that rockframe can evaluate, with our value. A number agrees if
+it is within one unit of the last printed digit. A misprint is wrong as printed, and right with an
+evident correction. All our values were computed when this page was made; nothing is tuned.
 """
 
 

@@ -1,4 +1,4 @@
-"""Claims about equations, sections 3 to 5: each is evaluated as printed and as it must be."""
+"""Claims about equations, sections 3 to 5; misprints are evaluated as printed and as corrected."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def motion_claims() -> list[Claim]:
 
 
 def misprint_claims() -> list[Claim]:
-    """Return the claims about misprinted equations, with numbers of both forms."""
+    """Return the claims about misprinted equations, with values of both forms."""
     alpha = BRIDGE.slenderness
     printed_24 = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
     meant_24 = _work_slope(math.cos(alpha - _THETA), math.sin(alpha - _THETA))
@@ -127,7 +127,7 @@ def _differences(place: Callable[[Float], Float], side: float) -> tuple[float, f
 
 
 def _printed_rates(side: float) -> tuple[float, float, float, float]:
-    """Evaluate (8), (9), (11), (12) as printed; a printed ± is -side and ∓ is side."""
+    """Evaluate (8), (9), (11), (12) as printed; a printed ± means -side, and ∓ means side."""
     omega, rate, twice = side * _OMEGA, side * _RATE, 2.0 * BRIDGE.size
     phi = BRIDGE.slenderness - _TURNED  # alpha -+ theta, for both sides
     sine, cosine = math.sin(phi), math.cos(phi)
@@ -223,7 +223,7 @@ def _similarity_claim() -> Claim:
 
 
 def _uplift_claim() -> Claim:
-    """Check eq (34) at theta > 0, where it takes the columns as unrotated."""
+    """Check eq (34) at theta > 0, where the printed equation treats the columns as unrotated."""
     alpha, gamma = BRIDGE.slenderness, BRIDGE.mass_ratio
     beam = alpha - _THETA
     printed = (2.0 * gamma * math.sin(beam) + math.sin(alpha)) / (
@@ -242,7 +242,7 @@ def _uplift_claim() -> Claim:
 
 
 def _misprint(printed: float, right: float, meant: float) -> Finding:
-    """Return misprint if the printed value is wrong and the meant one is right."""
+    """Return MISPRINT if the printed value is wrong and the intended value is right."""
     near = abs(meant - right) <= 1e-6 * abs(right)
     return Finding.MISPRINT if near and abs(printed - right) > 1e-3 * abs(right) else judged(near)
 

@@ -183,7 +183,7 @@ def _least_loss() -> float:
 
 
 def _uplift_ratios() -> str:
-    """Return ground acceleration at uplift over g tan(alpha), for a ramp to twice that in 1 s."""
+    """Return ground acceleration at uplift over g tan(alpha), for a ramp to twice it in 1 s."""
     ratios = []
     for gamma in (0.0, 4.0, 100.0):
         frame = RockingFrame(height=9.6, width=1.6, mass_ratio=gamma)
@@ -197,7 +197,7 @@ def _stocky(slenderness: float, mass_ratio: float) -> RockingFrame:
     return RockingFrame(height=5.0, width=5.0 * math.tan(slenderness), mass_ratio=mass_ratio)
 
 
-#: A pulse that the bridge survives, and the duration of free rocking after it [s].
+#: A pulse under which the bridge does not overturn, and the time of free rocking after it [s].
 _PULSE: Final = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
 _AFTER: Final = 15.0
 #: Number of the impact at which rates are compared.
@@ -208,7 +208,7 @@ _COLUMN: Final = RockingFrame(height=_GROWTH * BRIDGE.height, width=_GROWTH * BR
 
 
 def one_column_claims() -> list[Claim]:
-    """Return the claims about the equivalent column, with its own restitution and the frame's.
+    """Return the claims about the equivalent column, with its own and with the frame's restitution.
 
     Examples
     --------

@@ -23,11 +23,11 @@ class PaperPulse:
     record : str
         Name in the paper.
     wavelet, weighting : str
-        How it was matched.
+        Wavelet and weighting of the match.
     printed_a_p_g, printed_period_s, a_p_g, T_p_s : float
         The paper's values and ours.
     at_period_bound : bool
-        Our period is an end of the searched range, not a maximum of the match.
+        True if our period is an end of the searched range, not a maximum of the match.
     """
 
     record: str
@@ -85,7 +85,7 @@ def _matched(record: Record, printed: PaperRecord, options: PulseOptions) -> lis
 
 
 def overall_distances(pulses: Sequence[PaperPulse]) -> list[dict[str, Any]]:
-    """Return wavelet, weighting and distance over all records, the nearest first.
+    """Return wavelet, weighting and distance over all records, smallest distance first.
 
     Examples
     --------

@@ -60,7 +60,7 @@ def _symmetric_difference() -> float:
 
 
 def _antisymmetric_claim() -> Claim:
-    """Check eq (45), which has t in place of 2 pi t / (sqrt(3) T_p)."""
+    """Check eq (45), which is printed with t in place of 2 pi t / (sqrt(3) T_p)."""
     x = math.tau * _TIME / (math.sqrt(3.0) * _PERIOD)
     printed = np.abs((x**2 - 3.0) * _TIME * np.exp(-0.5 * x**2) / BETA).max()
     meant = np.abs((x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA).max()
@@ -123,7 +123,7 @@ def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ())
     claims = []
     for found in comparisons:
         name = f"{found.record_id}-{found.quantity}"
-        if name in names:  # by a wavelet other than the selected one
+        if name in names:  # with another wavelet than the selected one
             name = f"{name}-{found.wavelet}"
         names.add(name)
         claims.append(_of_table(name, found, others.get(found.record_id, "")))

@@ -19,13 +19,13 @@ Float = NDArray[np.float64]
 #: Slendernesses of Figure 9 [degrees], and the mass ratios used for it here.
 _SLENDERNESSES: Final = (10.0, 14.0)
 _MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0)
-#: Frequency ratios for which the paper calls the gain marginal, and higher ones.
+#: Frequency ratios for which the paper calls the gain marginal, and higher ratios.
 _LOW: Final = (2.0, 3.0, 4.0)
 _HIGH: Final = (5.0, 6.0, 7.0)
 #: Step and largest value of the scans of amplitude, a_p / (g tan alpha) [1].
 _STEP: Final = 0.02
 _LARGEST: Final = 15.0
-#: Least gain that is not called marginal [1].
+#: Smallest gain that does not count as marginal [1].
 _MARGINAL: Final = 0.1
 _COMMAND: Final = "rockframe spectrum"
 
@@ -44,7 +44,7 @@ def stability_claims() -> list[Claim]:
 
 
 def _no_overturning(name: str, mass_ratio: float, frequency_ratio: float, bound: float) -> Claim:
-    """Check that the temple stands up to a bound (section 7); the scan goes on to 60."""
+    """Check that no pulse up to a bound overturns the temple (section 7), by a scan to 60."""
     least = _least((14.0,), (mass_ratio,), (frequency_ratio,), 60.0)[:, 0, 0, 0]
     if np.isnan(least).all():
         ours = "no pulse up to 60 g tan α overturns"
@@ -104,7 +104,7 @@ def _enhanced(least: Float) -> Claim:
 
 
 def _heavier_is_safer(least: Float) -> Claim:
-    lighter, heavier = least[:, :, :-1], least[:, :, 1:]  # NaN is beyond the largest: no fall
+    lighter, heavier = least[:, :, :-1], least[:, :, 1:]  # NaN: nothing up to the largest overturns
     falls = int((heavier < lighter).sum() + (np.isnan(lighter) & ~np.isnan(heavier)).sum())
     edges = ", ".join(f"{edge:.2f}" for edge in least[0, 0, :, 1])
     return Claim(
@@ -121,7 +121,7 @@ def _heavier_is_safer(least: Float) -> Claim:
 
 
 def _every_amplitude() -> Claim:
-    """Compare a column that stands under a pulse with a frame that overturns under it."""
+    """Compare a column that does not overturn under a pulse with a frame that does."""
     pulse_of = {}
     for gamma in (0.0, 0.25):
         frame = RockingFrame(height=5.0, width=5.0 * math.tan(math.radians(10.0)), mass_ratio=gamma)
@@ -152,7 +152,7 @@ def _least(
     frequency_ratios: tuple[float, ...],
     largest: float,
 ) -> Float:
-    """Return least overturning amplitudes by pulse, slenderness, mass and frequency ratio."""
+    """Return smallest overturning amplitudes by pulse, slenderness, mass and frequency ratio."""
     found = overturning_spectrum(
         [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
         np.radians(degrees),

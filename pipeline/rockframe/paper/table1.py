@@ -1,4 +1,4 @@
-"""Comparison with the paper's Table 1 and its statements on the bridge bent."""
+"""Comparison with the paper's Table 1, and with its statements about the bridge bent."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from typing import Any, Final
 from rockframe.paper.claim import judged
 from rockframe.results.tables.rows import Row
 
-#: Relative differences of peaks above which a record or its processing is not the paper's [1].
-#: Rounding to two decimals makes up to 1 %; integration and the baseline add to that for PGV.
+#: Relative differences of peaks above which a record, or its processing, is not the same as in the
+#: paper [1]. Rounding to two decimals causes up to 1 %; for PGV, integration and baseline add to
+#: that.
 _SAME: Final = {"pga_g": 0.02, "pgv_m_s": 0.05}
-#: The wavelet of the extended wavelet transform, by section 6 of the paper.
+#: The wavelet of the extended wavelet transform, according to section 6 of the paper.
 _OF_SECTION_6: Final = "mavroeidis_papageorgiou"
-#: Source of facts that are taken from the paper.
+#: Source of metadata that are taken from the paper.
 BORROWED: Final = "Makris and Vassiliou (2013), Table 1"
 #: The paper's bridge bent, section 8.
 _BRIDGE: Final = "bridge-bent"
@@ -43,10 +44,11 @@ class PaperRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A quantity of one of the paper's records: the paper's value, ours, and the difference.
+    """A quantity of one of the paper's records: the paper's value, our value, and the difference.
 
-    a_p and T_p depend on the mother wavelet (T_p by up to a third). `wavelet` names ours; the paper
-    does not name its own for each record. `printed` is the paper's value, digit by digit.
+    a_p and T_p depend on the mother wavelet (T_p by up to a third). `wavelet` is our wavelet; the
+    paper does not state its wavelet for each record. `printed` is the paper's value, digit by
+    digit.
     """
 
     record_id: str
@@ -75,7 +77,7 @@ def paper_records() -> tuple[PaperRecord, ...]:
 
 
 class _Printed(str):
-    """A number as written in the file; a class of its own, to tell it from strings."""
+    """A number as written in the file; a separate class, to distinguish numbers from strings."""
 
     __slots__ = ()
 
@@ -105,7 +107,7 @@ def paper_record_of(source_file: str) -> PaperRecord | None:
 
 
 def with_paper_facts(row: Row) -> Row:
-    """Fill in facts of the paper's records that are unknown, and add Table 1 to the sources."""
+    """Fill in unknown metadata of the paper's records, and add Table 1 to the sources."""
     paper = paper_record_of(row["source_file"])
     if paper is None:
         return row
@@ -168,13 +170,13 @@ def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterat
 
 
 def statements(rows: Sequence[Row]) -> list[str]:
-    """Return sentences that compare ours with section 8 of the paper, on its bridge bent.
+    """Return sentences that compare our results with section 8 of the paper, on the bridge bent.
 
     Parameters
     ----------
     rows : sequence of mapping
-        Rows of any structures and records; only the bridge bent under the paper's records, with
-        its PGA and PGV, is compared.
+        Rows of any structures and records. Only the bridge bent is compared, under the paper's
+        records with the paper's PGA and PGV.
     """
     own = bridge_rows(rows)
     if not own:

@@ -1,4 +1,4 @@
-"""The HTML page of a run, which contains everything it shows and makes no requests."""
+"""The HTML page of a run; it contains all its data and sends no requests."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def render(
     Returns
     -------
     str
-        HTML. Its security policy forbids all requests and all scripts but its own.
+        HTML. The security policy forbids all requests, and all scripts except its own.
     """
     facts, samples = payload(run, motions)
     code, look = script(_HOME, _PARTS), style(_HOME)
@@ -130,13 +130,13 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
 
 
 def _strips(run: Run) -> list[Markup]:
-    """Return the strip of each row; none if margins were not computed."""
+    """Return the strip of each row; empty if margins were not computed."""
     found = [run.strips.get((row["record_id"], row["structure"])) for row in run.rows]
     return [Markup(strip_svg(one)) for one in found if one]  # noqa: S704 -- our own picture
 
 
 def _looked_at_first(run: Run) -> list[Mapping[str, str]]:
-    """Return the records and files to list; of very many, prefer rejections and warnings."""
+    """Return the records and files to list; rejections and warnings first if there are many."""
     said = {"rejected": 0, "unread": 0}
 
     def concern(i: int) -> int:

@@ -30,7 +30,7 @@ _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
 _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
 )
-#: Not shown for structures that overturn: they describe only the fall.
+#: Values that are not shown for structures that overturn, because they only describe the fall.
 _OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
 
 
@@ -79,7 +79,7 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     run : Run
         The run.
     limit : int
-        Largest number; if there are more, those that `rank` puts first are chosen.
+        Largest number of histories; if there are more, those that `rank` puts first are chosen.
 
     Returns
     -------
@@ -229,7 +229,7 @@ def _finite(number: str) -> float | None:
 
 
 def _texts(facts: Sequence[LabelledValue]) -> list[list[str]]:
-    """Return label and value with unit of each known fact."""
+    """Return label and value with unit of each known value."""
     known = [
         fact
         for fact in facts
@@ -241,7 +241,7 @@ def _texts(facts: Sequence[LabelledValue]) -> list[list[str]]:
 
 
 def with_unit(fact: LabelledValue) -> str:
-    """Return the value of a fact with its unit, as text.
+    """Return a labelled value with its unit, as text.
 
     Examples
     --------

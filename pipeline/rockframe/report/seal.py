@@ -1,4 +1,4 @@
-"""The last line of a page: a hash of the rest, which reveals whether the page was changed."""
+"""The last line of a page: a hash of the rest, which shows if the page was changed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sealed(page: str) -> bytes:
 
 
 def is_whole(content: bytes) -> bool:
-    """Return True if the hash in the last line of a page is right.
+    """Return True if the hash in the last line of a page is correct.
 
     Parameters
     ----------
