@@ -82,7 +82,7 @@ def test_a_filter_of_pulses_needs_pulses_of_the_motions(
 ) -> None:
     with pytest.raises(ParameterError, match=r"pulse_like needs pulses"):
         screen(site(1), pulse_like=like)
-    with pytest.raises(ParameterError, match=r"pulse_like beside azimuths_degree"):
+    with pytest.raises(ParameterError, match=r"pulse_like and azimuths_degree"):
         screen(
             site(1),
             pulse_like=like,
