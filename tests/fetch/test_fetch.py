@@ -106,7 +106,7 @@ def test_an_interrupted_fetch_goes_on(centre: DataCentre, request_of: Make, outp
 
 def test_another_request_is_refused(request_of: Make, output: Path) -> None:
     fetch(request_of(), output)
-    with pytest.raises(InputError, match=r"holds another request: after 50.0, now 60.0. Use the same"):
+    with pytest.raises(InputError, match=r"another request: after 50.0, now 60.0. Use the same"):
         fetch(request_of(after=60.0), output)
 
 
