@@ -86,7 +86,8 @@ class Prepared:
         """
         ties = constants[:, _TIES] + constants[:, _TIES + 1]
         rate = constants[:, 1] * np.sqrt(1.0 + self._strongest * np.abs(scale) + ties)
-        doublings = np.ceil(np.log2(rate * self.ground.time_step / steps.MAX_STRIDE))
+        stride = steps.MAX_SMOOTH_STRIDE if self.form[0] else steps.MAX_STRIDE
+        doublings = np.ceil(np.log2(rate * self.ground.time_step / stride))
         doublings = doublings.clip(0.0, 62.0)
         doublings[(constants[:, _KINDS] != ELASTIC).any(axis=1)] = 62.0
         return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)

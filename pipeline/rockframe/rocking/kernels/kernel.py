@@ -28,6 +28,7 @@ from rockframe.rocking.kernels.steps import (
     ALOFT,
     CHANGED,
     FALLEN,
+    MAX_SMOOTH_STRIDE,
     MAX_STRIDE,
     MOVING,
     Marker,
@@ -150,7 +151,8 @@ def integrate(  # noqa: C901  one loop over arrays, see above
             tie_log[j, REST] = math.nan
         hold = uplift_hold(alpha, ties, states)
     rate = p_hat * math.sqrt(most)
-    pieces = max(1, math.ceil(rate * time_step / MAX_STRIDE))
+    stride = MAX_SMOOTH_STRIDE if ground.shape[1] > 2 else MAX_STRIDE
+    pieces = max(1, math.ceil(rate * time_step / stride))
     h = time_step / pieces
 
     theta = theta_0

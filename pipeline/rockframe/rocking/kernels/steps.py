@@ -39,6 +39,9 @@ MAX_GROUND_DEGREE: Final = 5
 #: matters most in the first small bounces after an uplift, because later bounces magnify their
 #: relative error. With this limit the error stays below 1e-8 after 50 impacts in rough motions.
 MAX_STRIDE: Final = 0.03
+#: The same on ground that is smooth within many intervals, as pulses are (of a degree above 1):
+#: small bounces are few there.
+MAX_SMOOTH_STRIDE: Final = 0.06
 HALF_PI: Final = math.pi / 2.0
 
 # Starts of a step. They differ in which quantities are exactly zero at the first instant.

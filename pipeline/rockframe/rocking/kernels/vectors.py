@@ -179,7 +179,8 @@ def _turn(  # noqa: C901  sums written out
     Psi then has degree 9. With x = rate times step (see MAX_STRIDE), a series of degree 7 would
     omit x^8 / 8! (2e-17 at x = 0.03). But in a flight that begins at theta = 0 the relative error
     counts, because bounces magnify it. The terms of g6 and g7 that matter then are kept: products
-    of at most two coefficients of d.
+    of at most two coefficients of d. On curved ground, where steps are longer (MAX_SMOOTH_STRIDE),
+    the terms with its higher coefficients are kept too.
 
     `tie` is empty, or contains the force of the ties at theta = 0 times sin(theta/2) and
     cos(theta/2) at t = 0. The angle of these changes by d/2: cos(d/2) is replaced by
@@ -241,7 +242,10 @@ def _turn(  # noqa: C901  sums written out
         g5 += straight * d5
     if len(curved) > 0:
         f5 = _push(a[5], v[5], s, k, lifts)
-        g5 += f5 + r4 * d1 + r3 * d2 + r2 * s3 - f3 * q2 - f2 * e
+        r5 = _turned(a[5], v[5], s, k, lifts)
+        rest = d1 * (q * (q * (1.0 / 120.0)))
+        s5 += rest
+        g5 += r0 * rest + f5 + r4 * d1 + r3 * d2 + r2 * s3 - f3 * q2 - f2 * e
     d6 = g4 * (1.0 / 30.0)
     d7 = g5 * (1.0 / 42.0)
     c6 = d1 * d5 + d2 * d4 + d3 * (d3 * (1.0 / 2.0))
@@ -251,8 +255,8 @@ def _turn(  # noqa: C901  sums written out
         g6 += straight * d6
         g7 += straight * d7
     if len(curved) > 0:
-        g6 += r4 * d2 + r3 * d3 + r2 * d4
-        g7 += r4 * d3 + r3 * d4 + r2 * d5
+        g6 += r5 * d1 + r4 * d2 + r3 * s3 + r2 * s4 - f4 * q2 - f3 * e + f2 * c4
+        g7 += r5 * d2 + r4 * s3 + r3 * s4 + r2 * s5 - f5 * q2 - f4 * e + f3 * c4 + f2 * c5
     return f0, g1, g2, g3, g4, g5, g6, g7
 
 

@@ -36,9 +36,11 @@ EDGE_TOLERANCE: Final = 1e-9
 #: static pull; its response would take very long to compute.
 LEAST_FREQUENCY_RATIO: Final = 0.01
 #: Least number of intervals in a period of the pulse. The pulse is then interpolated to 4e-11 of
-#: its amplitude, and edges are exact to 1e-9. At frequency ratios below `_FEWEST_UP_TO` the number
-#: is doubled until an interval is about as short in units of the frame's period.
+#: its amplitude, and edges are exact to 1e-9; half as many do if edges need be known to
+#: `_ROUGH_TOLERANCE` only. At frequency ratios below `_FEWEST_UP_TO` the number is doubled until an
+#: interval is about as short in units of the frame's period.
 _INTERVALS: Final = 50
+_ROUGH_TOLERANCE: Final = 1e-6
 _FEWEST_UP_TO: Final = 4.0
 #: Number of responses in a batch: large enough that most rounds of the edge search are large too.
 _BATCH: Final = 320_000
@@ -212,7 +214,7 @@ def _scans(batch: _Batch) -> Scan:
 def _scan(batch: _Batch) -> Scan:
     """Scan the frames under each ground; frames of one ground are computed side by side."""
     grounds = [
-        _stretched(_unit_ground(pulse, _intervals_of(ratio)), math.tau / ratio)
+        _stretched(_unit_ground(pulse, _intervals_of(ratio, batch.tolerance)), math.tau / ratio)
         for pulse, ratio in batch.grounds
     ]
     ground, frame = np.indices((len(grounds), len(batch.frames))).reshape(2, -1)
@@ -227,8 +229,9 @@ def _scan(batch: _Batch) -> Scan:
     )
 
 
-def _intervals_of(frequency_ratio: float) -> int:
-    return _INTERVALS << max(0, math.ceil(math.log2(_FEWEST_UP_TO / frequency_ratio)))
+def _intervals_of(frequency_ratio: float, tolerance: float) -> int:
+    least = _INTERVALS // 2 if tolerance >= _ROUGH_TOLERANCE else _INTERVALS
+    return least << max(0, math.ceil(math.log2(_FEWEST_UP_TO / frequency_ratio)))
 
 
 @lru_cache(maxsize=16)
