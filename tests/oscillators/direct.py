@@ -1,4 +1,4 @@
-"""Another solver: DOP853 from node to node, each change of branch an event."""
+"""An independent solver: DOP853 from node to node, with changes of branch as events."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Float = NDArray[np.float64]
 
 @dataclass
 class Direct:
-    """Displacements and velocities at the nodes, what yields, and the energy lost in it."""
+    """Displacements and velocities at the nodes, excursions into yielding, dissipated energy."""
 
     u: Float
     velocity: Float
@@ -62,7 +62,7 @@ class Branch:
     end.direction = -1  # type: ignore[attr-defined]
 
     def pull(self, t: float) -> float:
-        """Beyond what friction holds."""
+        """Return the force in excess of friction."""
         k, _, q, _ = self.constants
         return abs(self.ground(t) + k * self.u) - q
 

@@ -27,7 +27,7 @@ def free(t: Float, u: float, v: float) -> Float:
 
 
 def test_a_suddenly_applied_acceleration() -> None:
-    """1 - the free vibration; the first peak overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
+    """1 - a free vibration, which overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
     found = respond_oscillator(ELASTIC, GroundAcceleration(np.full((300, 1), 2.0), STEP))
     static = -2.0 / RATE**2
     np.testing.assert_allclose(found.u, static + free(found.time, -static, 0.0), atol=1e-14)
@@ -37,7 +37,7 @@ def test_a_suddenly_applied_acceleration() -> None:
 
 
 def test_a_ramp() -> None:
-    """The quasi-static displacement, late by 2 zeta / w, and a free vibration."""
+    """The quasi-static displacement, delayed by 2 zeta / w, and a free vibration."""
     found = respond_oscillator(ELASTIC, GroundAcceleration.from_samples(np.arange(300.0), STEP))
     slope = -1.0 / STEP / RATE**2
     late = 2.0 * DAMPING / RATE
@@ -73,7 +73,7 @@ def test_a_sliding_block_without_stiffness() -> None:
 
 
 def test_a_friction_pendulum_loses_twice_mu_radius_each_half_cycle() -> None:
-    """It turns at A - 2 mu R, A - 4 mu R, ..., and sticks at the first turn within mu R."""
+    """It reverses at A - 2 mu R, A - 4 mu R, ..., and sticks at the first reversal within mu R."""
     radius, friction = 2.0, 0.01
     model = IsolatedDeck.friction_pendulum(radius=radius, friction=friction)
     push = GroundAcceleration(np.array([[-3.0 * GRAVITY]] * 20 + [[0.0]] * 1500), STEP)
@@ -91,7 +91,7 @@ def test_a_friction_pendulum_loses_twice_mu_radius_each_half_cycle() -> None:
 
 
 def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
-    """Its force is that of the ground on a rigid body, its peak between the nodes included."""
+    """The force is that of the ground on a rigid body, also at a peak between nodes."""
     ground = GroundAcceleration.from_function(
         lambda t: np.asarray(0.5 * np.sin(t)), 0.0, 3.0, intervals=4, degree=5
     )
@@ -103,7 +103,7 @@ def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
 
 
 def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> None:
-    """After a blow of speed V: peak uy / 2 + V^2 / (2 fy), and the rest is less by uy."""
+    """From an initial velocity V: peak uy / 2 + V^2 / (2 fy), residual less by uy."""
     frame = FixedFrame(period=1.0, damping_ratio=0.0, strength_ratio=0.1)
     speed, strength = 1.0, 0.1 * GRAVITY
     blow = GroundAcceleration(np.array([[-speed / 1e-9], [0.0]]), 1e-9)

@@ -1,4 +1,4 @@
-"""The rocking bridge beside its rivals: what all models must agree on, and what ends each."""
+"""The comparison of bridges: results that all models share, and the end of their validity."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_frames_that_rock_are_those_of_respond() -> None:
 
 
 def test_base_shear_of_a_frame_that_rocks_is_the_mass_times_its_acceleration() -> None:
-    """The momentum of deck and columns changes by the shear alone, between impacts."""
+    """Between impacts, only the base shear changes the momentum of deck and columns."""
     strong = Pulse(wavelet="symmetric_ricker", a_p=0.45 * GRAVITY, T_p=1.5)
     (one, *_) = compare(RIVALS, strong)
     response = respond(BRIDGE, strong)
@@ -79,7 +79,7 @@ def test_the_first_event_ends_a_model() -> None:
 
 
 def test_a_gap_that_closes_after_the_motion_ends_the_model_too() -> None:
-    """The largest drift may come when the ground is still: when is then not known."""
+    """The largest drift may occur after the motion; its time is then unknown."""
     time = np.arange(0.0, 0.7, 0.01)
     kick = GroundAcceleration.from_samples(0.35 * GRAVITY * np.sin(np.pi * time / 0.7), 0.01)
     peak = compare(RIVALS, kick)[0].peak_u

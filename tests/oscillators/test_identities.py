@@ -1,4 +1,4 @@
-"""What must hold for any motion: energy, symmetry, scaling, company, division of intervals."""
+"""Identities under any motion: energy, symmetry, scaling, batches, division of intervals."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def assert_same(one: OscillatorResponse, other: OscillatorResponse, tolerance: f
 
 
 def test_ground_that_jumps_at_nodes() -> None:
-    """Peaks are found whatever the ground was before a node: here straight lines do not meet."""
+    """Peaks are found also if the ground acceleration jumps at nodes."""
     frame = FixedFrame(period=1.0, damping_ratio=0.0)
     for seed in (14, 57, 71):
         lines = np.random.default_rng(seed).uniform(-3.0, 3.0, (60, 2))
@@ -72,7 +72,7 @@ def test_ground_that_jumps_at_nodes() -> None:
 def test_another_solver_finds_the_same(
     model: IsolatedDeck | FixedFrame, seed: int, step: float
 ) -> None:
-    """DOP853 with events, on ground whose steps are from a hundredth of the period to all of it."""
+    """DOP853 with events, with time steps from a hundredth of the period to the whole period."""
     motion = rough(seed, 60, step).followed_by_rest(4.0)
     ours, theirs = respond_oscillator(model, motion), direct(model, motion)
     np.testing.assert_allclose(ours.u, theirs.u, atol=1e-11 * np.abs(theirs.u).max())
@@ -97,7 +97,7 @@ def test_another_solver_finds_the_same_of_a_record(
 
 @each_model
 def test_the_division_of_intervals_does_not_matter(model: IsolatedDeck | FixedFrame) -> None:
-    """Peaks between nodes and changes of branch are found on another path through the kernel."""
+    """In shorter intervals another part of the kernel finds peaks and changes of branch."""
     motion = rough(4)
     ours, other = (respond_oscillator(model, m) for m in (motion, divided(motion, 16)))
     np.testing.assert_allclose(ours.u, other.u[::16], atol=1e-12)
@@ -108,7 +108,7 @@ def test_the_division_of_intervals_does_not_matter(model: IsolatedDeck | FixedFr
 
 @pytest.mark.parametrize("model", [RUBBER, PENDULUM, PERFECT], ids=lambda m: f"{m.period:.2f}")
 def test_energy_balance(model: IsolatedDeck | FixedFrame) -> None:
-    """Constant ground in each interval does the work -a (u_2 - u_1) exactly; none is lost."""
+    """The work of constant ground acceleration in an interval is exactly -a (u_2 - u_1)."""
     noise = GRAVITY * np.random.default_rng(5).uniform(-0.5, 0.5, (400, 1))
     found = respond_oscillator(model, GroundAcceleration(noise, 0.05), free_vibration=600.0)
     work = -np.sum(noise[:, 0] * np.diff(found.u[:401]))
@@ -132,7 +132,7 @@ def test_the_other_direction_is_the_mirror_image(model: IsolatedDeck | FixedFram
 
 
 def test_motion_and_strength_scale_together() -> None:
-    """Three times the ground on three times the strength and yield displacement."""
+    """Three times the motion, strength and yield displacement: three times the response."""
     motion = rough(7)
     strong = replace(RUBBER, strength_ratio=0.15, yield_displacement=0.03)
     one, three = respond_oscillator(RUBBER, motion), respond_oscillator(strong, motion.scaled(3.0))
@@ -164,7 +164,7 @@ def test_company_does_not_change_a_bit() -> None:
 
 
 def test_free_vibration_goes_on_to_what_was_foretold() -> None:
-    """Peaks and residual displacement are known at the end of the motion, before it is at rest."""
+    """Peaks and residual displacement are known at the end of the motion."""
     motion = rough(12, samples=20)
     for model in MODELS:
         short = respond_oscillator(model, motion)

@@ -1,4 +1,4 @@
-"""What is not allowed is said in one line: key, value, constraint."""
+"""Invalid input: an error of one line with key, value and allowed values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fragility: the maximum of the likelihood, its absence, and how well the curve is known."""
+"""Fragility: the maximum of the likelihood, cases without one, and confidence bands."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def site(motions: int, seed: int, slope: float = 3.0) -> tuple[Float, NDArray[np
 
 @pytest.mark.parametrize("seed", range(5))
 def test_maximum_agrees_with_a_general_optimiser(seed: int) -> None:
-    """Nelder and Mead's simplex, on the median and the logistic scale instead."""
+    """The simplex method of Nelder and Mead, over the median and the logistic scale."""
     intensity, fell = site(40, seed)
     x = np.log(intensity)[:, None] + np.log(SCALES)
 
@@ -46,7 +46,7 @@ def test_maximum_agrees_with_a_general_optimiser(seed: int) -> None:
 
 
 def test_beta_is_that_of_the_lognormal_curve() -> None:
-    """A lognormal fragility comes back: its beta is no logistic scale, but 1.81 times one."""
+    """The fit recovers a lognormal fragility: beta is 1.81 times the logistic scale."""
     rng = np.random.default_rng(3)
     intensity = rng.uniform(0.3, 6.0, 20_000)
     fell = np.log(intensity) > math.log(2.0) + 0.4 * rng.normal(size=intensity.size)
@@ -56,7 +56,7 @@ def test_beta_is_that_of_the_lognormal_curve() -> None:
 
 
 def test_truth_lies_within_the_band_as_often_as_it_says() -> None:
-    """Of 90 % bands of the curve at its median, 80 to 97 of 100 hold the truth."""
+    """Of 100 bands of 90 % at the median, 80 to 97 contain the true probability."""
     held = 0
     for seed in range(100):
         low, high = fit_fragility(*_ordered(*site(60, seed))).band(2.0)
@@ -69,7 +69,7 @@ def _ordered(intensity: Float, fell: NDArray[np.bool_]) -> tuple[Float, Float, N
 
 
 def test_scales_repeated_are_no_more_evidence() -> None:
-    """The covariance is that of the motions, however often each verdict is written down."""
+    """The covariance depends on the motions, not on how often each verdict is repeated."""
     intensity, fell = site(40, 1)
     once = fit_fragility(intensity, SCALES, fell)
     often = fit_fragility(intensity, np.repeat(SCALES, 5), np.repeat(fell, 5, axis=1))
@@ -136,7 +136,7 @@ def test_verdicts_without_a_curve(
 
 
 def test_where_nothing_fell_the_bound_is_that_of_so_many_trials() -> None:
-    """0 of n leave the share p open with (1 - p)^n = 5 %."""
+    """If 0 of n overturn, the upper bound p satisfies (1 - p)^n = 5 %."""
     fit = fit_fragility([1.0] * 9 + [1.5], [1.0], np.zeros((10, 1)))
     low, high = fit.band([1.0, 1.6])
     assert low.tolist() == [0.0, 0.0]
@@ -144,7 +144,7 @@ def test_where_nothing_fell_the_bound_is_that_of_so_many_trials() -> None:
 
 
 def test_weak_motions_say_nothing_of_strong_ones() -> None:
-    """Of ten motions that stand, one was as strong as 1: the bound there is that of one."""
+    """Only one of ten motions that stand reaches 1: the bound there is that of one motion."""
     fit = fit_fragility([0.05] * 9 + [1.0], [1.0], np.zeros((10, 1)))
     assert_allclose(fit.band([0.05, 0.5, 1.0])[1], [1.0 - 0.05**0.1, 0.95, 0.95])
 
@@ -157,7 +157,7 @@ def test_where_all_fell_weak_ones_count() -> None:
 
 
 def test_separated_verdicts_leave_a_step_open() -> None:
-    """On either side so many motions bound it, not a certainty."""
+    """On either side, the bound follows from the number of motions; it is not 0 or 1."""
     fit = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[0], [0], [1], [1]])
     low, high = fit.band([0.9, 1.9, 2.5, 3.1, 4.1])
     assert_allclose(low, [0.0, 0.0, 0.0, 0.05, 0.05**0.5])
@@ -173,7 +173,7 @@ def test_scales_of_one_motion_are_one_trial() -> None:
 
 
 def test_two_motions_have_no_covariance() -> None:
-    """At the maximum their scores cancel: a band of them would shrink to nothing somewhere."""
+    """At the maximum their scores cancel, so a band from them would have no width somewhere."""
     fit = fit_fragility([1.0, 2.0], [1.0, 1.5, 2.0], [[0, 1, 0], [0, 1, 1]])
     assert fit.outcome is Outcome.FITTED
     low, high = fit.band([0.5, 2.32])
@@ -205,7 +205,7 @@ def test_a_tie_names_none() -> None:
 
 
 def test_measures_of_equal_worth_seldom_have_a_better_one() -> None:
-    """Two noisy copies of what decides: one is named in at most one of eight draws."""
+    """With two noisy copies of the decisive measure, one is named in at most one of eight draws."""
     named = 0
     for seed in range(80):
         intensity, fell = site(40, seed)
@@ -220,7 +220,7 @@ def test_measures_of_equal_worth_seldom_have_a_better_one() -> None:
 
 @pytest.mark.parametrize("motions", [10, 20, 60])
 def test_chance_alone_names_one_in_twenty(motions: int) -> None:
-    """Either of two may lead by chance: the level is of both sides, for few motions too."""
+    """Either of two measures may lead by chance: the test is two-sided, also for few motions."""
     intensity, fell = site(motions, 3)
     fit = fit_fragility(intensity, SCALES, fell)
     rng = np.random.default_rng(motions)
@@ -254,7 +254,7 @@ def test_shapes_must_fit() -> None:
 
 
 def test_bands_of_median_and_beta_hold_what_they_promise() -> None:
-    """Of 60 sets with capacities drawn from one lognormal distribution, nine in ten or so."""
+    """About 90 % of the bands of 60 sets from one lognormal distribution contain the truth."""
     drawn, scales = np.random.default_rng(0), np.geomspace(0.2, 5.0, 12)
     median, beta, hits = 0.5, 0.4, np.zeros(2)
     for _ in range(60):

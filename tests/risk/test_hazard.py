@@ -72,7 +72,7 @@ def test_no_overflow_over_eighteen_decades() -> None:
 
 
 def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open() -> None:
-    """Rates of exceedance at 0.6 and 0.9 from below; at 0.2 and 0.3, and all above, from above."""
+    """The lower bound has rates at 0.6 and 0.9, the upper one at 0.2, 0.3, and all above."""
     points = np.geomspace(0.01, 10.0, 200)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])
@@ -150,7 +150,7 @@ def read_curve(folder: Path, intensities: list[float], rates: list[float]) -> Ha
 
 @pytest.mark.parametrize("most", [1.0, 0.5, 0.25])
 def test_probabilities_in_fifty_years_are_no_annual_rates(tmp_path: Path, most: float) -> None:
-    """1 - exp(-50 rate) stays level near 1 where it shakes weakly."""
+    """1 - exp(-50 rate) is nearly constant, just below 1, at weak intensities."""
     rates = [most * rate for rate in ACTIVE]
     assert read_curve(tmp_path, INTENSITIES, rates).rate == pytest.approx(rates, rel=1e-5)
     with pytest.raises(
@@ -160,7 +160,7 @@ def test_probabilities_in_fifty_years_are_no_annual_rates(tmp_path: Path, most: 
 
 
 def test_probabilities_of_strong_shaking_alone_are_higher_than_any_rate(tmp_path: Path) -> None:
-    """10 % in 50 years at 0.6 g is a site of California; once in ten years at 0.6 g is none."""
+    """10 % in 50 years at 0.6 g occurs in California; once in ten years at 0.6 g occurs nowhere."""
     with pytest.raises(
         InputError, match=r":2: annual_rate 0.1 at pga_g 0.6. Must be at most 0.028"
     ):

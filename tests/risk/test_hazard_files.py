@@ -53,7 +53,7 @@ def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path)
 
 @needs_sample
 def test_sample_of_openquake() -> None:
-    """Of one year; the first four levels are equally likely, and never is no rate."""
+    """Probabilities in one year: the first four are equal, and probability 0 is not a rate."""
     curve = read_hazard(SAMPLE, (-65.1349, 0.0))
     assert curve.measure == "pga"
     assert_allclose(curve.intensity[[0, -1]], [0.01 * GRAVITY, 0.4641589 * GRAVITY])
@@ -106,13 +106,13 @@ def test_damaged_files_of_openquake(
 
 
 def test_certain_motions_have_no_rate(tmp_path: Path) -> None:
-    """1 - P is lost where P is 1: the curve begins at the first probability below."""
+    """At P = 1 the rate is unknown: the curve begins at the first probability below 1."""
     file = openquake(tmp_path / "c.csv", [0.01, 0.1, 0.2], [(0.0, 0.0, [1.0, 0.5, 0.1])])
     assert_allclose(read_hazard(file).rate, [math.log(2.0) / 50.0, -math.log(0.9) / 50.0])
 
 
 def test_rates_of_the_usgs(tmp_path: Path) -> None:
-    """A row a site, annual rates; the folder is named for the measure."""
+    """One row for each site, annual rates; the folder has the name of the measure."""
     path = tmp_path / "SA1P0" / "total.csv"
     path.parent.mkdir()
     path.write_text(

@@ -1,4 +1,4 @@
-"""The kernel itself, for a slenderness, size and restitution that go with no frame."""
+"""Direct calls of the kernel, also with slenderness, size and restitution that no frame has."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the kernel filled in."""
+    """The arrays that the kernel filled."""
 
     verdict: int
     theta: Float
@@ -89,6 +89,6 @@ def integrate(
 
 
 def straight_lines(samples: ArrayLike, time_step: float) -> Float:
-    """Coefficients of the straight lines through samples."""
+    """Return the coefficients of the straight lines through samples."""
     values = np.asarray(samples, dtype=np.float64)
     return np.column_stack([values[:-1], np.diff(values) / time_step])

@@ -32,5 +32,5 @@ def still(duration: float, time_step: float = 0.01) -> GroundAcceleration:
 def release(
     frame: RockingFrame, ratio: float, duration: float, time_step: float = 0.01
 ) -> Response:
-    """Let the frame go from rest at a share of its slenderness."""
+    """Release the frame from rest at a share of its slenderness."""
     return respond(frame, still(duration, time_step), initial_rotation=ratio * frame.slenderness)

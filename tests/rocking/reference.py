@@ -1,4 +1,4 @@
-"""An independent solver of eq (26) with eq (43): DOP853 of scipy, restarted wherever f jumps.
+"""An independent solver of eq (26) with eq (43): DOP853 of scipy, restarted at each jump of f.
 
 It shares no code with the kernel and is slow: for checking only.
 """
@@ -23,7 +23,7 @@ LONGEST_STEP = 0.05  # of 1/p_hat
 
 @dataclass
 class Solution:
-    """State at the nodes (NaN after overturning) and the events on the way."""
+    """State at the nodes (NaN after overturning), and the events."""
 
     theta: Float
     omega: Float
@@ -82,7 +82,7 @@ def _interval(
     found: Solution,
     origin: float,
 ) -> tuple[float, float, float]:
-    """Go through one interval, from one event to the next."""
+    """Integrate one interval, from one event to the next."""
     theta, omega, side = state
     now = 0.0
     while now < end:
@@ -126,7 +126,7 @@ def _equation(column: _Column, row: Float, side: float) -> Callable[[float, Floa
 
 
 def _uplift(row: Float, limit: float, now: float, end: float) -> tuple[float, float] | None:
-    """First time in [now, end) from which |a| exceeds the limit, and the side it lifts to."""
+    """Return when in [now, end) |a| first exceeds the limit, and the side of the uplift."""
     candidates = [now]
     for level in (limit, -limit):
         shifted = row.copy()
@@ -151,7 +151,7 @@ def _depart(
     omega: float,
     side: float,
 ) -> tuple[float, float, float]:
-    """Leave the surface, on which an event function is zero, before watching for the return."""
+    """Step away from theta = 0, the zero of the event function, to find the landing."""
     span = min(end - now, 1e-3)
     if omega:
         span = min(span, 0.5 * abs(omega / equation(now, np.array([0.0, omega]))[1]))
@@ -171,7 +171,7 @@ def _steps(
     omega: float,
     side: float = 0.0,
 ) -> tuple[float, float, float, str]:
-    """Solve on one side to the end, or with a `side` given to its first event."""
+    """Solve on one side to the end, or to the first event if a `side` is given."""
 
     def impact(_t: float, y: Float) -> float:
         return side * float(y[0])

@@ -1,4 +1,4 @@
-"""Compiled code is found again only while all its sources are the same."""
+"""Cached compiled code is used only while all its sources are unchanged."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
 
 @pytest.fixture
 def cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where what is compiled in a test is kept."""
+    """Return the cache folder of the functions that a test compiles."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     return tmp_path
 
@@ -48,7 +48,7 @@ def twice(x: float) -> float:
 
 
 def again() -> Any:
-    """The function as another process would have it: nothing of it compiled yet."""
+    """Return the function as in a new process: nothing is compiled yet."""
     twice.__qualname__ = "twice"
     return compiled(twice)
 
@@ -97,7 +97,7 @@ compiled(twice)(1.0)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends itself a signal")
 def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
-    """It arrives in a function that C calls, where Python prints what is raised and goes on."""
+    """It arrives in a function called from C, where Python prints the error and continues."""
     script = tmp_path / "script.py"
     script.write_text(_INTERRUPTED)
     ran = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
@@ -107,7 +107,7 @@ def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
 
 @pytest.mark.faults  # it compiles everything anew
 def test_the_bits_do_not_depend_on_the_processor(bundled_records: Path, tmp_path: Path) -> None:
-    """Each operation is rounded by itself, whatever instructions there are; nothing is fused."""
+    """Each operation is rounded separately on every processor: multiply-add is not fused."""
     record = bundled_records / "Ridgecrest2019-CCC.V1"
     words = ["table1", "--records", str(record), "--structure", "slender-column"]
     words += ["--surrogates", "0", "--output"]

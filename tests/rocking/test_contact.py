@@ -1,4 +1,4 @@
-"""What a response asks of the joints, as the store states it."""
+"""The demand of a response on the joints, as stored in response.nc."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rockframe.wavelets.pulse import Pulse
 
 
 def test_least_spacing_is_where_the_beam_would_lift_off_a_column() -> None:
-    """There the least force on one of two columns vanishes; further apart none does."""
+    """Here the least force on one of two columns is zero; at larger spacings it is positive."""
     bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, beam_depth=2.0)
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
     response = with_contact(respond(bent, pulse), pulse)
@@ -43,7 +43,7 @@ def test_the_contact_demand_is_the_extreme_of_the_reactions() -> None:
 
 
 def test_a_frame_at_rest_needs_the_friction_of_the_ground_and_no_impact() -> None:
-    """Rigid on the ground: shear over weight is the acceleration in g, and forces are static."""
+    """At rest, shear over weight is the acceleration in g, and vertical forces are static."""
     weak = GroundAcceleration.from_samples(0.1 * GRAVITY * np.sin(np.arange(100.0)), 0.01)
     bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     demand = with_contact(respond(bent, weak), weak).contact

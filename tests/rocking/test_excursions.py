@@ -1,4 +1,4 @@
-"""Excursions: their distance from the separatrix of the linear theory, and which are kept."""
+"""Excursions: their distances from the separatrix of the linear theory, and their selection."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_push_that_begins_at_once() -> None:
 
 
 def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> None:
-    """At a slenderness of a thousandth the linear theory is exact to as much."""
+    """At a slenderness of 0.001 the error of the linear theory is about 0.001, too."""
     frame = RockingFrame(height=4.0, width=4e-3)
     period = math.tau / (3.0 * frame.frequency_parameter)
     pulse = Pulse(wavelet="symmetric_ricker", a_p=frame.uplift_acceleration, T_p=period)
@@ -55,7 +55,7 @@ def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> 
 
 
 def test_the_highest_are_kept() -> None:
-    """Against impacts of the scalar kernel, and the integral over fine steps."""
+    """Compared with impacts of the scalar kernel, and with the integral over fine steps."""
     ground = GroundAcceleration.from_samples(noise(5, 500, 0.6), 0.02)
     response = respond(SLENDER, ground)
     p = SLENDER.effective_frequency_parameter
@@ -77,7 +77,7 @@ def test_the_highest_are_kept() -> None:
 
 
 def test_intervals_of_a_curved_ground_do_not_matter() -> None:
-    """Vertical acceleration included: between the nodes the integral has its right bend."""
+    """Also with vertical acceleration: between nodes, the integral has the correct curvature."""
     across, upwards = (
         Pulse(wavelet=name, a_p=strength * GRAVITY, T_p=1.0)
         for name, strength in (("symmetric_ricker", 0.4), ("antisymmetric_ricker", 0.1))

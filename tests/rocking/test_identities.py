@@ -1,4 +1,4 @@
-"""What the rocking response must satisfy whatever the numbers are."""
+"""Identities that every rocking response must satisfy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bad input of the response: one line that says what is wrong and what it must be."""
+"""Invalid input of a response: an error of one line with the fault and the allowed values."""
 
 from __future__ import annotations
 

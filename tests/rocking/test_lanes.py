@@ -1,4 +1,4 @@
-"""The lanes against the scalar kernel, on ten thousand scenarios of every kind.
+"""The vectorised kernel compared with the scalar one, on ten thousand scenarios of every kind.
 
 Small bounces magnify differences from one to the next, up to a billionfold in rough motions: there
 both kernels are right, and differ. So what the scalar kernel itself makes of scales that differ by
@@ -49,7 +49,7 @@ def noise(seed: int, samples: int, step: float, window: int) -> GroundAccelerati
 
 
 def motions() -> list[GroundAcceleration]:
-    """Rough and smooth records of four time steps, pulses, and some of them with a vertical."""
+    """Return rough and smooth records of four time steps, and pulses; some move vertically."""
     steps, windows = (0.0025, 0.005, 0.01, 0.02), (1, 5, 21)
     found = [noise(k, 400, steps[k % 4], windows[k % 3]) for k in range(12)]
     found += [
@@ -66,7 +66,7 @@ def motions() -> list[GroundAcceleration]:
 
 @dataclass(frozen=True)
 class Asked:
-    """The scenarios, and what both kernels make of them."""
+    """The scenarios, and their results with both kernels."""
 
     ground: Index
     frame: Index
@@ -168,7 +168,7 @@ def test_same_impacts(asked: Asked) -> None:
 
 
 def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
-    """A push, then a weak steady one: hundreds of bounces until the frame rests."""
+    """A push, then a weak constant push: the frame bounces hundreds of times until it rests."""
     column = FRAMES[2]
     push = np.full((1500, 1), 0.1 * column.uplift_acceleration)
     push[:10] = 2.0 * column.uplift_acceleration
@@ -182,7 +182,7 @@ def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
 
 
 def test_a_bounce_that_is_summed_up_may_be_the_highest() -> None:
-    """Uplifted by next to nothing, against a ground that holds the other side with hardly more."""
+    """A tiny uplift, while the ground pushes almost enough to uplift the other side."""
     column = FRAMES[2]
     push = np.full((40, 1), -0.999 * column.uplift_acceleration)
     push[0] = (1.0 + 1e-9) * column.uplift_acceleration

@@ -1,4 +1,4 @@
-"""Margins: critical scales that scale as they must, and verdicts that small changes would turn."""
+"""Margins: scaling of critical scales, and verdicts that small changes reverse."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_motion_twice_as_strong_has_half_the_critical_scale() -> None:
 
 
 def test_islands_are_those_of_the_verdict() -> None:
-    """Their edges are half-way between samples at most 2.56 % apart."""
+    """The edges of islands are half-way between samples at most 2.56 % apart."""
     found = margin(BENT, PULSE)
     (start, end), *_ = found.islands
     assert found.safe_islands == len(found.islands)
@@ -71,7 +71,7 @@ def test_islands_are_those_of_the_verdict() -> None:
 
 @pytest.mark.parametrize("number", range(0, 30, 3))
 def test_the_first_edge_under_pulses(expected: Callable[[str], Any], number: int) -> None:
-    """Where the response is regular the search ends at the edge that is known."""
+    """For regular responses the search finds the known edge."""
     known = expected("b_fig9")["rows"][number]
     frame = RockingFrame(
         height=4.0,
@@ -128,7 +128,7 @@ def test_slivers_are_found(
 
 
 def test_an_overturning_that_is_regular_prevails_from_the_first() -> None:
-    """Under a pulse that a sample of the search shows to be one interval."""
+    """Under this pulse the samples show a single interval of overturning."""
     first = margin(BENT, PULSE).first
     assert first.prevails_from == first.lower
     assert math.isnan(first.share_before)
@@ -151,7 +151,7 @@ def test_undecided_by_the_amplitude() -> None:
 
 
 def test_undecided_by_the_restitution() -> None:
-    """An upper edge, 2.683 g tan(alpha), that a loss of 1 % more moves to 2.636."""
+    """With 1 % more loss, an upper edge moves from 2.683 to 2.636 g tan(alpha)."""
     frame = RockingFrame(height=4.0, width=4.0 * math.tan(math.radians(14.0)))
     period = math.tau / (3.0 * frame.frequency_parameter)
     motion = Pulse(wavelet="antisymmetric_ricker", a_p=2.65 * frame.uplift_acceleration, T_p=period)
@@ -159,7 +159,7 @@ def test_undecided_by_the_restitution() -> None:
 
 
 def test_undecided_by_one_amplitude_in_twenty(ridgecrest: dict[str, Record]) -> None:
-    """It overturns, and stands at 10 of 201 scales within 1 %, none beside another."""
+    """The frame overturns, and stands at 10 of 201 scales within 1 %, which are not adjacent."""
     motion = ridgecrest["Ridgecrest2019-TOW2-090"]
     frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}["slender-column"]
     fallen = respond_many([motion], [frame], np.linspace(0.99, 1.01, 201)).verdict
@@ -175,7 +175,7 @@ def test_undecided_by_one_amplitude_in_twenty(ridgecrest: dict[str, Record]) -> 
 def test_undecided_by_a_restitution_between_the_ends(
     ridgecrest: dict[str, Record], name: str, structure: str, overturns: bool
 ) -> None:
-    """With eq (43) and with 1 % less it ends alike, and between them otherwise."""
+    """The outcome with eq (43) equals that with 1 % less, but differs for values between them."""
     motion = ridgecrest[f"Ridgecrest2019-{name}"]
     frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}[structure]
     for factor in (1.0, 0.99):
@@ -208,7 +208,7 @@ def test_an_ensemble_contradicts(
 
 
 def test_undecided_by_the_dimensions() -> None:
-    """A motion that stands 3 % below its critical scale: a tenth of an ensemble overturns."""
+    """At 3 % below the critical scale the frame stands, but 10 % of an ensemble overturn."""
     motion = stronger(0.97 * margin(BENT, PULSE).critical_scale)
     [[found]] = margins([motion], [BENT], ensemble=Ensemble())
     assert found.robust == robust_margins([motion], [BENT])[0][0]
@@ -218,7 +218,7 @@ def test_undecided_by_the_dimensions() -> None:
 
 
 def test_undecided_by_the_sampling() -> None:
-    """Straight lines over a quarter of a second take the top off the pulse."""
+    """Straight lines over a quarter of a second cut off the top of the pulse."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=1.16 * PULSE.a_p, T_p=PULSE.T_p, time=5.0)
     coarse = GroundAcceleration.from_samples(pulse.acceleration(np.arange(0.0, 10.1, 0.25)), 0.25)
     assert respond(BENT, coarse).verdict is Verdict.SAFE
@@ -251,7 +251,7 @@ def test_finer_samples_of_both_components() -> None:
 
 
 def test_a_vertical_acceleration_ends_the_scan() -> None:
-    """At 1 / 0.4 times itself the ground would fall faster than gravity."""
+    """At 1 / 0.4 times this motion the ground would fall faster than gravity."""
     across = GroundAcceleration.from_samples(noise(3, 400, 0.5), 0.01)
     upwards = GroundAcceleration.from_samples(np.full(401, -0.4 * GRAVITY)[:400], 0.01)
     found = margin(BENT, across.with_vertical(upwards))
@@ -271,7 +271,7 @@ def test_refused_largest_scale(largest: float) -> None:
 
 
 def test_one_archives_copy_of_a_record_decides_nothing(peer_records: Path) -> None:
-    """The paper's column alone stands by 0.03 %; another copy of the record overturns it."""
+    """The paper's column stands by 0.03 %; another archive's copy of the record overturns it."""
     (record,) = read_file(peer_records / "northridge1994_Jensen-022.csv")
     of_frame, of_column = margins([record], [BENT, COLUMN])[0]
     assert of_column.undecided_by == Sensitivity.AMPLITUDE

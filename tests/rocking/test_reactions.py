@@ -143,7 +143,7 @@ def test_angular_acceleration_is_the_one_the_kernel_integrates() -> None:
 
 
 def placed(frame: RockingFrame, axis: float, theta: float) -> tuple[Float, Float, Float]:
-    """Four mass points of a column, its pivot, and the corner that carries the beam.
+    """Return four mass points of a column, its pivot, and the corner that carries the beam.
 
     Points at 1/sqrt(3) of the half sides have the mass, centre and inertia of the rectangle.
     """
@@ -160,7 +160,7 @@ def placed(frame: RockingFrame, axis: float, theta: float) -> tuple[Float, Float
 
 
 def rates(frame: RockingFrame, axis: float, theta: float, omega: float, rate: float) -> Float:
-    """Accelerations of the four points and the corner, by differences of their places."""
+    """Return accelerations of the four points and the corner, by differences of their positions."""
     step = 1e-3
 
     def at(t: float) -> Float:

@@ -1,4 +1,4 @@
-"""Robust margins: shares of an ensemble, counted again; reproducible; refusals in one line."""
+"""Robust margins: independently counted shares of an ensemble, reproducibility, invalid input."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def shares(ensemble: Ensemble, powers: NDArray[np.int64]) -> NDArray[np.float64]
 
 
 def test_shares_are_those_of_the_members() -> None:
-    """At every step of 1 %, as means over four neighbours on either side and over near shares."""
+    """Shares at all steps of 1 %, averaged over four neighbours and over near shares."""
     ensemble = Ensemble(members=40, seed=3)
     [[robust]] = robust_margins([ROUGH], [SLENDER], ensemble)
     power = round(np.log(robust.s25) / np.log(1.01))
@@ -89,7 +89,7 @@ def test_nothing_overturns() -> None:
 
 
 def test_a_vertical_acceleration_ends_the_search() -> None:
-    """The strongest member's ground would fall faster than gravity at 1 / 0.4 times the motion."""
+    """At 1 / 0.4 times, the strongest member's ground would fall faster than gravity."""
     upwards = GroundAcceleration.from_samples(np.full(1500, -0.4 * GRAVITY), 0.02)
     [[robust]] = robust_margins([ROUGH.scaled(0.05).with_vertical(upwards)], [STOCKY])
     assert np.isnan(robust.s50)

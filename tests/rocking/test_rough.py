@@ -1,4 +1,4 @@
-"""Rough ground: halving the intervals of the same straight lines must not change the answer.
+"""Rough ground: halving the intervals of the same straight lines must not change the response.
 
 The small bounces after an uplift magnify relative errors from one to the next, so that this is
 where a step too long for the ground shows first.
@@ -69,7 +69,7 @@ def test_finer_intervals_change_nothing(frame: RockingFrame, samples: Float, ste
 def test_finer_intervals_change_nothing_in_a_record(
     frame: RockingFrame, bundled_records: Path
 ) -> None:
-    """CI.CLC stands on rock: its east component is the roughest of the bundled ones."""
+    """CI.CLC is on rock; its east component is the roughest of the bundled records."""
     record = read_file(bundled_records / "Ridgecrest2019-CLC.V1")[0]
     top = int(np.abs(record.acceleration).argmax())
     window = record.acceleration[top - 400 : top + 600]
@@ -77,6 +77,6 @@ def test_finer_intervals_change_nothing_in_a_record(
 
 
 def test_the_last_sample_counts_for_the_step() -> None:
-    """A ramp is as strong as its end, where no interval begins."""
+    """The strongest acceleration of a ramp is at its end, where no interval begins."""
     ramp = np.array([0.0, 50.0 * GRAVITY])
     assert largest_difference(BRICK, ramp, 0.05, 4) < 1e-12

@@ -1,4 +1,4 @@
-"""The scan over amplitude: every edge, thin slivers, the same bits whatever is beside a line."""
+"""The scan over amplitude: all edges, thin slivers, and the same bits whatever the other lines."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def verdict(frame: RockingFrame, motion: GroundAcceleration, amplitude: float) -
 
 
 def test_a_sliver_of_a_ten_thousandth_is_found() -> None:
-    """From 2.31493 to 2.31504, among thicker ones, by a scan of forty times that step."""
+    """The sliver is from 2.31493 to 2.31504; the step of the scan is forty times its width."""
     frame = column(10.0, 0.25)
     found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.2, 2.4, 0.005))
     known = [2.30049, 2.30192, 2.30423, 2.30519, 2.30887, 2.30943, 2.31493, 2.31504]

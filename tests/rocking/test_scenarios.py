@@ -1,4 +1,4 @@
-"""Scenarios: what each comes to does not depend on what is asked beside it."""
+"""Scenarios: the result of each does not depend on the other scenarios of the request."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_peak_velocity_is_not_below_that_of_the_nodes_and_close_to_it() -> None:
 
 
 def test_peak_velocity_of_free_rocking_is_that_of_the_landing() -> None:
-    """A jerk that ends while the frame is aloft: it lands with the energy it has then."""
+    """The motion ends while the frame is uplifted, so it lands with the energy at that time."""
     pull = GroundAcceleration.from_samples(np.full(31, 0.3 * GRAVITY), 0.01)
     response = respond(COLUMN, pull)
     theta, omega = float(response.theta[-1]), float(response.omega[-1])
@@ -92,7 +92,7 @@ def test_peak_velocity_of_free_rocking_is_that_of_the_landing() -> None:
 
 
 def test_peak_velocity_where_the_ground_jumps() -> None:
-    """Steps of ground acceleration: the rate is largest where the push turns over, at a node."""
+    """The rate is largest at the node where the stepped push changes its sign."""
     steps = 0.3 * GRAVITY * np.repeat([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], 20)[:, np.newaxis]
     ground = GroundAcceleration(steps, 0.01)
     response = respond(BENT, ground, free_rocking=20.0)
@@ -104,7 +104,7 @@ def test_peak_velocity_where_the_ground_jumps() -> None:
 @pytest.mark.parametrize("scale", [0.1, 0.5, 0.8, 3.0])
 @pytest.mark.parametrize("frame", [BENT, COLUMN, TIED, YIELDING])
 def test_impact_velocity_is_that_of_the_hardest_impact(frame: RockingFrame, scale: float) -> None:
-    """The lifted corner is 2 b from the pivot; one that does not uplift has no impact."""
+    """The lifted corner is 2 b from the pivot. A frame that does not uplift has no impact."""
     ground = GroundAcceleration.from_pulse(PULSE).scaled(scale)
     impacts = np.abs(respond(frame, ground, free_rocking=20.0).impact_velocities)
     found = respond_scenarios([PULSE], [frame], [0], [0], [scale])

@@ -1,4 +1,4 @@
-"""The kernel against a solver that shares nothing with it, on real and on hostile motions."""
+"""The kernel compared with a solver that shares no code, on real and on difficult motions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOST_IMPACTS = 50
 
 @dataclass(frozen=True)
 class Comparison:
-    """The kernel's answer beside the reference's, until the 40th impact or overturning."""
+    """Responses of kernel and reference solver, until the 40th impact or overturning."""
 
     kernel: Outcome
     reference: Solution

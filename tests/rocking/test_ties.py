@@ -108,7 +108,7 @@ def test_histories_are_those_of_another_solver(name: str, seed: int) -> None:
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_energy_is_kept_or_accounted_for(name: str) -> None:
-    """In free rocking what is lost went into impacts and yielding, to round-off."""
+    """In free rocking the lost energy equals that of impacts and yielding, to round-off."""
     ties = PAIRS[name]
     outcome = run(np.zeros((3000, 1)), 0.01, ties, start=(0.9 * ALPHA, 0.0))
     lost_in_impacts = 0.5 * (1.0 - KEPT**2) * np.sum(outcome.impact_velocities**2)
@@ -129,7 +129,7 @@ def test_scenarios_of_restrained_frames_are_their_responses() -> None:
 @pytest.mark.parametrize("outwards", [-0.05, -0.02, 0.0, 0.02])
 @pytest.mark.parametrize("start", [0.3, 0.35, 0.45])
 def test_the_verdict_is_that_of_a_longer_record(start: float, outwards: float) -> None:
-    """Beyond the barrier a frame that moves inwards may turn and fall: the tail knows it too."""
+    """Beyond the barrier a frame that moves inwards may still overturn after the motion."""
     soft = replace(RESTRAINED, tendon=replace(TENDONS, area=1e-4, prestress=0.0))
     verdicts = {
         respond(soft, still(span), initial_rotation=start, initial_velocity=outwards).verdict
@@ -169,7 +169,7 @@ def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
 
 
 def test_a_stiff_tendon_never_lets_it_overturn() -> None:
-    """With k above cos(alpha) gravity never wins: no barrier."""
+    """With k above cos(alpha) the stiffness is positive everywhere: there is no barrier."""
     strong = straight_lines(np.array([0.0, 3.0, 3.0, -3.0, -3.0, 0.0]), 0.5)
     free = integrate(strong, 0.5, alpha=ALPHA, p_hat=P_HAT, restitution=KEPT)
     tied = run(strong, 0.5, ((12.0, 0.0, math.inf, -math.inf, ELASTIC), NONE))
@@ -328,7 +328,7 @@ def _until_event(
 def _events(
     state: Float, side: float, yields: list[bool], ties: tuple[Tie, Tie]
 ) -> dict[str, Callable[[float, Float], float]]:
-    """What ends a branch, by name and place of the tie."""
+    """Return the events that end a branch, by name and index of the tie."""
 
     def event(direction: float, of: Callable[[Float], float]) -> Any:
         def reached(_: float, y: Float) -> float:

@@ -1,4 +1,4 @@
-"""What the answer owes to the ground motion, and what becomes of the frame."""
+"""The form of the ground motion, and the verdict."""
 
 from __future__ import annotations
 

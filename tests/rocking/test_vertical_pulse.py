@@ -1,4 +1,4 @@
-"""The bridge under a pulse with vertical ground acceleration, as other integrators have it."""
+"""The bridge under a pulse with vertical acceleration, compared with other integrators."""
 
 from __future__ import annotations
 
