@@ -15,6 +15,10 @@ PROFILE ?= workflows/profiles/default
 WORKFLOW := .venv-workflow
 SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflows/Snakefile
 
+PYTEST = $(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist
+# What one process compiles serves the others; it lies in __pycache__, as the code of numba does.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults test-all check format bench fuzz clean
 
@@ -87,10 +91,10 @@ report: $(MADE) $(OUTPUT)/manifest.json
 	@$(BIN)/rockframe report $(OUTPUT)
 
 test: $(MADE)
-	@$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
+	@$(PYTEST) loadfile
 
 test-examples: $(MADE)
-	@$(BIN)/python -m pytest -q tests/examples/examples.py
+	@$(PYTEST) worksteal tests/examples/examples.py
 
 docs: $(EXTRAS)
 	@rm -rf $(DOCS)
@@ -98,10 +102,10 @@ docs: $(EXTRAS)
 	@$(BIN)/python docs/check.py $(DOCS)
 
 test-browser: $(EXTRAS)
-	@$(BIN)/python -m pytest -q tests/report/test_browser.py tests/explorer
+	@$(PYTEST) loadfile tests/report/test_browser.py tests/explorer
 
 test-dask: $(EXTRAS)
-	@$(BIN)/python -m pytest -q tests/engines tests/runs/test_dask_run.py
+	@$(PYTEST) loadfile tests/engines tests/runs/test_dask_run.py
 
 test-workflow: $(MADE) $(WORKFLOW)/.made
 	@$(BIN)/python -m pytest -q -m workflow tests/workflow
@@ -115,7 +119,7 @@ check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check --quiet .
 	@$(BIN)/mypy
-	@$(BIN)/python -m pytest -q pipeline tests/test_import_direction.py tests/suite.py
+	@$(PYTEST) loadfile pipeline tests/test_import_direction.py tests/suite.py
 
 format: $(MADE)
 	@$(BIN)/ruff format --quiet .
