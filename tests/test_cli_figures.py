@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +13,14 @@ import pytest
 
 from rockframe.cli.figures.table import FIGURES
 from rockframe.cli.main import main
+from rockframe.figures.captioned import Captioned
 from rockframe.wavelets.pulse import Pulse
 
 
-@pytest.fixture
-def motions(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of two text records that state nothing but their numbers."""
-    folder = tmp_path / "motions"
+    folder = tmp_path_factory.mktemp("figures") / "motions"
     folder.mkdir()
     for name, a_p in (("weak", 0.3), ("strong", 0.45)):
         pulse = Pulse(wavelet="antisymmetric_ricker", a_p=a_p, T_p=1.0, time=3.0)
@@ -34,14 +38,29 @@ def stated(motions: Path) -> tuple[str | Path, ...]:
     return ("--records", motions, *read, "--grid", "12")
 
 
+@pytest.fixture(scope="module")
+def paper(motions: Path) -> tuple[Path, list[dict[str, str]]]:
+    """What `paper` writes of them, and the claims that it prints."""
+    folder, printed = motions.with_name("paper"), StringIO()
+    with redirect_stdout(printed):
+        assert run("paper", "--output", folder, *stated(motions), "--json") == 0
+    return folder, json.loads(printed.getvalue())["claims"]
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_each_figure_is_drawn_with_its_caption(
-    motions: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+    motions: Path,
+    paper: tuple[Path, list[dict[str, str]]],
+    tmp_path: Path,
+    name: str,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    output = tmp_path / "figure.svg"
-    assert run("figure", name, "--output", output, *stated(motions), "--json") == 0
+    """The same bytes as among those of the paper."""
+    output = tmp_path / "figure.png"
+    bent = ("--spacing", "12", "--beam-centre", "1") if name == "joints" else ()
+    assert run("figure", name, "--output", output, *bent, *stated(motions), "--json") == 0
     printed = json.loads(capsys.readouterr().out)
-    assert output.read_text(encoding="utf-8").startswith("<?xml")
+    assert output.read_bytes() == (paper[0] / "figures" / f"figure-{name}.png").read_bytes()
     beside = Path(printed["caption_file"])
     assert beside.read_text(encoding="utf-8") == f"{printed['title']}. {printed['caption']}\n"
 
@@ -109,11 +128,9 @@ def test_a_claim_is_shown_alone(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_paper_is_checked_and_its_page_is_whole(
-    motions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    paper: tuple[Path, list[dict[str, str]]],
 ) -> None:
-    folder = tmp_path / "paper"
-    assert run("paper", "--output", folder, *stated(motions), "--json") == 0
-    claims = json.loads(capsys.readouterr().out)["claims"]
+    folder, claims = paper
     assert {claim["finding"] for claim in claims} == {
         "agrees", "differs", "misprint", "cannot be told",
     }  # fmt: skip
@@ -123,9 +140,26 @@ def test_the_paper_is_checked_and_its_page_is_whole(
         assert f"(figures/figure-{name}.png)" in page
         assert (folder / "figures" / f"figure-{name}.png").is_file()
     assert run("verify", folder) == 0
+
+
+def test_the_paper_checked_again_is_the_same(
+    motions: Path,
+    paper: tuple[Path, list[dict[str, str]]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All but its figures, each of which another test draws again."""
+
+    def drawn_before(drawn: Captioned, path: Path) -> None:
+        path.parent.mkdir(exist_ok=True)
+        shutil.copy(paper[0] / "figures" / path.name, path)
+        caption = f"{drawn.title}. {drawn.caption}\n"
+        path.with_suffix(".caption.txt").write_text(caption, encoding="utf-8")
+
+    monkeypatch.setattr("rockframe.figures.captioned.save_captioned", drawn_before)
     again = tmp_path / "again"
     assert run("paper", "--output", again, *stated(motions), "--json") == 0
-    assert (again / "manifest.json").read_bytes() == (folder / "manifest.json").read_bytes()
+    assert (again / "manifest.json").read_bytes() == (paper[0] / "manifest.json").read_bytes()
 
 
 def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:

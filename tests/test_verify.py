@@ -26,6 +26,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
     np.savetxt(home / "motion.csv", pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
     words = ["--units", "g", "--time-step", "0.01", "--structure", "bridge-bent"]
+    words += ["--margins", "none"]
     paths = ["--records", str(home / "motion.csv"), "--output", str(home / "run")]
     assert main(["table1", *paths, *words]) == 0
     return home / "run"

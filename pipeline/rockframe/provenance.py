@@ -121,6 +121,9 @@ def source_code_hash() -> str:
     return digest.hexdigest()
 
 
+_version = cache(importlib.metadata.version)
+
+
 def versions() -> dict[str, str]:
     """Return the versions of the packages that results depend on.
 
@@ -129,7 +132,7 @@ def versions() -> dict[str, str]:
     >>> "numpy" in versions()
     True
     """
-    return {name: importlib.metadata.version(name) for name in _DISTRIBUTIONS}
+    return {name: _version(name) for name in _DISTRIBUTIONS}
 
 
 def processor() -> str:

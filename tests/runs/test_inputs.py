@@ -10,7 +10,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from tests.runs.small import STUDY, make_study, run
+from tests.runs.small import FEW, STUDY, make_study, run
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
@@ -20,7 +20,6 @@ from rockframe.results.tables.entries import rows_of
 from rockframe.runs.plan import make_plan
 from rockframe.study.study import read_study
 
-FEW = STUDY.replace("most = 1", "most = 0").replace("records = 2", "records = 9")
 #: The end of an archive whose list of members is not where it says.
 DAMAGED_ZIP = b"hello" * 20 + b"PK\5\6" + bytes([0, 0, 0, 0, 1, 0, 1, 0, 46, 0, 0, 0, 255, 255])
 
