@@ -102,10 +102,10 @@ docs: $(EXTRAS)
 	@$(BIN)/python docs/check.py $(DOCS)
 
 test-browser: $(EXTRAS)
-	@$(PYTEST) loadfile tests/report/test_browser.py tests/explorer
+	@$(PYTEST) loadfile tests/report/test_browser.py tests/explorer/test_browser.py
 
 test-dask: $(EXTRAS)
-	@$(PYTEST) loadfile tests/engines tests/runs/test_dask_run.py
+	@$(PYTEST) load tests/engines/test_dask.py tests/runs/test_dask_run.py
 
 test-workflow: $(MADE) $(WORKFLOW)/.made
 	@$(BIN)/python -m pytest -q -m workflow tests/workflow

@@ -7,7 +7,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
-from tests.screening import structures
+from tests.screening import site, stored, structures, three
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
@@ -25,10 +25,12 @@ def run(*words: object) -> int:
 
 
 @pytest.fixture(scope="module")
-def records(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> Path:
-    path = tmp_path_factory.mktemp("batches") / "records.nc"
-    assert run("ingest", bundled_records, "--output", path) == 0
-    return path
+def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Six horizontal ones, the first and the last with a vertical."""
+    return stored(
+        [*three("a"), *site(2), *three("z", 0.2)],
+        tmp_path_factory.mktemp("batches"),
+    )
 
 
 def options(verb: str, records: Path) -> list[object]:
@@ -146,11 +148,9 @@ def test_batch_that_is_missing_or_not_in_its_place_is_said(
 def test_table_of_responses_to_other_records_is_refused(
     wholes: dict[str, Path],
     tmp_path: Path,
-    bundled_records: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    few, table = tmp_path / "few.nc", tmp_path / "table.csv"
-    assert run("ingest", bundled_records / "Ridgecrest2019-CCC.V1", "--output", few) == 0
+    few, table = stored(three("a"), tmp_path), tmp_path / "table.csv"
     assert run("table", few, wholes["pulse"], wholes["respond"], "--output", table) == 2
     assert f"which {few} does not. Must be of the same records." in capsys.readouterr().err
     assert not table.exists()

@@ -166,8 +166,8 @@ def test_json_keeps_its_recorded_keys_and_types(tmp_path: Path) -> None:
 
 
 def test_table1_is_repeated_to_the_byte(motion: Path, tmp_path: Path) -> None:
-    words = ("--records", motion, "--units", "g", "--time-step", "0.01")
-    words += ("--structure", "slender-column")
+    read = ("--records", motion, "--units", "g", "--time-step", "0.01")
+    words = (*read, "--structure", "slender-column")
     folders = (tmp_path / "one", tmp_path / "other")
     assert [run("table1", *words, "--output", folder, "--json") for folder in folders] == [0, 0]
     one, other = (json.loads((f / "manifest.json").read_text()) for f in folders)

@@ -127,7 +127,16 @@ def test_batches_are_merged(records_file: Path, response_file: Path, tmp_path: P
 def test_table1_without_margins(tmp_path: Path) -> None:
     record = tmp_path / "motion.csv"
     np.savetxt(record, np.sin(np.arange(400.0)), fmt="%.6f")
-    words = ["--units", "m/s2", "--time-step", "0.01", "--output", str(tmp_path / "run")]
+    words = [
+        "--units",
+        "m/s2",
+        "--time-step",
+        "0.01",
+        "--output",
+        str(tmp_path / "run"),
+        "--surrogates",
+        "0",
+    ]
     assert main(["table1", "--records", str(record), "--margins", "none", *words]) == 0
     with (tmp_path / "run" / "table.csv").open(newline="") as stream:
         for row in csv.DictReader(stream):
