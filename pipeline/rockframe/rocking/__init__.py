@@ -8,7 +8,7 @@ from rockframe.rocking.contact import ContactDemand as ContactDemand
 from rockframe.rocking.contact import with_contact as with_contact
 from rockframe.rocking.design import DIMENSIONS as DIMENSIONS
 from rockframe.rocking.design import Design as Design
-from rockframe.rocking.design import Found as Found
+from rockframe.rocking.design import DesignResult as DesignResult
 from rockframe.rocking.design import smallest as smallest
 from rockframe.rocking.excitation import GroundAcceleration as GroundAcceleration
 from rockframe.rocking.histories import NEAR as NEAR
@@ -41,8 +41,8 @@ from rockframe.rocking.response import Verdict as Verdict
 from rockframe.rocking.response import as_ground as as_ground
 from rockframe.rocking.response import refuse_flight as refuse_flight
 from rockframe.rocking.response import respond as respond
-from rockframe.rocking.screening import Part as Part
 from rockframe.rocking.screening import Scenario as Scenario
+from rockframe.rocking.screening import ScreeningBatch as ScreeningBatch
 from rockframe.rocking.screening import margins_of as margins_of
 from rockframe.rocking.screening import peaks_of as peaks_of
 from rockframe.rocking.screening import responses_of as responses_of

@@ -131,7 +131,7 @@ def _inertia_of_width(frame: RockingFrame, width: float) -> float:
 
 
 @dataclass(frozen=True)
-class Found:
+class DesignResult:
     """The result of a scan.
 
     Parameters
@@ -146,7 +146,7 @@ class Found:
     sure_from: float
 
 
-def smallest(values: ArrayLike, shares: ArrayLike, share: float) -> Found:
+def smallest(values: ArrayLike, shares: ArrayLike, share: float) -> DesignResult:
     """Return the smallest value that meets the required share of motions.
 
     Larger values may miss it, because the response is not monotone in the dimensions.
@@ -161,13 +161,13 @@ def smallest(values: ArrayLike, shares: ArrayLike, share: float) -> Found:
     Examples
     --------
     >>> smallest([1.0, 2.0, 3.0, 4.0], [0.5, 0.9, 0.8, 1.0], 0.9)
-    Found(smallest=2.0, sure_from=4.0)
+    DesignResult(smallest=2.0, sure_from=4.0)
     """
     tried = np.asarray(values, dtype=np.float64)
     met = np.asarray(shares, dtype=np.float64) >= share
     if not met.any():
-        return Found(math.nan, math.nan)
+        return DesignResult(math.nan, math.nan)
     missed = np.flatnonzero(~met)
     after = int(missed[-1]) + 1 if missed.size else 0
     sure = float(tried[after]) if after < tried.size else math.nan
-    return Found(float(tried[met.argmax()]), sure)
+    return DesignResult(float(tried[met.argmax()]), sure)

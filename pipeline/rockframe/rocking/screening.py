@@ -20,7 +20,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Part:
+class ScreeningBatch:
     """A batch of motions, structures and scales; every combination is computed.
 
     Parameters
@@ -63,7 +63,7 @@ def responses_of(scenarios: tuple[Scenario, ...]) -> list[Response]:
     return [respond(one.frame, as_ground(one.motion).scaled(one.scale)) for one in scenarios]
 
 
-def peaks_of(part: Part) -> Arrays:
+def peaks_of(batch: ScreeningBatch) -> Arrays:
     """Return the verdict and peaks of each combination of motion, structure and scale.
 
     Returns
@@ -74,16 +74,16 @@ def peaks_of(part: Part) -> Arrays:
     Examples
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
-    >>> part = Part((shake,), (RockingFrame(height=9.6, width=1.6),), (0.1, 1.0))
-    >>> peaks_of(part)["verdict"].tolist()
+    >>> batch = ScreeningBatch((shake,), (RockingFrame(height=9.6, width=1.6),), (0.1, 1.0))
+    >>> peaks_of(batch)["verdict"].tolist()
     [[[0, 1]]]
     """
-    found = respond_many(part.motions, part.frames, part.scales)
+    found = respond_many(batch.motions, batch.frames, batch.scales)
     names = ("verdict", "peak_rotation", "impact_velocity")
     return {name: getattr(found, name) for name in names}
 
 
-def margins_of(part: Part) -> Arrays:
+def margins_of(batch: ScreeningBatch) -> Arrays:
     """Return critical scales, numbers of safe islands, robust margins, and undecided verdicts.
 
     Returns
@@ -95,16 +95,16 @@ def margins_of(part: Part) -> Arrays:
     Examples
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
-    >>> part = Part((shake,), (RockingFrame(height=9.6, width=1.6),))
-    >>> margins_of(part)["undecided"].tolist()
+    >>> batch = ScreeningBatch((shake,), (RockingFrame(height=9.6, width=1.6),))
+    >>> margins_of(batch)["undecided"].tolist()
     [[False]]
     """
-    found = margins(part.motions, part.frames, ensemble=part.ensemble)
+    found = margins(batch.motions, batch.frames, ensemble=batch.ensemble)
     robust = {
         f"robust_{what}_{share}": np.array(
             [[getattr(margin.robust, f"{prefix}{share}") for margin in row] for row in found]
         )
-        for share in (() if part.ensemble is None else (10, 25, 50))
+        for share in (() if batch.ensemble is None else (10, 25, 50))
         for what, prefix in (("scale", "s"), ("error", "error"))
     }
     return robust | {

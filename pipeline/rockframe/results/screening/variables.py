@@ -14,7 +14,7 @@ from rockframe.results.schema import SCREEN_NC
 from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
 from rockframe.risk import Band, Fragility, HazardCurve, OverturningRate, period_of
 from rockframe.risk.limits import QUANTITIES
-from rockframe.rocking import Design, Found
+from rockframe.rocking import Design, DesignResult
 
 Float = NDArray[np.float64]
 
@@ -170,7 +170,7 @@ def hazard_values(curve: HazardCurve, rates: Sequence[Sequence[OverturningRate]]
     }
 
 
-def design_values(design: Design, shares: Float, found: Sequence[Found]) -> dict[str, Any]:
+def design_values(design: Design, shares: Float, found: Sequence[DesignResult]) -> dict[str, Any]:
     """Return the scan of a design; shares of shape (structures, steps)."""
     return {
         "design_dimension": design.dimension,

@@ -21,8 +21,8 @@ from rockframe.risk import OVERTURNING, HazardCurve, LimitState
 from rockframe.rocking import (
     Design,
     Histories,
-    Part,
     Scenario,
+    ScreeningBatch,
     Verdict,
     as_ground,
     chosen_ensemble,
@@ -35,7 +35,7 @@ from rockframe.stages.screening.motions import Motion, Motions
 from rockframe.stages.screening.statistics import Screened
 
 Arrays = dict[str, NDArray[Any]]
-Task = tuple[str, Callable[[], Part]]
+Task = tuple[str, Callable[[], ScreeningBatch]]
 
 #: Arrays of a batch of peaks.
 _PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
@@ -239,7 +239,7 @@ class Run:
             yield from zip(*whole, strict=True)
             held, width = [], 0
 
-    def _map(self, function: Callable[[Part], Arrays], kind: str) -> Iterator[Arrays]:
+    def _map(self, function: Callable[[ScreeningBatch], Arrays], kind: str) -> Iterator[Arrays]:
         return self._batches.map(function, self._tasks(kind), self._engine, self._step)
 
     def _tasks(self, kind: str) -> Iterator[Task]:
@@ -260,9 +260,11 @@ class Run:
 
     def _maker(
         self, motions: Sequence[Motion], frames: tuple[RockingFrame, ...], scales: tuple[float, ...]
-    ) -> Callable[[], Part]:
+    ) -> Callable[[], ScreeningBatch]:
         ensemble = chosen_ensemble(self._request.options)
-        return lambda: Part(tuple(map(self._chosen.read, motions)), frames, scales, ensemble)
+        return lambda: ScreeningBatch(
+            tuple(map(self._chosen.read, motions)), frames, scales, ensemble
+        )
 
     def _step(self) -> None:
         self._done += 1
