@@ -32,6 +32,7 @@ from rockframe.ingest.options import ReadOptions, settle_units
 from rockframe.ingest.parsing.lines import (
     are_finite,
     bad_number,
+    blocks,
     head_lines,
     is_number,
     parse_numbers,
@@ -44,8 +45,6 @@ from rockframe.units import acceleration_factor
 
 Float = NDArray[np.float64]
 
-#: Number of rows parsed at a time; limits memory.
-_ROWS: Final = 1 << 16
 #: Characters of rows of numbers; `numpy.loadtxt` treats some other characters as blanks.
 _USUAL: Final = bytes({*range(ord(" "), 0x7F), *b"\t\n\v\f\r"} - {*b"_"})
 #: Number of rows whose number of digits is compared with that of the last row.
@@ -68,13 +67,17 @@ class _Layout:
     comments: list[str]
     names: list[str]
     names_line: int
-    rows: list[bytes]
+    body: bytes
     first_line: int
     separator: bytes | None
 
     @property
+    def rows(self) -> list[bytes]:
+        return self.body.split(b"\n")
+
+    @property
     def columns(self) -> int:
-        return len(self.rows[0].split(self.separator))
+        return len(self.body.partition(b"\n")[0].split(self.separator))
 
 
 def sniff(head: bytes) -> bool:
@@ -134,8 +137,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_units(path, layout, factor, taken)
     table = _series(path, layout) if is_series else _parse(path, layout, columns)
     if not data[-1:].isspace():
-        end = layout.rows[-_ROWS_OF_END:]
-        line = layout.first_line + len(layout.rows) - len(end)
+        end = layout.body.rsplit(b"\n", _ROWS_OF_END)[-_ROWS_OF_END:]
+        line = layout.first_line + layout.body.count(b"\n") + 1 - len(end)
         require_whole_end(path, b"\n".join(end), line, 1 if is_series else layout.columns)
     _require_count(path, layout, len(table))
     step = _time_step(path, layout, columns.time, table, options)
@@ -155,46 +158,52 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _split(path: Path, data: bytes) -> _Layout:
-    lines = text_of(path, data).rstrip().split(b"\n")
-    start = _first_content(map(_decoded, lines))
-    comments = [_decoded(line) for line in lines[:start]]
-    names = column_names(_decoded(lines[start])) if start < len(lines) else []
-    names_line = start + 1 if names else 0
-    start += bool(names)
-    start += _first_content(map(_decoded, lines[start:]))
-    if start >= len(lines):
+    comments, body = _skip_comments(text_of(path, data).rstrip())
+    names = column_names(_decoded(body.partition(b"\n")[0]))
+    names_line = len(comments) + 1 if names else 0
+    skipped: list[str] = []
+    if names:
+        skipped, body = _skip_comments(body.partition(b"\n")[2])
+    if not body:
         raise InputError(path, "no rows of numbers. Must be 2 or more.")
-    rows = lines[start:]
-    if b";" in rows[0]:
-        rows = [row.replace(b",", b".") for row in rows]  # decimal commas
-    separator = b";" if b";" in rows[0] else b"," if b"," in rows[0] else None
-    return _Layout(comments, names, names_line, rows, start + 1, separator)
+    first_row = body.partition(b"\n")[0]
+    separator = b";" if b";" in first_row else b"," if b"," in first_row else None
+    if separator == b";":
+        body = body.replace(b",", b".")  # decimal commas
+    first_line = len(comments) + bool(names) + len(skipped) + 1
+    return _Layout(comments, names, names_line, body, first_line, separator)
+
+
+def _skip_comments(text: bytes) -> tuple[list[str], bytes]:
+    """Return the leading comment lines and blank lines, and the text after them."""
+    count = _first_content(map(_decoded, io.BytesIO(text)))
+    *lines, rest = text.split(b"\n", count)
+    if len(lines) < count:
+        lines, rest = [*lines, rest], b""
+    return [_decoded(line) for line in lines], rest
 
 
 def _series(path: Path, layout: _Layout) -> Float:
     """Return all numbers of a series with several values per line, shape (samples, 1)."""
     separator = layout.separator or b" "
-    for line, row in enumerate(layout.rows, layout.first_line):
+    rows = layout.rows
+    for line, row in enumerate(rows, layout.first_line):
         count = len(row.split(layout.separator))
-        last = line == layout.first_line + len(layout.rows) - 1
+        last = line == layout.first_line + len(rows) - 1
         if count > layout.columns or (count < layout.columns and not last):
             message = f"{count} values in a line. Must be {layout.columns}, as in the first row."
             raise InputError(path, message, line=line)
-    body = b"\n".join(row.replace(separator, b" ") for row in layout.rows)
+    body = b"\n".join(row.replace(separator, b" ") for row in rows)
     return parse_numbers(path, body, layout.first_line).reshape(-1, 1)
 
 
 def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
     """Return all numbers, shape (rows, columns)."""
-    rows = layout.rows
     quantities = ["acceleration"] * layout.columns
     if columns.time is not None:
         quantities[columns.time] = "time"
     try:
-        parts = [
-            _parse_rows(rows[start : start + _ROWS], layout.separator, layout.columns)
-            for start in range(0, len(rows), _ROWS)
-        ]
+        parts = [_parse_rows(block, layout) for block in blocks(layout.body + b"\n")]
     except ValueError:
         raise _first_bad_row(path, layout, quantities) from None
     table = np.concatenate(parts)
@@ -203,32 +212,14 @@ def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
     return table
 
 
-def _parse_rows(rows: list[bytes], separator: bytes | None, columns: int) -> Float:
-    text = b"\n".join([*rows, b""])
-    if (_tokens_a_line(text, separator) != columns).any() or text.translate(None, _USUAL):
-        raise ValueError("ragged rows, or characters that are in no number")
-    table: Float = np.loadtxt(
-        io.BytesIO(text),
-        dtype=np.float64,
-        comments=None,
-        delimiter=separator.decode() if separator else None,
-        ndmin=2,
-    )
+def _parse_rows(text: bytes, layout: _Layout) -> Float:
+    if text.translate(None, _USUAL):
+        raise ValueError("characters that are in no number")
+    separator = layout.separator.decode() if layout.separator else None
+    table: Float = np.loadtxt(io.BytesIO(text), comments=None, delimiter=separator, ndmin=2)
+    if table.shape != (text.count(b"\n"), layout.columns):  # loadtxt skips blank lines
+        raise ValueError("blank lines")
     return table
-
-
-def _tokens_a_line(text: bytes, separator: bytes | None) -> NDArray[np.int64]:
-    """Return the number of tokens in each line, shape (lines,)."""
-    codes = np.frombuffer(text, dtype=np.uint8)
-    ends = np.flatnonzero(codes == ord("\n"))
-    if separator:
-        return (
-            np.diff(np.searchsorted(np.flatnonzero(codes == ord(separator)), ends), prepend=0) + 1
-        )
-    blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
-    starts = ~blank
-    starts[1:] &= blank[:-1]
-    return np.diff(np.cumsum(starts)[ends], prepend=0)
 
 
 def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:
