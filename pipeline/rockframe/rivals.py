@@ -112,7 +112,7 @@ class IsolatedDeck:
         if effective_period is None or design_displacement is None:
             if period is None or not (effective_period is None and design_displacement is None):
                 raise ParameterError(
-                    f"Invalid periods of {name!r}. Must be period, or effective_period and "
+                    f"Invalid periods of {name!r}. State period, or both effective_period and "
                     "design_displacement."
                 )
             return cls(

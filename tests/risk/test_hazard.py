@@ -108,7 +108,7 @@ def test_what_was_not_tried_is_said() -> None:
         ("", "columns missing. Must be annual_rate and one of a_p_g, pga_g, pgv_m_s, L_p_m"),
         ("pga,annual_rate\n", ":1: columns pga, annual_rate. Must be"),
         ("pga_g,pgv_m_s,annual_rate\n", ":1: columns pga_g, pgv_m_s, annual_rate"),
-        ("pga_g,annual_rate\n0.1,0.01\n", "hazard curve of 1 points. Must be two or more"),
+        ("pga_g,annual_rate\n0.1,0.01\n", "hazard curve of 1 points. Must have two or more"),
         ("pga_g,annual_rate\n", "hazard curve of 0 points"),
         ("pga_g,annual_rate\n0.1,high\n", ":2: '0.1, high'. Must be two numbers"),
         ("pga_g,annual_rate\n0.1,0.01,3\n", ":2: .*Must be two numbers"),

@@ -73,7 +73,7 @@ class HazardCurve:
             values = getattr(self, name)
             if values.ndim != 1 or values.size < 2:
                 raise ParameterError(
-                    f"Invalid hazard curve of {values.size} points. Must be two or more."
+                    f"Invalid hazard curve of {values.size} points. Must have two or more."
                 )
             wrong = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
             if wrong.size:

@@ -105,7 +105,7 @@ def _of_phase(gamma: float, phi: float) -> MotherWavelet:
         even, odd = spectra(nu, gamma)
         return math.cos(phi) * even + math.sin(phi) * odd
 
-    # theory: E(gamma, phi) of psi, with v' = -(pi / gamma) psi
+    # energy E(gamma, phi) in closed form, of psi with v' = -(pi / gamma) psi
     share = math.sin(_TURN * gamma) * math.cos(2.0 * phi) / (8.0 * math.pi * (4.0 * gamma**2 - 1.0))
     energy = (math.pi / gamma) ** 2 * (0.25 * gamma * (1.0 + 3.0 * gamma**2) - share)
     return MotherWavelet(
