@@ -57,7 +57,10 @@ def test_a_vertical_is_cut_with_its_pair_and_found_by_respond(tmp_path: Path) ->
     assert [record.azimuth for record in records[:2]] == [90.0, 0.0]
     assert [row.status for row in result.entries] == ["accepted"] * 3 + ["rotated"] * 2
     assert (
-        respond_stage(output, tmp_path / "response.nc", options=RespondOptions(vertical=True)) == ()
+        respond_stage(
+            output, tmp_path / "response.nc", options=RespondOptions(vertical=True, margins="none")
+        )
+        == ()
     )
     with open_response(tmp_path / "response.nc") as response:
         assert len(response.records) == 2

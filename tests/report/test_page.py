@@ -67,13 +67,19 @@ def report(run: Path, *words: str) -> str:
     return output.read_text(encoding="utf-8")
 
 
+@pytest.fixture(scope="module")
+def page(hostile_run: Path) -> str:
+    """Its report, as long as nothing is asked for."""
+    return report(hostile_run)
+
+
 @given(arrays("<f4", st.integers(0, 40), elements=st.floats(width=32)))
 def test_samples_survive_to_the_last_bit(values: NDArray[np.float32]) -> None:
     np.testing.assert_array_equal(decode(encode(values)), values)
 
 
-def test_samples_are_those_of_the_files(hostile_run: Path) -> None:
-    texts = Parsed(report(hostile_run)).texts
+def test_samples_are_those_of_the_files(hostile_run: Path, page: str) -> None:
+    texts = Parsed(page).texts
     pairs = json.loads(texts["facts"])["pairs"]
     assert [pair["structure"] for pair in pairs] == ["bent", "thin", "squat"]
     (record,) = rockframe.read_records(hostile_run / "records.nc")
@@ -86,15 +92,15 @@ def test_samples_are_those_of_the_files(hostile_run: Path) -> None:
                 np.testing.assert_array_equal(decode(texts[f"data-{name}{i}"]), expected)
 
 
-def test_of_a_fall_no_rotation_is_told_and_checks_have_units(hostile_run: Path) -> None:
-    facts = json.loads(Parsed(report(hostile_run)).texts["facts"])
+def test_of_a_fall_no_rotation_is_told_and_checks_have_units(page: str) -> None:
+    facts = json.loads(Parsed(page).texts["facts"])
     told = {pair["structure"]: dict(pair["facts"]) for pair in facts["pairs"]}
     assert [name for name, of in told.items() if "largest v" in of] == ["bent", "squat"]
     assert facts["grounds"][0]["checks"][0][2].replace("\N{NO-BREAK SPACE}", " ") == "≤ 19.62 m s⁻²"
 
 
-def test_the_pulse_is_that_of_the_pulse_file(hostile_run: Path) -> None:
-    texts = Parsed(report(hostile_run)).texts
+def test_the_pulse_is_that_of_the_pulse_file(page: str) -> None:
+    texts = Parsed(page).texts
     (ground,) = json.loads(texts["facts"])["grounds"]
     pulse = decode(texts["data-p0"])
     time = ground["step"] * (ground["pulseStart"] + np.arange(pulse.size))
@@ -118,38 +124,38 @@ def test_of_many_results_those_to_look_at_first_are_listed_and_all_are_counted(
     assert table == f"{header}\n{first}\n"
 
 
-def test_names_stay_text(hostile_run: Path) -> None:
-    page = Parsed(report(hostile_run))
-    names = [tag for tag, _ in page.tags]
+def test_names_stay_text(page: str) -> None:
+    parsed = Parsed(page)
+    names = [tag for tag, _ in parsed.tags]
     histories, grounds = 3, 1
     assert names.count("script") == 3 * histories + 2 * grounds + 3  # facts, table, the script
-    assert not {"img", "b"} & {tag for tag, attributes in page.tags if attributes}
-    assert not [key for _, attributes in page.tags for key in attributes if key.startswith("on")]
+    assert not {"img", "b"} & {tag for tag, attributes in parsed.tags if attributes}
+    assert not [key for _, attributes in parsed.tags for key in attributes if key.startswith("on")]
     for text in (FILE, REJECTED, f"{STATION}"):
-        assert any(text in word for word in page.words)
-    assert json.loads(page.texts["facts"])["pairs"][0]["event"] == EVENT
+        assert any(text in word for word in parsed.words)
+    assert json.loads(parsed.texts["facts"])["pairs"][0]["event"] == EVENT
 
 
-def test_no_request_can_leave(hostile_run: Path) -> None:
-    page = Parsed(report(hostile_run))
-    links = [a.get("href") or a.get("src") or "#" for _, a in page.tags]
+def test_no_request_can_leave(page: str) -> None:
+    parsed = Parsed(page)
+    links = [a.get("href") or a.get("src") or "#" for _, a in parsed.tags]
     assert all(link.startswith("#") for link in links)
-    (policy,) = (a["content"] for _, a in page.tags if a.get("http-equiv"))
+    (policy,) = (a["content"] for _, a in parsed.tags if a.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
     assert not re.search(r"unsafe|https?:|\*|data:|blob:", policy)
     for name in ("script", "style"):
-        digest = hashlib.sha256(page.texts[name].encode()).digest()
+        digest = hashlib.sha256(parsed.texts[name].encode()).digest()
         assert f"'sha256-{base64.b64encode(digest).decode()}'" in policy
 
 
-def test_the_table_is_carried_as_it_is(hostile_run: Path) -> None:
-    carried = unpack(Parsed(report(hostile_run)).texts["data-table"])
+def test_the_table_is_carried_as_it_is(hostile_run: Path, page: str) -> None:
+    carried = unpack(Parsed(page).texts["data-table"])
     assert carried == (hostile_run / "table.csv").read_bytes()
 
 
-def test_the_same_run_gives_the_same_bytes(hostile_run: Path) -> None:
-    assert report(hostile_run) == report(hostile_run)
+def test_the_same_run_gives_the_same_bytes(hostile_run: Path, page: str) -> None:
+    assert report(hostile_run) == page
 
 
 def test_what_is_left_out_is_said(hostile_run: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -180,8 +186,8 @@ def test_the_vendored_script_is_what_its_readme_says() -> None:
         assert hashlib.sha256((VENDORED / name).read_bytes()).hexdigest() == digest
 
 
-def test_its_licence_goes_with_each_page(hostile_run: Path) -> None:
-    assert (VENDORED / "uPlot.LICENSE").read_text() in Parsed(report(hostile_run)).texts["script"]
+def test_its_licence_goes_with_each_page(page: str) -> None:
+    assert (VENDORED / "uPlot.LICENSE").read_text() in Parsed(page).texts["script"]
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *words: str) -> str:

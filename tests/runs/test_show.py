@@ -8,7 +8,7 @@ import unicodedata
 from pathlib import Path
 
 import pytest
-from tests.runs.small import STUDY, make_study, run
+from tests.runs.small import FEW, STUDY, make_study, run
 
 from rockframe.cli.main import main
 from rockframe.results.run import read_run
@@ -21,7 +21,7 @@ FILTERS = "[filters]\npga_g = [0.32, inf]\npgv_m_s = [-inf, 9.0]\n\n"
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run with a record that is filtered out and a file that is none."""
     home = tmp_path_factory.mktemp("show")
-    study = make_study(home, 3, STUDY.replace("[figures]", f"{FILTERS}[figures]"))
+    study = make_study(home, 3, FEW.replace("[figures]", f"{FILTERS}[figures]"))
     (home / "motions" / "notes.txt").write_text("Nothing of the kind.\n")
     assert run(study, home / "run") == 1
     return home / "run"
@@ -38,7 +38,7 @@ def shown(folder: Path, record: str, capsys: pytest.CaptureFixture[str]) -> dict
 def test_names_keep_their_letters_from_file_to_figure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    study = make_study(tmp_path, 1, STUDY.replace("bridge-bent", "Κίων"))
+    study = make_study(tmp_path, 1, STUDY.replace("bridge-bent", "Κίων").replace("first", "none"))
     motion = tmp_path / "motions" / "motion-0.csv"
     # DejaVu Sans has no Chinese characters: the figure shows boxes, and nothing is said.
     motion.rename(motion.with_name("Αθήνα 神戸.csv"))
