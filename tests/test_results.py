@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as hnp
 
 import rockframe
 from rockframe.errors import InputError, ParameterError
-from rockframe.matching.found import find_pulses
+from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record, SiteType

@@ -22,12 +22,12 @@ from .frame import RockingFrame as RockingFrame
 from .ingest import ReadOptions as ReadOptions
 from .ingest import read_file as read_file
 from .matching.curve import scalogram as scalogram
-from .matching.found import RecordPulses as RecordPulses
-from .matching.found import find_pulses as find_pulses
 from .matching.likeness import PulseVerdict as PulseVerdict
 from .matching.match import PulseMatch as PulseMatch
 from .matching.match import match_pulse as match_pulse
 from .matching.match import match_pulses as match_pulses
+from .matching.record_pulses import RecordPulses as RecordPulses
+from .matching.record_pulses import find_pulses as find_pulses
 from .matching.signal import Weighting as Weighting
 from .options.fetch import FetchOptions as FetchOptions
 from .options.ingest import Filters as Filters

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
 from rockframe.explorer.answer import Motion, answer, margin
 from rockframe.explorer.settings import read_settings
-from rockframe.matching.found import find_pulses
+from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 
 BENT = {

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching.found import find_pulses
 from rockframe.matching.match import match_pulse
+from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 from rockframe.wavelets.pulse import Pulse

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching.found import find_pulses
 from rockframe.matching.likeness import Likeness, PulseVerdict, likeness
 from rockframe.matching.match import match_pulses
+from rockframe.matching.record_pulses import find_pulses
 from rockframe.matching.signal import Weighting
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.pulse import Pulse

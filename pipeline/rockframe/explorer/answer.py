@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError, require_known
 from rockframe.explorer.settings import Settings
 from rockframe.frame import unusual
-from rockframe.matching.found import find_pulses
+from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record

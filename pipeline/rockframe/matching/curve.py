@@ -1,4 +1,4 @@
-"""The match over the period, and the scalogram."""
+"""Match index over the period, and scalogram."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 
 Float = NDArray[np.float64]
 
-#: Times per period and periods per octave, which keep the curve within 0.1 % of the maxima.
+#: Number of times per period and of periods per octave. The curve is then within 0.1 % of the
+#: maxima.
 _FINENESS: Final = 24
 _PER_OCTAVE: Final = 28
 
@@ -81,11 +82,11 @@ def scalogram(
 ) -> NDArray[np.float64]:
     """Return C(s, xi) at the samples and the given periods, computed with PyWavelets.
 
-    An independent computation of the same numbers, for figures and as a check. ``mexh`` and
-    ``gaus3`` have unit energy over their own variable, x = sqrt(2) pi tau and 2 pi tau / sqrt(6),
-    and ``pywt.cwt`` divides by the root of the scale in samples. Multiplied by the root of the time
-    step, this is the transform with the weighting ``energy``. PyWavelets samples its wavelets
-    coarsely: the result is accurate to half a sample in time and about half a percent in height.
+    This computation is independent of the search; it is used for figures and as a check. ``mexh``
+    and ``gaus3`` have unit energy over the variables x = sqrt(2) pi tau and 2 pi tau / sqrt(6), and
+    ``pywt.cwt`` divides by the square root of the scale in samples. Times the square root of the
+    time step, the result is the transform with the weighting ``energy``. PyWavelets samples its
+    wavelets coarsely: the error is half a sample in time and about half a percent in height.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def scalogram(
     time_step : float
         Interval between samples [s].
     wavelet : str
-        ``symmetric_ricker`` or ``antisymmetric_ricker``; PyWavelets lacks the other wavelets.
+        ``symmetric_ricker`` or ``antisymmetric_ricker``; PyWavelets does not have the others.
     periods : array, shape (periods,)
         Periods T_p [s].
 
@@ -106,7 +107,7 @@ def scalogram(
     Raises
     ------
     ParameterError
-        If the wavelet is another.
+        If the wavelet is not one of these.
 
     Examples
     --------

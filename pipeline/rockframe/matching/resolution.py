@@ -1,4 +1,4 @@
-"""The range of periods that a record resolves, and its padded samples."""
+"""Range of periods that a record resolves, and the padded record."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rockframe.matching.signal import Samples, Signal, Weighting, signal_of
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 
-#: Time steps in the shortest wavelet that the samples resolve.
+#: Least number of time steps in the period of a wavelet.
 _STEPS_PER_PERIOD: Final = 8
 
 
@@ -19,7 +19,7 @@ def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[fl
     Raises
     ------
     ParameterError
-        If it resolves none of the requested periods.
+        If the record resolves none of the requested periods.
     """
     shortest, longest = options.periods_s
     low = max(shortest, _STEPS_PER_PERIOD * time_step)
@@ -27,8 +27,8 @@ def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[fl
     if high <= low:
         raise ParameterError(
             f"Invalid range of periods from {shortest:g} to {longest:g} s for a record of "
-            f"{time_step * (size - 1):g} s in steps of {time_step:g} s. Must overlap "
-            f"with {_STEPS_PER_PERIOD} time steps to the record's duration."
+            f"{time_step * (size - 1):g} s in steps of {time_step:g} s. Must overlap with the "
+            f"range from {_STEPS_PER_PERIOD} time steps to the record's duration."
         )
     return low, high
 
@@ -36,7 +36,7 @@ def period_range(size: int, time_step: float, options: PulseOptions) -> tuple[fl
 def prepared(
     samples: Samples, time_step: float, options: PulseOptions, longest_period: float
 ) -> Signal:
-    """Return the padded and transformed record, with room for the longest wavelet."""
+    """Return the transformed record, padded for the longest wavelet."""
     parts = [
         part for name in options.wavelet for part in WAVELETS[name].parts(options.most_half_cycles)
     ]

@@ -3,8 +3,8 @@
 References
 ----------
 Baker (2007), Quantitative classification of near-fault ground motions using wavelet analysis,
-Bull. Seismol. Soc. Am. 97(5), 1486-1501. He extracts a Daubechies wavelet; here it is the Ricker
-pulse that explains most of the velocity, so the indicator only approximates his.
+Bull. Seismol. Soc. Am. 97(5), 1486-1501. Baker extracts a Daubechies wavelet. This module extracts
+the Ricker pulse that explains most of the velocity, so its indicator is an approximation.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 
-#: Constant and factors of the peak ratio and the energy ratio in the published regression.
+#: Constant, factor of the peak ratio and factor of the energy ratio in the published regression.
 _INDICATOR: Final = (-23.3, 14.6, 20.5)
 
 
@@ -35,14 +35,14 @@ class VelocityPulse:
     Parameters
     ----------
     pulse : Pulse
-        The Ricker pulse whose velocity explains most of the record's.
+        The Ricker pulse whose velocity explains most of the velocity of the record.
     peak_ratio : float
         Peak velocity of the residual record over that of the record [1].
     energy_ratio : float
         Integral of the squared velocity of the residual record over that of the record [1].
     indicator : float
         1 / (1 + exp(-23.3 + 14.6 peak_ratio + 20.5 energy_ratio)) [1]. Baker (2007) classifies
-        records above 0.85 as pulse-like and below 0.15 as not.
+        records above 0.85 as pulse-like, and records below 0.15 as not pulse-like.
     """
 
     pulse: Pulse
@@ -61,7 +61,7 @@ def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions)
     time_step : float
         Interval between samples [s].
     options : PulseOptions
-        The range of periods is used.
+        Options of the search, of which only the range of periods is used.
 
     Raises
     ------

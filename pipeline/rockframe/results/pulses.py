@@ -10,7 +10,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.matching.found import RecordPulses
+from rockframe.matching.record_pulses import RecordPulses
 from rockframe.record import Record
 from rockframe.results.ragged import write_rows
 from rockframe.results.schema import PULSES_NC

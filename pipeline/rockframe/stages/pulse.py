@@ -11,7 +11,7 @@ from typing import Final
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
-from rockframe.matching.found import answers_of
+from rockframe.matching.record_pulses import pulses_or_reasons
 from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
@@ -82,7 +82,7 @@ def pulse_stage(
         tasks = Counted(
             _tasks(file, names, wanted, left_out, waiting), math.ceil(len(names) / _TOGETHER)
         )
-        found = chain.from_iterable(map_batches(answers_of, tasks, engine=engine))
+        found = chain.from_iterable(map_batches(pulses_or_reasons, tasks, engine=engine))
         pulses = accepted(found, names, batch, left_out, progress)
         write_pulses(
             ((waiting.pop(name), one) for name, one in pulses),

@@ -1,4 +1,4 @@
-"""All pulses found in one record."""
+"""All pulses of one record: best matches, comparison with noise, velocity pulse, runners-up."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class RunnerUp:
     Parameters
     ----------
     match : PulseMatch
-        Best match in the residual that the stronger pulses leave.
+        Best match in the residual of the record without the stronger pulses.
     energy_share : float
-        Share of the record's energy that it explains [1].
+        Share of the record's energy that this pulse explains [1].
     """
 
     match: PulseMatch
@@ -42,13 +42,13 @@ class RecordPulses:
     Parameters
     ----------
     matches, likeness : mapping
-        By wavelet: the best pulse, and its comparison with noise.
+        The best pulse of each wavelet, and its comparison with noise, by name of the wavelet.
     velocity : VelocityPulse
         The pulse in the velocity, for comparison.
     used : str
         Wavelet of the selected pulse.
     runners_up : tuple of RunnerUp
-        Further pulses of that wavelet.
+        Further pulses of the same wavelet.
     periods : tuple of float
         Shortest and longest period searched [s].
     """
@@ -73,7 +73,7 @@ def find_pulses(
     acceleration : Record, or array of shape (samples,)
         A record, or its acceleration [m s-2].
     time_step : float, optional
-        Interval between samples [s]; a record has its own.
+        Interval between samples [s]. It must not be given with a `Record`.
     options : PulseOptions, optional
         Options of the search.
 
@@ -99,32 +99,32 @@ def find_pulses(
         raise ParameterError("Invalid time_step. Must be stated for an array, not for a Record.")
     samples = np.asarray(acceleration if record is None else record.acceleration)
     step = time_step or (record.time_step if record else 0.0)
-    return _found_pulses(samples, step, options or PulseOptions())
+    return _pulses_of(samples, step, options or PulseOptions())
 
 
-def answers_of(
+def pulses_or_reasons(
     task: Sequence[tuple[Record, PulseOptions]],
 ) -> list[tuple[str, RecordPulses | None, str]]:
     """Return the name of each record, and its pulses or the reason why there are none.
 
-    Here, not with the stage that reads and writes files, so that workers need not import what reads
-    and writes them.
+    This function is in this module, not in that of the stage, so that workers do not import the
+    modules that read and write files.
 
     Parameters
     ----------
     task : sequence
         Records, each with the options of its search.
     """
-    answers: list[tuple[str, RecordPulses | None, str]] = []
+    found: list[tuple[str, RecordPulses | None, str]] = []
     for record, options in task:
         try:
-            answers.append((record.record_id, find_pulses(record, options=options), ""))
+            found.append((record.record_id, find_pulses(record, options=options), ""))
         except ParameterError as error:
-            answers.append((record.record_id, None, str(error)))
-    return answers
+            found.append((record.record_id, None, str(error)))
+    return found
 
 
-def _found_pulses(acceleration: Float, time_step: float, options: PulseOptions) -> RecordPulses:
+def _pulses_of(acceleration: Float, time_step: float, options: PulseOptions) -> RecordPulses:
     matches = match_pulses(acceleration, time_step, options)
     used = options.pulse_wavelet or best_ricker(matches)
     return RecordPulses(
@@ -140,7 +140,7 @@ def _found_pulses(acceleration: Float, time_step: float, options: PulseOptions) 
 def _runners_up(
     acceleration: Float, time_step: float, best: PulseMatch, options: PulseOptions
 ) -> tuple[RunnerUp, ...]:
-    """Search the residual again and again, until nothing is left of it."""
+    """Search the residual repeatedly, at most until nothing is left of it."""
     time = time_step * np.arange(acceleration.size)
     alone = options.replaced(wavelet=(best.pulse.wavelet,), pulse_wavelet=None)
     rest, found, match = acceleration, list[RunnerUp](), best
