@@ -194,11 +194,13 @@ class ScenarioPacker:
         after = np.zeros(batch.rows[0].shape[1])
         bounds = np.concatenate(batch.bounds)
         excursions = self._results.excursions[scenarios if self._results.kept else []]
-        whole = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
+        coarse = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
+        while len(coarse) > bounds.shape[0] // lanes.COARSE:
+            coarse = np.maximum(coarse[::2], coarse[1::2])
         lanes.integrate_lanes(
             np.concatenate([*(rows.ravel() for rows in batch.rows), after]),
             bounds,
-            whole.reshape(-1, lanes.COARSE, bounds.shape[1]).max(axis=1, initial=0.0),
+            coarse,
             steps.YES if key[0] else steps.NO,
             steps.YES if key[1] else steps.NO,
             steps.YES if key[2] else steps.NO,
