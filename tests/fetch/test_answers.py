@@ -118,7 +118,7 @@ def test_a_login_is_explained(centre: DataCentre, run: Run, status: int) -> None
         ),
         (
             Reply(body=SOUND, content_type=MSEED, headers={"Content-Encoding": "gzip"}),
-            "answered in 'gzip', unasked. Must be plain.",
+            "answered in 'gzip', not requested. Must be plain.",
         ),
     ],
 )

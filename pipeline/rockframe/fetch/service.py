@@ -96,7 +96,7 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
     if response.headers.get("Content-Encoding", "identity").lower() != "identity":
         return b"", Problem(
             Kind.DAMAGED,
-            f"answered in {response.headers['Content-Encoding']!r}, unasked. Must be plain.",
+            f"answered in {response.headers['Content-Encoding']!r}, not requested. Must be plain.",
         )
     return bytes(body), None
 

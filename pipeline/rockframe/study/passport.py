@@ -83,8 +83,8 @@ class PassportLimits(Options):
     significant_duration_warn, significant_duration_reject : float
         Smallest D5-95 [s]. A shorter record is a spike or a fragment.
     arias_intensity_warn, arias_intensity_reject : float
-        Smallest Arias intensity [m s-1]. One second at 0.003 g gives 1e-4 m/s; people do not feel
-        less.
+        Smallest Arias intensity [m s-1]. One second at 0.003 g gives 1e-4 m/s; weaker motion is
+        recorded, but not felt.
     signal_to_noise_ratio : float
         Ratio of Fourier amplitudes above which a frequency is usable [1]; 3 is usual.
 

@@ -9,7 +9,7 @@ from rockframe.results.schema.response import RESPONSE_NC
 from rockframe.rocking.response import Verdict
 
 _ROTATION: Final = "rotation of the columns"
-_MOMENT: Final = "restoring moment over that of uplift"
+_MOMENT: Final = "restoring moment over moment at uplift"
 _HEAVY: Final = "under a very heavy beam"
 
 # fmt: off
@@ -37,7 +37,7 @@ STABILITY: Final = FileKind("stability", "figure", "Stability map of a record", 
     *_RECORD,
     Variable("structure", "", str, "1", "name of the structure"),
     Variable("column_height", "column_height", float, "m", "height of a column"),
-    Variable("scale", "scale", float, "1", "what the motion is multiplied by"),
+    Variable("scale", "scale", float, "1", "factor on the motion"),
 ))
 PORTRAIT: Final = FileKind("portrait", "figure", "Moment and rate over the rotation", (
     Variable("rate", "obs", float, "rad s-1", "rate of rotation"),
@@ -91,7 +91,7 @@ MATCH_CURVE: Final = FileKind("match_curve", "figure", "Match index over the per
     Variable("match_index", "wavelet period", float, "1", "largest cosine between record and wavelet"),
     _RECORD[0],
     Variable("T_p", "wavelet", float, "s", "period of the best match"),
-    Variable("best_match", "wavelet", float, "1", "its match index"),
+    Variable("best_match", "wavelet", float, "1", "match index of the best match"),
     Variable("period", "period", float, "s", "T_p"),
     Variable("wavelet", "wavelet", str, "1", "mother wavelet"),
 ))

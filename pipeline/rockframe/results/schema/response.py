@@ -45,12 +45,12 @@ OF_FRAME: Final = (
     Variable("top_contact_width", "structure", float, "m", "width at the top of a column, on which the beam rests", "frame", valid="finite"),
     Variable("centre_height", "structure", float, "m", "height of a column's centre of gravity above its base", "frame", valid="finite"),
     Variable("inertia_ratio", "structure", float, "1", "I_o / (m_c R^2) of a column about its base corner", "frame", valid="finite"),
-    Variable("slenderness", "structure", float, "rad", "slenderness, alpha; of columns that are not prismatic that of the column that rocks like the frame", "frame", valid="finite"),
+    Variable("slenderness", "structure", float, "rad", "slenderness, alpha; for columns that are not prismatic, the slenderness of the equivalent column", "frame", valid="finite"),
     Variable("size", "structure", float, "m", "distance from the pivot of a column to its centre of gravity, R", "frame", valid="finite"),
     Variable("mass_ratio", "structure", float, "1", "mass of the beam over that of all columns", "frame", valid="finite"),
     Variable("frequency_parameter", "structure", float, "rad s-1", "frequency parameter of a column, p", "frame", valid="finite"),
     Variable("effective_frequency_parameter", "structure", float, "rad s-1", "frequency parameter of the frame, p-hat", "frame", valid="finite"),
-    Variable("restitution", "structure", float, "1", "angular velocity after an impact over that before, sqrt(r)", "frame", valid="finite"),
+    Variable("restitution", "structure", float, "1", "angular velocity after an impact over angular velocity before, sqrt(r)", "frame", valid="finite"),
     Variable("uplift_acceleration", "structure", float, "m s-2", "ground acceleration that starts uplift", "frame", valid="finite"),
 )
 
@@ -80,8 +80,8 @@ ROBUST_MARGINS: Final = tuple(
     variable
     for share in (10, 25, 50)
     for variable in (
-        Variable(f"robust_scale_{share}", "record structure", float, "1", f"multiple of the motion that overturns {share} % of an ensemble of plausible structures", f"robust.s{share}", comment="the least, of means over the multiples within 4 %; NaN: not so many overturn up to largest_scale. The ensemble is stated in parameters"),
-        Variable(f"robust_error_{share}", "record structure", float, "1", f"sampling error of the multiple that overturns {share} %, as a share of it", f"robust.error{share}", comment="half the range that holds the middle 68 % of ensembles drawn again from the members"),
+        Variable(f"robust_scale_{share}", "record structure", float, "1", f"multiple of the motion that overturns {share} % of an ensemble of plausible structures", f"robust.s{share}", comment="the smallest such multiple, from means over multiples within 4 %; NaN if fewer overturn up to largest_scale. The ensemble is stated in parameters"),
+        Variable(f"robust_error_{share}", "record structure", float, "1", f"sampling error of the multiple that overturns {share} %, relative to the multiple", f"robust.error{share}", comment="half the range of the middle 68 % of ensembles that are resampled from the members"),
     )
 )
 ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
@@ -92,27 +92,27 @@ OF_CONTACT: Final = optional("contact",
     Variable("base_friction_demand", "record structure", float, "1", "coefficient of friction that the base joints need", "contact", comment="largest at the samples, of all columns together; NaN where the structure overturns"),
     Variable("top_friction_demand", "record structure", float, "1", "coefficient of friction that the joints under the beam need", "contact", comment="as base_friction_demand; NaN without a beam"),
     Variable("impact_friction_demand", "record structure", float, "1", "coefficient of friction that each impact needs", "contact", comment="NaN without impacts"),
-    Variable("least_base_vertical", "record structure", float, "1", "least vertical force at the base over the static one", "contact", comment="not positive: the columns would lift off"),
-    Variable("least_top_vertical", "record structure", float, "1", "least vertical force under the beam over the static one", "contact", comment="not positive: the beam would lift off; NaN without a beam"),
-    Variable("least_spacing", "record structure", float, "m", "distance between two columns beyond which the beam lifts off neither", "contact", comment="NaN without a stated depth of the beam, and for restrained structures"),
+    Variable("least_base_vertical", "record structure", float, "1", "smallest vertical force at the base over the static force", "contact", comment="if not positive, the columns would lift off"),
+    Variable("least_top_vertical", "record structure", float, "1", "smallest vertical force under the beam over the static force", "contact", comment="if not positive, the beam would lift off; NaN without a beam"),
+    Variable("least_spacing", "record structure", float, "m", "distance between two columns above which the beam stays on both", "contact", comment="NaN without a stated depth of the beam, and for restrained structures"),
 )
 CONTACT: Final = tuple(one.name for one in OF_CONTACT)
 
 #: Forces and yielding of tendons and dissipaters.
 OF_RESTRAINT: Final = optional("restraint",
     Variable("peak_tendon_force", "record structure", float, "N", "largest force of a tendon", "restraint", comment="NaN without tendons"),
-    Variable("tendon_force_left", "record structure", float, "N", "force of a tendon when the structure stands again", "restraint", comment="less than the prestress if it has flowed; NaN without tendons"),
-    Variable("tendon_yield_time", "record structure", float, "s", "when a tendon first reaches its yield force", "restraint.tendon_yields", comment="NaN if never"),
-    Variable("dissipater_yield_time", "record structure", float, "s", "when the dissipaters first yield", "restraint.dissipater_yields", comment="NaN if never"),
-    Variable("residual_rotation", "record structure", float, "rad", "|theta| at which the structure comes to rest", "restraint", comment="above zero where dissipaters keep the joints open; NaN where it overturns or is free"),
+    Variable("tendon_force_left", "record structure", float, "N", "force of a tendon when the structure is at rest again", "restraint", comment="less than the prestress after yielding; NaN without tendons"),
+    Variable("tendon_yield_time", "record structure", float, "s", "time at which a tendon first reaches its yield force", "restraint.tendon_yields", comment="NaN if never"),
+    Variable("dissipater_yield_time", "record structure", float, "s", "time at which the dissipaters first yield", "restraint.dissipater_yields", comment="NaN if never"),
+    Variable("residual_rotation", "record structure", float, "rad", "|theta| at which the structure comes to rest", "restraint", comment="above zero if dissipaters keep the joints open; NaN for structures that overturn or have no restraint"),
 )
 
 
 #: Times at which the deck reaches its abutments.
 OF_ABUTMENT: Final = optional("abutment",
-    Variable("gap_closed_time", "record structure", float, "s", "when the deck first closes the gap of its abutment", "response", comment="NaN if never during the record, or no gap is stated; from then on the structure is another one"),
-    Variable("closing_velocity", "record structure", float, "m s-1", "speed of the deck then", "response"),
-    Variable("lift_exceeded_time", "record structure", float, "s", "when the lift of the deck first exceeds its allowance", "response", comment="NaN if never during the record, or no allowance is stated"),
+    Variable("gap_closed_time", "record structure", float, "s", "time at which the deck first closes the gap of its abutment", "response", comment="NaN if never during the record, or if no gap is stated; afterwards the model is no longer valid"),
+    Variable("closing_velocity", "record structure", float, "m s-1", "speed of the deck when the gap closes", "response"),
+    Variable("lift_exceeded_time", "record structure", float, "s", "time at which the lift of the deck first exceeds its allowance", "response", comment="NaN if never during the record, or if no allowance is stated"),
 )
 
 ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
@@ -120,7 +120,7 @@ ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
 #: Values of frames before their edges crush; OF_FRAME has the values after crushing.
 OF_CRUSHING: Final = optional("crushing",
     Variable("slenderness_before_crushing", "structure", float, "rad", "slenderness before the edges crush", "before_crushing.slenderness", comment="NaN where edges do not crush"),
-    Variable("restitution_before_crushing", "structure", float, "1", "restitution, sqrt(r), before the edges crush", "before_crushing.restitution", comment="NaN where edges do not crush; below the restitution after it, for columns on closer pivots lose less"),
+    Variable("restitution_before_crushing", "structure", float, "1", "restitution, sqrt(r), before the edges crush", "before_crushing.restitution", comment="NaN if edges do not crush; smaller than the restitution after crushing, because columns on closer pivots lose less"),
 )
 
 RESPONSE_NC: Final = FileKind(
@@ -132,24 +132,24 @@ RESPONSE_NC: Final = FileKind(
         Variable("verdict", "record structure", Verdict, "1", "stability verdict", "response"),
         Variable("history", "record structure", _Kept, "1", "whether the history is in the file"),
         *peaks("record structure", "response"),
-        Variable("uplift_time", "record structure", float, "s", "first uplift", "response"),
-        Variable("overturning_time", "record structure", float, "s", "when |theta| reaches pi/2", "response"),
+        Variable("uplift_time", "record structure", float, "s", "time of the first uplift", "response"),
+        Variable("overturning_time", "record structure", float, "s", "time at which |theta| reaches pi/2", "response"),
         *optional("the pulse alone",
             Variable("verdict_to_pulse", "record structure", FateUnderPulse, "1", "stability verdict under the record's pulse alone", "to_pulse.verdict"),
             Variable("peak_rotation_ratio_to_pulse", "record structure", float, "1", "largest |theta| / slenderness under the record's pulse alone", "to_pulse.peak_rotation_ratio"),
-            Variable("surrogate_error", "record structure", float, "1", "largest rotation under the pulse alone over that under the record, less 1", "to_pulse.error", comment="NaN where either overturns or the record does not lift the structure"),
+            Variable("surrogate_error", "record structure", float, "1", "largest rotation under the pulse alone over that under the record, less 1", "to_pulse.error", comment="NaN if the structure overturns under either, or does not uplift under the record"),
         ),
-        Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"the last before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter, are not counted"),
+        Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"without the last impacts before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter"),
         *OF_CONTACT,
         *OF_RESTRAINT,
         *OF_ABUTMENT,
         *optional("margins",
-            Variable("critical_scale", "record structure", float, "1", "least multiple of the motion that overturns", "margin", comment=f"NaN: none found up to largest_scale. Lower edge, to a share of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
+            Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns", "margin", comment=f"NaN if none was found up to largest_scale. Lower edge, with a relative error of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
-            Variable("safe_islands", "record structure", np.int32, "1", "number of safe islands above the critical scale", "margin", comment="as far as samples 0.64 to 2.56 % apart show them"),
-            Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion from which on the structure stands again", comment=_KEPT_ISLANDS),
-            Variable("safe_island_width", "record structure island", float, "1", "how much larger the multiple is that overturns it again", comment=f"{_KEPT_ISLANDS}; to 1.3 % of the multiple; the last may end at largest_scale"),
-            Variable("undecided_by", "record structure", Sensitivity, "1", "what turns the verdict", "margin", comment=f"amplitude by {AMPLITUDE_PERTURBATION:.0%} or less; velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%} or less; sampling: record sampled twice as finely; dimensions: the structure stands with robust_scale_10 at most 1, or overturns with robust_scale_50 not below 1"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of safe islands above the critical scale", "margin", comment="found with samples 0.64 to 2.56 % apart"),
+            Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion above which the structure stands again", comment=_KEPT_ISLANDS),
+            Variable("safe_island_width", "record structure island", float, "1", "width of the island: from this multiple to the next that overturns", comment=f"{_KEPT_ISLANDS}; with an error of up to 1.3 % of the multiple; the last island may end at largest_scale"),
+            Variable("undecided_by", "record structure", Sensitivity, "1", "small change that changes the verdict", "margin", comment=f"amplitude: by {AMPLITUDE_PERTURBATION:.0%} or less; restitution: velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%} or less; sampling: record sampled twice as finely; dimensions: the structure stands with robust_scale_10 at most 1, or overturns with robust_scale_50 not below 1"),
         ),
         *optional("robust margins", *ROBUST_MARGINS),
         *OF_FRAME,
