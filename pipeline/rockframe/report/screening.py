@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, starmap
 from typing import Any, Final
 
 import numpy as np
@@ -125,11 +124,7 @@ def _path(x: ArrayLike, y: ArrayLike) -> str:
     points: NDArray[np.float64] = np.stack([np.asarray(x), np.asarray(y)], axis=1)
     if not np.isfinite(points).all():
         return ""
-    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in _places(points))
-
-
-def _places(points: Iterable[NDArray[np.float64]]) -> list[tuple[float, float]]:
-    return [_place(float(x), float(y)) for x, y in points]
+    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in starmap(_place, points.tolist()))
 
 
 def _place(x: float, y: float) -> tuple[float, float]:

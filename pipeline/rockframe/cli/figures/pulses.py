@@ -39,7 +39,9 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
             f"Invalid number of records, {len(records)}. Must be at most {_MOST_RECORDS}."
         )
     matches = [_rickers(record, matching) for record, matching in records]
-    chosen = _requested(matches) if options.record else _default([r for r, _ in records], matches)
+    chosen = [(i, best_ricker(found)) for i, found in enumerate(matches)]
+    if not options.record:
+        chosen = _default([record for record, _ in records], matches)
     datasets = [
         pulse_dataset(records[i][0], matches[i][wavelet], _tested(*records[i], wavelet))
         for i, wavelet in chosen
@@ -100,10 +102,6 @@ def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
     matches = match_pulses(record.acceleration, record.time_step, matching)
     found = likeness(record.acceleration, record.time_step, matches, matching)[wavelet]
     return pulse_words(found.verdict, found.p_value)
-
-
-def _requested(matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
-    return [(i, best_ricker(found)) for i, found in enumerate(matches)]
 
 
 def _default(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, TypeVar
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from rockframe.results.tables.rows import flag_words
 
@@ -112,13 +110,8 @@ class _Column:
         self._words = flag_words(array.attrs)
 
     def value(self, at: tuple[int, ...]) -> LabelledValue:
-        value = _plain(self._values, at)
+        value = self._values.item(*at)
         if self._words is not None:
             value = self._words(value).replace("_", " ")
         value = float(value) if isinstance(value, int | float) else str(value)
         return LabelledValue(self._name, self._label, value, self._units)
-
-
-def _plain(values: NDArray[Any], at: tuple[int, ...]) -> Any:
-    value = values[at]
-    return value.item() if isinstance(value, np.generic) else value
