@@ -159,7 +159,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     return status
 
 
-def _keep_cache_where_there_is_room() -> None:
+def _move_cache_from_full_disk() -> None:
     """Move numba's cache if its disk is full; without a cache, each process would compile again."""
     stated = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(stated) if stated else Path(__file__).parents[1]
@@ -186,7 +186,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         an internal error, with its traceback, 130 interrupted.
     """
     _open_closed_streams()
-    _keep_cache_where_there_is_room()
+    _move_cache_from_full_disk()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that cannot show theta prints "?"
     if threading.current_thread() is threading.main_thread():

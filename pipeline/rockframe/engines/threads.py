@@ -69,9 +69,9 @@ def on_threads(function: Callable[[Part], Result], parts: Sequence[Part]) -> lis
     count = min(threads(), len(parts))
     if count <= 1:
         return [function(part) for part in parts]
-    with ThreadPoolExecutor(count, initializer=_take) as pool:
+    with ThreadPoolExecutor(count, initializer=_mark_thread) as pool:
         return list(pool.map(function, parts))
 
 
-def _take() -> None:
+def _mark_thread() -> None:
     _OF_THREAD.taken = True

@@ -164,7 +164,7 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
         If the record is unknown, lacks the requested vertical component or a pulse, or accelerates
         downwards faster than gravity.
     """
-    scaled = _shaking(motions, settings)
+    scaled = _ground_motion(motions, settings)
     response = respond(settings.frame, scaled)
     pulse = _pulse_of(motions[settings.record]) if settings.pulse else None
     return Answer(response, scaled, _places(response, scaled, settings.window), pulse)
@@ -178,7 +178,7 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
     motions, settings
         As in `answer`, which raises the same errors.
     """
-    ground = _shaking(motions, settings)
+    ground = _ground_motion(motions, settings)
     [response] = with_margins([respond(settings.frame, ground)], ground, Ensemble())
     found = response.margin
     assert found is not None  # noqa: S101 -- with_margins adds it
@@ -191,7 +191,7 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
     }
 
 
-def _shaking(motions: Mapping[str, Motion], settings: Settings) -> GroundAcceleration:
+def _ground_motion(motions: Mapping[str, Motion], settings: Settings) -> GroundAcceleration:
     """Return the ground motion of the settings."""
     require_known("record", settings.record, motions)
     motion = motions[settings.record]

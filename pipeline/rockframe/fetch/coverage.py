@@ -237,7 +237,7 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
     'ends 5 s early'
     """
     start, end = UTCDateTime(span[0]), UTCDateTime(span[1])
-    ids = {_named(trace) for trace in stream}
+    ids = {_channel_name(trace) for trace in stream}
     if ids != {what}:
         return Coverage(
             what=what,
@@ -257,18 +257,18 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
         received_start=str(first),
         received_end=str(last),
         samples=sum(trace.stats.npts for trace in stream),
-        missing_start=_beyond(first - start, step),
-        missing_end=_beyond(end - last, step),
+        missing_start=_missing_seconds(first - start, step),
+        missing_end=_missing_seconds(end - last, step),
         gaps=tuple(Break(str(row[5]), round(row[6], 6)) for row in breaks if row[6] > 0.0),
         overlaps=tuple(Break(str(row[5]), round(-row[6], 6)) for row in breaks if row[6] < 0.0),
         reason="" if len(rates) == 1 else f"{len(rates)} sampling rates: {rates} Hz",
     )
 
 
-def _named(trace: object) -> str:
+def _channel_name(trace: object) -> str:
     network, station, location, channel = trace.id.split(".")  # type: ignore[attr-defined]
     return f"{network}.{station}.{location or '--'}.{channel}"
 
 
-def _beyond(seconds: float, step: float) -> float:
+def _missing_seconds(seconds: float, step: float) -> float:
     return round(seconds, 6) if seconds > step else 0.0

@@ -56,7 +56,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
         for axes in panels[::2]:
             several = "reaching the limit state" if len(limits) > 1 else "overturning"
             axes.set_ylabel(f"probability of {several}")
-    told = [part for limit in limits for part in _told(screening, limit, known)]
+    told = [part for limit in limits for part in _results_in_words(screening, limit, known)]
     title = (
         f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
     )
@@ -97,7 +97,7 @@ def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
     axes.set_xlabel(f"{symbol}  [{measure.unit}]")
 
 
-def _told(screening: xr.Dataset, limit: LimitState, known: list[Measure]) -> list[str]:
+def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Measure]) -> list[str]:
     told = []
     for measure in known:
         fit = screening.sel(measure=measure.name, limit_state=limit.name)
@@ -155,7 +155,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
         )
         axes.step(level, screening["peak_share"], where="post")
         axes.axvline(1.0, color="0.6", linewidth=0.8, linestyle=":")
-        axes.set_xlim(float(level[0]), _furthest(screening))
+        axes.set_xlim(float(level[0]), _axis_end(screening))
         axes.set_title(str(screening["structure"].item()), fontsize=8)
         axes.set_ylim(0.0, 1.0)
         axes.set_xlabel(r"peak rotation  $\theta\,/\,\alpha$")
@@ -175,7 +175,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
     return Captioned(figure, f"Peak rotations of {structure}", caption)
 
 
-def _furthest(screening: xr.Dataset) -> float:
+def _axis_end(screening: xr.Dataset) -> float:
     """Return the end of the axis: the last level if a motion overturns, else the largest peak."""
     level, share = screening["level"].values, screening["peak_share"].values
     if share[-1] < 1.0:

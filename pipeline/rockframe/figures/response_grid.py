@@ -99,12 +99,12 @@ def _draw_column(
     series = (ratio, 100.0 * history["v"].values, 100.0 * history["u"].values)
     for panel, values in zip(panels[1:], series, strict=True):
         panel.plot(time[:end], values[:end], linewidth=0.9)
-    panels[1].annotate(_fate(history), (0.97, 0.96), xycoords="axes fraction", fontsize=7,
+    panels[1].annotate(_outcome_words(history), (0.97, 0.96), xycoords="axes fraction", fontsize=7,
                        ha="right", va="top")  # fmt: skip
     _set_window(panels[0], time[:end], np.abs(ratio[:end]))
 
 
-def _fate(history: xr.Dataset) -> str:
+def _outcome_words(history: xr.Dataset) -> str:
     stated = stated_in(history)
     if stated.overturns:
         return stated.words

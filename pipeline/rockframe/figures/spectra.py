@@ -71,7 +71,7 @@ def _draw_overturning(panel: Axes, panel_of: xr.Dataset) -> None:
     for i, gamma in enumerate(panel_of["mass_ratio"].values):
         least = panel_of["minimum_overturning_amplitude"].isel(mass_ratio=i).values
         panel.plot(
-            *_to_the_frame(ratio, least, amplitude[-1]),
+            *_extended_to_top(ratio, least, amplitude[-1]),
             label=_gamma(gamma),
             linestyle=LINES[i % len(LINES)],
             linewidth=0.9,
@@ -85,7 +85,7 @@ def _draw_overturning(panel: Axes, panel_of: xr.Dataset) -> None:
     panel.tick_params(labelsize=7)
 
 
-def _to_the_frame(
+def _extended_to_top(
     ratio: NDArray[np.float64], least: NDArray[np.float64], top: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Extend a curve to the top of the panel, between its last point and the next."""

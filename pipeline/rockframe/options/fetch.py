@@ -115,7 +115,7 @@ class FetchOptions(Options):
     """Longest wait for one response [s]."""
 
     @model_validator(mode="after")
-    def _is_about_one_thing(self) -> Self:
+    def _states_one_source(self) -> Self:
         stated = sum(map(bool, (self.event, self.origin, self.start or self.end)))
         if stated != 1:
             _refuse(f"{stated} of event, origin and start are given. Give exactly one of them")

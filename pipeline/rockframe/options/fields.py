@@ -137,7 +137,7 @@ def _positive(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds
 
 
-def _different(texts: tuple[str, ...]) -> tuple[str, ...]:
+def _unique(texts: tuple[str, ...]) -> tuple[str, ...]:
     for text in texts:
         if texts.count(text) > 1:
             raise PydanticCustomError(VALUE, f"{text!r}. Must not be stated twice")
@@ -160,7 +160,7 @@ Bounds = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_inc
 #: A range of positive numbers.
 Range = Annotated[tuple[float, float], Field(strict=False), AfterValidator(_positive)]
 #: At least one text, none twice.
-Texts = Annotated[tuple[str, ...], Field(strict=False, min_length=1), AfterValidator(_different)]
+Texts = Annotated[tuple[str, ...], Field(strict=False, min_length=1), AfterValidator(_unique)]
 #: A file; in a study relative to the folder of the study file.
 File = Annotated[Path, Field(strict=False)]
 #: Name of a study or a structure: letters and digits of any script (with their marks), points,
@@ -177,7 +177,7 @@ Wavelet = Literal[
 ]
 #: At least one wavelet, none twice.
 Wavelets = Annotated[
-    tuple[Wavelet, ...], Field(strict=False, min_length=1), AfterValidator(_different)
+    tuple[Wavelet, ...], Field(strict=False, min_length=1), AfterValidator(_unique)
 ]
 #: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]

@@ -19,7 +19,7 @@ _MOST_SURROGATES: Final = 9_999
 _HALF_CYCLE_STEP: Final = 0.25
 
 
-def _enough(surrogates: int) -> int:
+def _testable(surrogates: int) -> int:
     if 0 < surrogates < FEWEST_SURROGATES:
         allowed = (
             f"Must be 0, or {FEWEST_SURROGATES} to {_MOST_SURROGATES}: with fewer no p reaches 0.05"
@@ -55,7 +55,7 @@ class PulseOptions(Options):
     runners_up: Annotated[int, Field(ge=0, le=100)] = 2
     """Number of further pulses of the selected wavelet, each found in the residual of those before
     it."""
-    surrogates: Annotated[int, Field(ge=0, le=_MOST_SURROGATES), AfterValidator(_enough)] = 99
+    surrogates: Annotated[int, Field(ge=0, le=_MOST_SURROGATES), AfterValidator(_testable)] = 99
     """Largest number of surrogates that a record is compared with; 0 for no comparison."""
     scrambling: Literal["envelope", "plain"] = "envelope"
     """Surrogates with the record's envelope (envelope), or with even intensity (plain)."""

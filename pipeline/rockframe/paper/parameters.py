@@ -159,7 +159,7 @@ def _drift_and_lift() -> Claim:
 def _block_restitution() -> float:
     slendernesses = np.radians(np.linspace(1.0, 54.0, 54))
     return max(
-        abs(_stocky(alpha, 0.0).restitution - (1.0 - 1.5 * math.sin(alpha) ** 2))
+        abs(_frame_of(alpha, 0.0).restitution - (1.0 - 1.5 * math.sin(alpha) ** 2))
         for alpha in slendernesses
     )
 
@@ -176,7 +176,7 @@ def _size_forms() -> float:
 
 def _least_loss() -> float:
     return min(
-        _stocky(alpha, 0.0).restitution - _stocky(alpha, gamma).restitution
+        _frame_of(alpha, 0.0).restitution - _frame_of(alpha, gamma).restitution
         for alpha in np.radians(np.arange(1.0, 45.0))
         for gamma in (0.01, *_MASS_RATIOS[1:])
     )
@@ -193,7 +193,7 @@ def _uplift_ratios() -> str:
     return ", ".join(ratios)
 
 
-def _stocky(slenderness: float, mass_ratio: float) -> RockingFrame:
+def _frame_of(slenderness: float, mass_ratio: float) -> RockingFrame:
     return RockingFrame(height=5.0, width=5.0 * math.tan(slenderness), mass_ratio=mass_ratio)
 
 
@@ -231,8 +231,8 @@ def one_column_claims() -> list[Claim]:
             says="the frame's response is identical to that of one column of its slenderness and "
             "larger size",
             printed="identical",
-            ours=f"rotations differ by up to {_apart(frame, own):.1e} rad, {_rates(frame, own)}",
-            finding=judged(_apart(frame, own) < 1e-9),
+            ours=f"rotations differ by up to {_gap(frame, own):.1e} rad, {_rates(frame, own)}",
+            finding=judged(_gap(frame, own) < 1e-9),
             remark=f"{under}; the column with its own restitution, eq (6): the equation of motion "
             "is the same, the impacts are not",
         ),
@@ -241,14 +241,14 @@ def one_column_claims() -> list[Claim]:
             where="sections 5 and 9",
             says="the same with more energy loss during impacts",
             printed="identical",
-            ours=f"rotations differ by up to {_apart(frame, lossy):.1e} rad",
-            finding=judged(_apart(frame, lossy) < 1e-9),
+            ours=f"rotations differ by up to {_gap(frame, lossy):.1e} rad",
+            finding=judged(_gap(frame, lossy) < 1e-9),
             remark=f"{under}; the column with the frame's restitution, eq (43)",
         ),
     ]
 
 
-def _apart(one: Response, other: Response) -> float:
+def _gap(one: Response, other: Response) -> float:
     return float(np.abs(one.theta - other.theta).max())
 
 

@@ -99,7 +99,7 @@ def _overview(run: Run) -> dict[str, Any]:
         "rule": VERDICT_RULE,
         "legend": MARGIN_LEGEND,
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
-        "strips": _strips(run),
+        "strips": _strip_of_each_row(run),
         "stated": [stated_verdict(row) for row in run.rows],
         "counts": run.counts,
         "total": total,
@@ -108,7 +108,7 @@ def _overview(run: Run) -> dict[str, Any]:
         "structures": structures,
         "place": place,
         "glance": len(records) <= _GLANCE and len(run.rows) == total,
-        "entries": [(entry, checks(entry)) for entry in _looked_at_first(run)],
+        "entries": [(entry, checks(entry)) for entry in _entries_to_list(run)],
         "all_entries": len(run.entries),
     }
 
@@ -129,13 +129,13 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
     ]
 
 
-def _strips(run: Run) -> list[Markup]:
+def _strip_of_each_row(run: Run) -> list[Markup]:
     """Return the strip of each row; empty if margins were not computed."""
     found = [run.strips.get((row["record_id"], row["structure"])) for row in run.rows]
     return [Markup(strip_svg(one)) for one in found if one]  # noqa: S704 -- our own picture
 
 
-def _looked_at_first(run: Run) -> list[Mapping[str, str]]:
+def _entries_to_list(run: Run) -> list[Mapping[str, str]]:
     """Return the records and files to list; rejections and warnings first if there are many."""
     said = {"rejected": 0, "unread": 0}
 

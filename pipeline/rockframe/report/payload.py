@@ -87,12 +87,12 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
         Identifiers of records and structures.
     """
     pairs = [(row["record_id"], row["structure"]) for row in run.rows]
-    there = [i for i, pair in enumerate(pairs) if _is_held(run.pairs[pair])]
+    there = [i for i, pair in enumerate(pairs) if _has_history(run.pairs[pair])]
     best = sorted(there, key=lambda i: rank(run.rows[i]))[:limit]
     return [pairs[i] for i in sorted(best)]
 
 
-def _is_held(facts: Iterable[LabelledValue]) -> bool:
+def _has_history(facts: Iterable[LabelledValue]) -> bool:
     return any(fact.name == "history" and fact.value == "kept" for fact in facts)
 
 

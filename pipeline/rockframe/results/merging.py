@@ -160,13 +160,13 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
         names = [str(name) for name in some["record_id"].values] if "record_id" in some else []
         rows = {str(name): k for k, name in enumerate(full["record_id"].values)} if names else {}
         largest = {str(name): _largest(full[name]) for name in some.variables if name in full}
-        pairs = {"": (_shared(some), _shared(full))}
+        pairs = {"": (_common_variables(some), _common_variables(full))}
         missing = [f"{name!r} is missing" for name in names if name not in rows]
         for k, name in enumerate(names):
             if name in rows:
                 pairs[f" of {name!r}"] = _of_record(some, k), _of_record(full, rows[name])
         shares = {
-            f"{v}{of}": _apart(one[v], other.get(v), largest.get(v, math.nan))
+            f"{v}{of}": _relative_difference(one[v], other.get(v), largest.get(v, math.nan))
             for of, (one, other) in pairs.items()
             for v in one
         }
@@ -175,7 +175,7 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
     return len(names), within, missing + apart
 
 
-def _shared(dataset: xr.Dataset) -> dict[str, NDArray[Any]]:
+def _common_variables(dataset: xr.Dataset) -> dict[str, NDArray[Any]]:
     """Return the variables that do not belong to single records."""
     names = (n for n, v in dataset.variables.items() if not {"record", "obs"} & set(v.dims))
     return {str(name): dataset[name].values for name in names}
@@ -198,7 +198,7 @@ def _largest(variable: xr.DataArray) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def _apart(one: NDArray[Any], other: NDArray[Any] | None, largest: float) -> float:
+def _relative_difference(one: NDArray[Any], other: NDArray[Any] | None, largest: float) -> float:
     """Return the largest difference over the largest value; infinite if values that must be equal
     differ.
     """

@@ -71,7 +71,7 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
     try:
-        _refuse_others(path, f"Run `rockframe {KINDS[kind].stage}` first and state its output.")
+        _require_netcdf(path, f"Run `rockframe {KINDS[kind].stage}` first and state its output.")
         store = _Declared.open(str(path), mode="r")  # type: ignore[no-untyped-call]
         store.path, store.kind = path, KINDS[kind]
         dataset = xr.open_dataset(store, decode_times=False)
@@ -86,7 +86,7 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         yield dataset
 
 
-def _refuse_others(path: Path, instead: str) -> None:
+def _require_netcdf(path: Path, instead: str) -> None:
     with path.open("rb") as stream:
         if not stream.read(4).startswith(_MAGIC):
             raise InputError(path, f"is not a netCDF file. {instead}")
@@ -104,7 +104,7 @@ def kind_of(path: Path) -> str:
         what = "a folder" if path.is_dir() else "no such file"
         raise InputError(path, f"{what}. Must be the output of a stage.")
     try:
-        _refuse_others(path, "Must be the output of a stage, such as `rockframe ingest`.")
+        _require_netcdf(path, "Must be the output of a stage, such as `rockframe ingest`.")
         with netCDF4.Dataset(path) as file:
             kind = str(getattr(file, "rockframe_kind", "unknown"))
     except _UNREADABLE as error:
@@ -243,8 +243,8 @@ def _require_valid(path: Path, one: Variable, dataset: xr.Dataset) -> None:
         values = array.values if len(blocks) == 1 else array[block].values
         wrong = ~_allowed(one, values, dataset)
         if wrong.any():
-            value = values[wrong][0] if values.ndim else values.item()
-            raise InputError(path, f"{one.name} {_plain(value)!r}. Must be {_required(one)}.")
+            value = values[wrong].item(0)
+            raise InputError(path, f"{one.name} {value!r}. Must be {_required(one)}.")
     if one.key:
         names, counts = np.unique(array.values.astype(str), return_counts=True)
         if (counts > 1).any():
@@ -300,10 +300,6 @@ def _required(one: Variable) -> str:
         if one.holds == "integers"
         else "finite"
     )
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 @dataclass(frozen=True)

@@ -68,17 +68,17 @@ def write_records(
 
     write_rows(
         RECORDS_NC,
-        (({"acceleration": r.acceleration}, _known(r, passport)) for r, passport in records),
+        (({"acceleration": r.acceleration}, _values_of(r, passport)) for r, passport in records),
         path,
         complete,
-        further=None if sweep is None else lambda partial: _swept(partial, sweep),
+        further=None if sweep is None else lambda partial: _with_rotd_measures(partial, sweep),
         input_sha256=inputs,
         parameters=parameters,
     )
     return inputs
 
 
-def _swept(
+def _with_rotd_measures(
     partial: Path, sweep: Callable[[RecordsFile], Mapping[str, Sequence[float]]]
 ) -> xr.Dataset:
     with open_records(partial) as records:
@@ -88,7 +88,7 @@ def _swept(
     return RECORDS_NC.dataset({name: found.get(name, unknown) for name in names})
 
 
-def _known(record: Record, passport: Passport | None) -> dict[str, Any]:
+def _values_of(record: Record, passport: Passport | None) -> dict[str, Any]:
     """Return the values of a record, by variable."""
     known = {
         "row_size": record.acceleration.size,
@@ -129,9 +129,9 @@ class RecordsFile:
         with ExitStack() as stack:
             dataset = stack.enter_context(opened(self.path, RECORDS))
             self._samples = dataset["acceleration"].variable
-            self._known = dataset.drop_vars("acceleration").load()
+            self._values_of = dataset.drop_vars("acceleration").load()
             self._open = stack.pop_all()
-        self._samples_of = slices(self._known["row_size"].values)
+        self._samples_of = slices(self._values_of["row_size"].values)
         self._rows = {name: row for row, name in enumerate(self.names)}
 
     def __enter__(self) -> RecordsFile:
@@ -151,17 +151,17 @@ class RecordsFile:
     @property
     def names(self) -> list[str]:
         """Identifiers of the records."""
-        return [str(name) for name in self._known["record_id"].values]
+        return [str(name) for name in self._values_of["record_id"].values]
 
     @property
     def orientations(self) -> list[Orientation]:
         """Orientations of the records."""
-        return [Orientation(int(value)) for value in self._known["orientation"].values]
+        return [Orientation(int(value)) for value in self._values_of["orientation"].values]
 
     def samples(self, names: Sequence[str]) -> int:
         """Return the total number of samples of the records with these names."""
         rows = [self._rows[name] for name in names]
-        return int(self._known["row_size"].values[rows].sum())
+        return int(self._values_of["row_size"].values[rows].sum())
 
     def usable_periods(self, name: str) -> tuple[float, float]:
         """Return the shortest and longest usable period of a record [s]; 0 and infinity if unknown.
@@ -169,10 +169,10 @@ class RecordsFile:
         Both are 0 if no period is usable.
         """
         row, known = self._rows[name], (0.0, math.inf)
-        if "usable_period_longest" not in self._known:  # without passports
+        if "usable_period_longest" not in self._values_of:  # without passports
             return known
         stated = (
-            float(self._known[f"usable_period_{end}"].values[row])
+            float(self._values_of[f"usable_period_{end}"].values[row])
             for end in ("shortest", "longest")
         )
         shortest, longest = (
@@ -193,7 +193,7 @@ class RecordsFile:
         """
         row = position(self.names, name, "record") if name not in self._rows else self._rows[name]
         known: dict[Any, Any] = {
-            key: array.values[row] for key, array in self._known.variables.items()
+            key: array.values[row] for key, array in self._values_of.variables.items()
         }
         steps = str(known["processing"])
         with damage_named(self.path, RECORDS):

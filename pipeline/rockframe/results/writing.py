@@ -185,7 +185,7 @@ def growing(
     try:
         file.createDimension("obs", None)
         for name, like in series.items():
-            _begin(file, name, like)
+            _create_variable(file, name, like)
         end = 0
 
         def append(samples: Mapping[str, NDArray[np.float64]]) -> None:
@@ -201,7 +201,7 @@ def growing(
             file.close()
 
 
-def _begin(file: netCDF4.Dataset, name: str, like: xr.Variable) -> None:
+def _create_variable(file: netCDF4.Dataset, name: str, like: xr.Variable) -> None:
     for dimension, size in zip(_dims(like), like.shape, strict=True):
         if dimension not in file.dimensions:
             file.createDimension(dimension, size)

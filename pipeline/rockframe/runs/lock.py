@@ -30,7 +30,7 @@ def locked(folder: Path) -> Iterator[None]:
     """
     descriptor = _opened(folder)
     try:
-        if not _taken(descriptor):
+        if not _acquired(descriptor):
             raise InputError(folder, "in use by another run. Wait until it ends.")
         yield
     finally:
@@ -56,7 +56,7 @@ def is_locked(folder: Path) -> bool:
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
     try:
-        return not _taken(descriptor)
+        return not _acquired(descriptor)
     finally:
         os.close(descriptor)
 
@@ -70,7 +70,7 @@ def _opened(folder: Path) -> int:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
 
 
-def _taken(descriptor: int) -> bool:
+def _acquired(descriptor: int) -> bool:
     """Take the lock. Retry for a moment, because `is_locked` briefly holds it too."""
     for _ in range(_TRIES):
         try:

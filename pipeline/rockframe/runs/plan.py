@@ -103,7 +103,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
         a file cannot be read.
     """
     inputs = tuple(_inputs(study, folder))
-    _require_sound(study)
+    _validate_inputs(study)
     steps = tuple(steps_of(study, _count(inputs)))
     files = {INPUTS: _listed(inputs)}
     if study.records:
@@ -113,17 +113,17 @@ def make_plan(study: Study, folder: Path) -> Plan:
     # versions of libraries are in the keys, so that the manifest states those that computed a file
     code = (source_code_hash(), _digest(json.dumps(versions(), sort_keys=True)))
     for step in steps:
-        outside = [file.sha256 for file in _outside(step, inputs)]
+        outside = [file.sha256 for file in _external_inputs(step, inputs)]
         if step.stage == "manifest":
             outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
-        keys[step.name] = _whole(step, steps).key(known, *code, *outside)
+        keys[step.name] = _unbatched(step, steps).key(known, *code, *outside)
         known |= dict.fromkeys(step.outputs, keys[step.name])
     plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source_code_hash())
     _refuse_inputs(plan, study, folder)
     return plan
 
 
-def _outside(step: Step, inputs: Sequence[Input]) -> list[Input]:
+def _external_inputs(step: Step, inputs: Sequence[Input]) -> list[Input]:
     """Return the files outside the run that a step reads."""
     if step.stage == "ingest":
         return list(inputs)
@@ -131,7 +131,7 @@ def _outside(step: Step, inputs: Sequence[Input]) -> list[Input]:
     return [file for file in inputs if str(file.path) in stated]
 
 
-def _whole(step: Step, steps: Sequence[Step]) -> Step:
+def _unbatched(step: Step, steps: Sequence[Step]) -> Step:
     """Return the step; for a merge, the equivalent stage on all records at once."""
     parts = [part for part in steps if part.temporary and set(part.outputs) & set(step.inputs)]
     return replace(parts[0], batch=(1, 1)) if parts else step
@@ -148,7 +148,7 @@ def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
                 raise InputError(path, f"lies in {name} of the run. Move it elsewhere.")
 
 
-def _require_sound(study: Study) -> None:
+def _validate_inputs(study: Study) -> None:
     """Validate inputs that stages would reject only after hours, or after removing an older run."""
     files = study.files()
     if ("records", "limits") in files:
@@ -186,7 +186,7 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
         if stated.is_dir():
             if folder.resolve().is_relative_to(stated.resolve()):
                 raise InputError(folder, "lies among the records. Must be another folder.")
-            yield from _within(stated, called)
+            yield from _files_within(stated, called)
         else:
             yield stated.name, stated
             beside = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
@@ -196,15 +196,15 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
             yield path.name, path
 
 
-def _within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:
+def _files_within(folder: Path, called: str) -> Iterator[tuple[str, Path]]:
     """Yield every file in a folder and its subfolders that is readable and not hidden; sorted."""
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder)
-        if not any(part.startswith(".") for part in name.parts) and _can_be_opened(path):
+        if not any(part.startswith(".") for part in name.parts) and _is_readable(path):
             yield f"{called}/{name.as_posix()}", path
 
 
-def _can_be_opened(path: Path) -> bool:
+def _is_readable(path: Path) -> bool:
     try:
         return path.is_file() and os.access(path, os.R_OK)
     except OSError:  # folder not readable: the list of records has a row for it

@@ -128,7 +128,7 @@ def prepare(
     InputError
         If the folder contains other files.
     """
-    former = _make_room(plan, folder, replace, watch)
+    former = _clear_folder(plan, folder, replace, watch)
     remove_partials(plan, folder)
     corrupted = _corrupted(plan, former, folder)
     states = states_of(plan, folder)
@@ -173,7 +173,7 @@ def _perform(
     rejecting, done = [], 0
     # a Dask worker may run several steps in threads
     how = perform_apart if isinstance(engine, DaskScheduler) else perform
-    for tasks in _at_once(plan, todo, folder, engine):
+    for tasks in _parallel_work(plan, todo, folder, engine):
         alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
         where = OneProcess() if alone else engine
         for task, status in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
@@ -185,7 +185,7 @@ def _perform(
     return tuple(rejecting)
 
 
-def _at_once(
+def _parallel_work(
     plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
 ) -> Iterator[list[Work]]:
     """Yield groups of independent tasks; a step with its own pool is a group by itself."""
@@ -201,22 +201,22 @@ def _at_once(
         yield from ([task] for task in tasks if task.step.workers)
 
 
-def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | None:
+def _clear_folder(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | None:
     """Refuse a folder with other files, and remove files that the study no longer writes.
 
     Returns the former plan of the same study.
     """
-    former, damage = _former(folder)
+    former, damage = _former_plan(folder)
     if former is not None and former.study == plan.study:
         remove_partials(former, folder)
         for gone in remove_former(plan, former, folder):
             if gone in former.outputs:
                 watch.fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
-    found = f"the run of the study {former.study!r}" if former else _strange(plan, folder)
+    found = f"the run of the study {former.study!r}" if former else _foreign_file(plan, folder)
     if not found:
         return None
-    if former is None and _ended_here(plan, folder):
+    if former is None and _has_own_manifest(plan, folder):
         watch.fault(f"{damage or folder / KEPT / 'plan.json: missing'}; made again.")
         return None
     if not replace:
@@ -231,7 +231,7 @@ def _make_room(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | 
     return None
 
 
-def _former(folder: Path) -> tuple[Plan | None, str]:
+def _former_plan(folder: Path) -> tuple[Plan | None, str]:
     """Return the plan of the run in a folder, if any, and a message if it is corrupted."""
     path = folder / KEPT / "plan.json"
     if not path.is_file():
@@ -242,12 +242,12 @@ def _former(folder: Path) -> tuple[Plan | None, str]:
         return None, f"{path}: {DAMAGED}"
 
 
-def _ended_here(plan: Plan, folder: Path) -> bool:
+def _has_own_manifest(plan: Plan, folder: Path) -> bool:
     """Return True if the manifest in the folder belongs to this study."""
     return any(s.is_done for s in states_of(plan, folder) if s.step.outputs == (MANIFEST,))
 
 
-def _strange(plan: Plan, folder: Path) -> str:
+def _foreign_file(plan: Plan, folder: Path) -> str:
     """Return a file that has the name of an output but is not from this study, as text, or ""."""
     names = [*plan.outputs, MANIFEST, PAGE]
     return next((name for name in names if (folder / name).exists()), "")

@@ -168,14 +168,14 @@ def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
     files: list[str] = []
     for name in outputs:
         if name.endswith("/"):
-            found = sorted(path for path in (folder / name).rglob("*") if _is_ours(path))
+            found = sorted(path for path in (folder / name).rglob("*") if _is_visible_file(path))
             files += [path.relative_to(folder).as_posix() for path in found]
         else:
             files.append(name)
     return files
 
 
-def _is_ours(path: Path) -> bool:
+def _is_visible_file(path: Path) -> bool:
     return path.is_file() and not path.name.startswith(".")  # Snakemake hides files there
 
 

@@ -260,14 +260,14 @@ def _inspected(record: Record, band: BandPass, limits: PassportLimits) -> tuple[
     """Return the processed record and its table row, which has a reason if it is rejected."""
     try:
         if not record.uncorrected:
-            return record, checked(_moving(record), record, limits)
+            return record, checked(_require_motion(record), record, limits)
         processed, start = _processed(record, band)
         return processed, checked(processed, record, limits, start=start)
     except ParameterError as error:
         return record, Entry(record.source_file, record.record_id, reason=str(error))
 
 
-def _moving(record: Record) -> Record:
+def _require_motion(record: Record) -> Record:
     if np.ptp(record.acceleration) == 0.0:
         raise ParameterError(
             f"all {record.acceleration.size} samples of {record.record_id!r} are "
@@ -277,7 +277,7 @@ def _moving(record: Record) -> Record:
 
 
 def _processed(record: Record, band: BandPass) -> tuple[Record, tuple[float, float]]:
-    corrected, start, steps = correct(_moving(record).acceleration, record.time_step, band)
+    corrected, start, steps = correct(_require_motion(record).acceleration, record.time_step, band)
     low, high = band.corners(record.time_step, record.duration)
     return replace(
         record,

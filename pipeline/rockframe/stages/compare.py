@@ -74,7 +74,7 @@ def compare_stage(
             continue
         try:
             compared.append(_rivals_of(entry, stated, against))
-            _require_alike(compared)
+            _require_same_rivals(compared)
         except ParameterError as error:
             line = line_of(read_text(structures_path), ("structure", i))
             raise InputError(structures_path, str(error), line) from None
@@ -146,7 +146,7 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
     return Rivals(entry.on_pivots(free), **rivals)  # type: ignore[arg-type]
 
 
-def _require_alike(compared: Sequence[Rivals]) -> None:
+def _require_same_rivals(compared: Sequence[Rivals]) -> None:
     """Reject structures with different rivals, because the file has one list of models."""
     first, last = compared[0], compared[-1]
     if list(last.models) != list(first.models):

@@ -69,7 +69,7 @@ def figures_stage(
     if most < 1:
         raise ParameterError(f"Invalid number of figures {most}. Must be at least 1.")
     given = _by_kind(files)
-    _refuse_strange(output)
+    _require_own_folder(output)
     drawn: dict[str, str] = {}
     with replaced_folder(output) as partial:
         if "response" in given:
@@ -80,7 +80,7 @@ def figures_stage(
     return drawn
 
 
-def _refuse_strange(folder: Path) -> None:
+def _require_own_folder(folder: Path) -> None:
     """Refuse to replace a folder that contains other files than figures."""
     index = folder / _INDEX
     figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]

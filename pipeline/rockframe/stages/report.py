@@ -99,9 +99,9 @@ def verify_run(folder: Path) -> Verification:
             datasets[name] = describe(folder / name, kind)
         except InputError as error:
             faults.append(str(error))
-    faults += _unrelated(folder, manifest, datasets)
-    faults += _lost(folder, datasets)
-    faults += _miscounted(folder, datasets, set(outputs) - set(changed))
+    faults += _files_of_other_runs(folder, manifest, datasets)
+    faults += _lost_records(folder, datasets)
+    faults += _miscounted_tables(folder, datasets, set(outputs) - set(changed))
     faults += [
         f"{path}: left by an interrupted run. Remove it."
         for path in sorted(folder.rglob(".*partial*"))
@@ -130,7 +130,7 @@ def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, st
             yield name, f"{path}: {hashes}. Must be equal."
 
 
-def _miscounted(
+def _miscounted_tables(
     folder: Path, datasets: Mapping[str, Described], sound: Collection[str]
 ) -> Iterator[str]:
     """Yield a message for each table whose rows do not match the datasets."""
@@ -156,7 +156,7 @@ def _miscounted(
             yield f"{folder / 'table.csv'}: other records than response.nc. Must be the same."
 
 
-def _unrelated(
+def _files_of_other_runs(
     folder: Path, manifest: Mapping[str, Any], datasets: Mapping[str, Described]
 ) -> Iterator[str]:
     """Yield a message for each file that was computed from files of another run."""
@@ -178,7 +178,7 @@ def _unrelated(
                 yield f"{folder / name}: was made from another {source}. Must be of the same run."
 
 
-def _lost(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
+def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[str]:
     """Yield a message for each record that is missing in records.nc or in a later file."""
     if "records.nc" not in datasets:
         return

@@ -39,7 +39,7 @@ def sweeps(file: RecordsFile, recorded: RecordsFile | None = None) -> dict[str, 
     source = recorded or file
     across = dict(zip(source.names, source.orientations, strict=True))
     of_motion = {
-        motion_of(pair.first): _swept(pair)
+        motion_of(pair.first): _rotd_measures(pair)
         for names in _motions(source)
         if sum(across[name] is Orientation.HORIZONTAL for name in names) == 2
         for pair in pair_horizontals(map(source.read, names))[0]
@@ -127,7 +127,7 @@ def _refuse(acceptance: Acceptance, row: Entry) -> None:
     acceptance.entries.append(row)
 
 
-def _swept(pair: HorizontalPair) -> dict[str, float]:
+def _rotd_measures(pair: HorizontalPair) -> dict[str, float]:
     pga, pgv = rotd(pair), rotd(pair, transform=integrate)
     return {
         "pga_rotd50": pga.percentile(50),

@@ -118,7 +118,7 @@ class StructureEntry(Entry):
 
     def whole(self) -> RockingFrame:
         """Return the frame with intact edges."""
-        self._refuse_contradictions()
+        self._reject_contradictions()
         shape = self._shape()
         stated = self.top_width_m is not None or self.centre_of_gravity_m is not None
         return RockingFrame(
@@ -168,7 +168,7 @@ class StructureEntry(Entry):
             return hollow(section, *size, self.inner_width_m, self.depth_m, self.inner_depth_m)
         return ColumnShape(inertia_ratio_of(section, *size), 0.5 * size[0])
 
-    def _refuse_contradictions(self) -> None:
+    def _reject_contradictions(self) -> None:
         """Reject keys that exclude each other, and keys that need a missing key."""
         excluded = {
             "inertia_ratio": ("section", "inner_width_m", "depth_m", "inner_depth_m"),

@@ -49,7 +49,7 @@ def _loaded(path: Path, text: str) -> dict[str, Any]:
     """Parse a TOML text, with limits on depth and integers, which Python's parser does not have."""
     try:
         content = tomllib.loads(text)
-        beyond = _beyond(content)
+        beyond = _too_large(content)
     except RecursionError:
         raise InputError(
             path, f"is nested too deeply. Must be {_DEEPEST} levels of tables and lists at most."
@@ -63,7 +63,7 @@ def _loaded(path: Path, text: str) -> dict[str, Any]:
     return content
 
 
-def _beyond(value: Any, where: _Location = ()) -> _Location:
+def _too_large(value: Any, where: _Location = ()) -> _Location:
     """Return the place of the first integer beyond 64 bits, or ()."""
     if len(where) > _DEEPEST:
         raise RecursionError
@@ -72,7 +72,7 @@ def _beyond(value: Any, where: _Location = ()) -> _Location:
     inner: Iterable[tuple[str | int, Any]] = ()
     if isinstance(value, dict | list):
         inner = value.items() if isinstance(value, dict) else enumerate(value)
-    return next((place for key, part in inner if (place := _beyond(part, (*where, key)))), ())
+    return next((place for key, part in inner if (place := _too_large(part, (*where, key)))), ())
 
 
 def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
@@ -81,7 +81,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     if kind == RULE:
         return f"{error['msg']}.", where
     if kind == REFUSED:
-        return _refused(error["ctx"]["error"], model, where)
+        return _invalid_quantity(error["ctx"]["error"], model, where)
     names = tuple(part for part in where if isinstance(part, str))
     table, owner = _owner(model, names[:-1])
     if kind == VALUE:
@@ -104,7 +104,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     return f"{_dotted(model, names)} {error['input']!r}. Must be {must_be(error)}.", where
 
 
-def _refused(
+def _invalid_quantity(
     error: ParameterError, model: type[Options], where: _Location
 ) -> tuple[str, _Location]:
     """Return the message about an invalid quantity of a table, and the place of its key."""

@@ -67,7 +67,7 @@ def run_table1(options: argparse.Namespace) -> int:
     from rockframe.stages.table import table_rows_of
 
     folder: Path = options.output
-    _require_sound(options)
+    _validate(options)
     with whole_folder(folder) as partial:
         ingested, rejections = _stages(options, partial)
         files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
@@ -107,7 +107,7 @@ def run_table1(options: argparse.Namespace) -> int:
     return 1 if rejections else 0
 
 
-def _require_sound(options: argparse.Namespace) -> None:
+def _validate(options: argparse.Namespace) -> None:
     """Validate all options and the structures before anything is computed."""
     from rockframe.results.tables.formats import require_format
     from rockframe.stages.respond import choose_structures

@@ -145,12 +145,12 @@ def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, An
 def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
     known = (fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown")
     show_rows("Fragility", _FRAGILITY, known, group="structure")
-    for told, structures in _told(summary).items():
+    for told, structures in _better_measures_in_words(summary).items():
         print(f"{', '.join(structures)}: {told}.")
     print()
 
 
-def _told(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
+def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
     """Return the sentences about the better measure, each with the structures it applies to."""
     told: dict[str, list[str]] = {}
     for structure in summary:

@@ -111,7 +111,7 @@ def _of_records(options: argparse.Namespace) -> int:
     output: Path = options.output
     stated = chosen(options, RockingSpectrumOptions)
     rocking_spectrum_stage(options.records, output, stated, engine=chosen_engine(options))
-    rows = _safe_from(read_rocking_spectrum(output))
+    rows = _periods_without_overturning(read_rocking_spectrum(output))
     if options.json:
         show_json({"spectra": rows, "output": str(output)})
         return 0
@@ -127,7 +127,7 @@ def _of_records(options: argparse.Namespace) -> int:
     return 0
 
 
-def _safe_from(dataset: xr.Dataset) -> list[dict[str, Any]]:
+def _periods_without_overturning(dataset: xr.Dataset) -> list[dict[str, Any]]:
     """Return, for each record and frame, the smallest 2 pi / p above which it never overturns."""
     import numpy as np
 

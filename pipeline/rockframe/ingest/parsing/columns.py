@@ -187,7 +187,7 @@ def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int
     for number, row in enumerate(rows, line + 1):
         for start in range(0, len(row), columns.width):
             field = row[start : start + columns.width]
-            if not _is_right(field, columns):
+            if not _is_valid(field, columns):
                 shown = field.decode("latin-1").strip()
                 must = "whole number" if columns.integers else "finite number with a decimal point"
                 return InputError(
@@ -199,7 +199,7 @@ def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int
     raise AssertionError("every column holds a number, yet they could not be read together")
 
 
-def _is_right(field: bytes, columns: Columns) -> bool:
+def _is_valid(field: bytes, columns: Columns) -> bool:
     if columns.integers:
         return re.fullmatch(rb" *[-+]?\d{1,18} *", field) is not None
     return field.count(b".") == 1 and is_number(field)

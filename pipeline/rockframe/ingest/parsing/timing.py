@@ -104,14 +104,14 @@ def time_step_of(
     largest = np.maximum(np.abs(times), abs(times[0]))
     low, high = _fitting_steps(times, _DOUBLE * largest)
     if low[-1] <= high[-1]:
-        return _settle(path, (float(low[-1]), float(high[-1])), _MOST_DECIMALS, given)
+        return _step(path, (float(low[-1]), float(high[-1])), _MOST_DECIMALS, given)
     places = np.array([_decimals(token) for token in printed()], dtype=np.float64)
     units = 10.0**-places
     _require_resolution(path, times, units, first_line)
     for share in (0.5, 1.0):
         low, high = _fitting_steps(times, np.maximum(share * units, _SINGLE * largest))
         if low[-1] <= high[-1]:
-            return _settle(path, (float(low[-1]), float(high[-1])), int(places.max()), given)
+            return _step(path, (float(low[-1]), float(high[-1])), int(places.max()), given)
     where = int(np.flatnonzero(low > high)[0]) + 1
     step = 0.5 * (low[where - 2] + high[where - 2])
     raise _uneven(path, times, where, float(times[0] + where * step), first_line)
@@ -147,7 +147,7 @@ def _fitting_steps(times: Float, slack: Float) -> tuple[Float, Float]:
     return low, high
 
 
-def _settle(path: Path, fitting: tuple[float, float], places: int, given: float | None) -> float:
+def _step(path: Path, fitting: tuple[float, float], places: int, given: float | None) -> float:
     low, high = fitting
     if given is None:
         return _simplest(low, high, places)

@@ -131,7 +131,7 @@ def zip_members(outer: Content, data: bytes) -> Iterator[Content]:
     with archive:
         members = [member for member in archive.infolist() if not _is_folder(member)]
         total = sum(member.file_size for member in members)
-        _require_sound(outer, "ZIP", len(members), total)
+        _require_limits(outer, "ZIP", len(members), total)
         for member in members:
             yield _zip_member(outer, archive, member)
 
@@ -174,7 +174,7 @@ def tar_members(outer: Content, data: bytes) -> Iterator[Content]:
             if len(rest) < _TAR_BLOCK or rest.strip(b"\0"):
                 raise tarfile.ReadError("it ends early")
             members = [entry for entry in entries if not entry.isdir()]
-            _require_sound(outer, "tar", len(members), sum(entry.size for entry in members))
+            _require_limits(outer, "tar", len(members), sum(entry.size for entry in members))
             for entry in members:
                 yield _tar_member(outer, archive, entry)
     except _DAMAGE as error:
@@ -192,7 +192,7 @@ def _tar_member(outer: Content, archive: tarfile.TarFile, member: tarfile.TarInf
     return _member(outer, member.name, stream.read() if stream else b"", refusal)
 
 
-def _require_sound(outer: Content, kind: str, members: int, total: int) -> None:
+def _require_limits(outer: Content, kind: str, members: int, total: int) -> None:
     if not members:
         raise InputError(outer.where, f"{kind} archive without files.")
     if members > MOST_MEMBERS:

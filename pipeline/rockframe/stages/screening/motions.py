@@ -97,7 +97,7 @@ class Motions:
         names = horizontal(self._file)
         if self._vertical and not azimuths:
             self._beside = vertical_beside(self._file)
-        found = self._swept(rows, azimuths) if azimuths else self._recorded(rows, names)
+        found = self._turned(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in found:
             like = None if azimuths else self._metadata.pulse_like[motion.row]
             site = self._metadata.texts["site"][motion.row]
@@ -107,13 +107,13 @@ class Motions:
                 continue
             try:
                 if self._vertical:
-                    refuse_flight(self._moved(motion), scale)
+                    refuse_flight(self._ground_motion(motion), scale)
             except ParameterError as error:
                 self.rejections.append(Rejection(motion.name, str(error)))
                 continue
             self.motions.append(self._with_spectrum(motion))
         if not self.motions:
-            raise ParameterError(self._why_empty())
+            raise ParameterError(self._why_none())
 
     def _with_spectrum(self, motion: Motion) -> Motion:
         if not self._periods:
@@ -157,9 +157,9 @@ class Motions:
         InputError
             If a record of the motion is corrupted.
         """
-        return self._moved(motion) if self._vertical else self._component(motion)
+        return self._ground_motion(motion) if self._vertical else self._component(motion)
 
-    def _moved(self, motion: Motion) -> GroundAcceleration:
+    def _ground_motion(self, motion: Motion) -> GroundAcceleration:
         record = self._component(motion)
         if len(motion.records) == 1:
             return with_vertical(record, self._beside)
@@ -206,7 +206,7 @@ class Motions:
             numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
             yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
 
-    def _swept(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
+    def _turned(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
         """Yield each pair of horizontals toward each azimuth; these motions have no pulse."""
         cluster = 0
         for together in self._recordings().values():
@@ -228,7 +228,7 @@ class Motions:
                     yield Motion(record.record_id, row, cluster, names, azimuth, known | peaks)
                 cluster += 1
 
-    def _why_empty(self) -> str:
+    def _why_none(self) -> str:
         reasons = {r.file: r.reason for r in self.rejections} | self.left_out
         name, reason = next(iter(reasons.items()))
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."

@@ -132,7 +132,7 @@ def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
             fits, _better(screened, intensities, clusters), _grid(intensities, screened.scales)
         ),
         **observed_values(_observed(screened, intensities)),
-        **_asked_besides(screened, fits, clusters),
+        **_optional_values(screened, fits, clusters),
         "structure": [frame.name for frame in screened.frames],
         "scale": screened.scales,
     }
@@ -152,7 +152,7 @@ def _by_structure(screened: Screened) -> list[list[NDArray[np.bool_] | None]]:
     ]
 
 
-def _asked_besides(
+def _optional_values(
     screened: Screened,
     fits: Sequence[Sequence[Mapping[str, Fragility]]],
     clusters: NDArray[np.int64],
@@ -170,7 +170,7 @@ def _asked_besides(
         rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
         values |= hazard_values(curve, rates)
     if screened.design is not None and screened.candidates_reach is not None:
-        values |= _designed(screened.design, screened.candidates_reach, len(screened.frames))
+        values |= _design_results(screened.design, screened.candidates_reach, len(screened.frames))
     return values
 
 
@@ -236,7 +236,7 @@ def _sources(screened: Screened) -> list[tuple[str, str]]:
     return [(texts["event"][m.row], texts["station"][m.row]) for m in screened.motions]
 
 
-def _designed(design: Design, reached: NDArray[np.bool_], structures: int) -> dict[str, Any]:
+def _design_results(design: Design, reached: NDArray[np.bool_], structures: int) -> dict[str, Any]:
     shares = (~reached).mean(axis=0).reshape(structures, design.steps)
     found = [smallest(design.values, row, design.share) for row in shares]
     return design_values(design, shares, found)

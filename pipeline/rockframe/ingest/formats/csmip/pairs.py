@@ -145,7 +145,7 @@ def _record(header: Header, rows: list[bytes], record_id: str, options: ReadOpti
     require_agreement(header, 10, float(times[-1]) + mean_step, mean_step)
     orientation, azimuth = direction_of(header)
     return replace(
-        _known(header, record_id),
+        _from_header_text(header, record_id),
         acceleration=samples * 0.1 * acceleration_factor(units),
         time_step=settle_time_step(path, step, options, line),
         orientation=orientation,
@@ -214,7 +214,7 @@ def _trigger(header: Header) -> float:
     return (trigger - begin).total_seconds() + float(fraction)
 
 
-def _known(header: Header, record_id: str) -> Record:
+def _from_header_text(header: Header, record_id: str) -> Record:
     """Return a record with the metadata in the header text, without samples."""
     lines = header.lines
     sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
