@@ -1,7 +1,7 @@
-"""Check the built pages: every reference leads somewhere, every public name has its place.
+"""Check the built pages: every reference has a target, and every public name is described.
 
-``python docs/check.py FOLDER``: internal references are followed; external ones, which would need
-a network, are judged by their form.
+``python docs/check.py FOLDER``: internal references are followed; external references, which need a
+network, are only checked for their form.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Page(HTMLParser):
         self.feed(self.path.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Note what a tag refers to, loads, or is a target of."""
+        """Record the references, loaded files and targets in a tag."""
         stated = {key: value for key, value in attrs if value}
         if "id" in stated:
             self.targets.add(stated["id"])
@@ -45,7 +45,7 @@ class Page(HTMLParser):
 
 
 def faults(folder: Path) -> tuple[int, int, list[str]]:
-    """Return the numbers of pages and references, and what is wrong with them."""
+    """Return the numbers of pages and references, and the faults."""
     pages = {path.resolve(): Page(path) for path in sorted(folder.rglob("*.html"))}
     count, found = 0, []
     for path, page in pages.items():
@@ -83,7 +83,7 @@ def _fault(reference: str, path: Path, pages: dict[Path, Page], *, loaded: bool)
 
 
 def main() -> int:
-    """Check a folder; 1 if something is wrong."""
+    """Check a folder; return 1 if there are faults."""
     pages, references, found = faults(Path(sys.argv[1]))
     names = sum(map(len, public_names().values()))
     print(f"{pages} pages, {references} references, {names} public names, {len(found)} faults")

@@ -1,4 +1,4 @@
-"""Sphinx: the documentation, built without a network and read without one."""
+"""Configuration of Sphinx; the documentation is built and read without a network."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ myst_heading_anchors = 3
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
-nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # which would come from the network
+nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # by default loaded from the network
 
-autodoc_typehints = "none"  # the docstrings say types, shapes and units
-autodoc_preserve_defaults = True  # as they are written, not where they are on this machine
+autodoc_typehints = "none"  # the docstrings state types, shapes and units
+autodoc_preserve_defaults = True  # as written, not as evaluated on this machine
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
@@ -52,14 +52,14 @@ def literal_bars(
 ) -> None:
     """Keep ``|theta|`` an absolute value, and a ``*`` before a comma a wildcard.
 
-    reStructuredText would take them for a substitution and for emphasis.
+    reStructuredText would read them as a substitution and as emphasis.
     """
     for i, line in enumerate(lines):
         if not line.lstrip().startswith((">>>", "...")):
             lines[i] = re.sub(r"(?<=\w )\*(?=,)", r"\*", line.replace("|", r"\|"))
 
 
-#: What docutils makes of an index to an accented letter: it would stand below the letter.
+#: MathML that docutils writes for an index of an accented letter, which would be below the letter.
 _INDEX_BELOW = re.compile(
     r"<munderover>\s*(<mi>\w+</mi>)\s*(<mi>\w+</mi>)\s*(<mo[^>]*>[^<]*</mo>)\s*</munderover>"
 )
@@ -67,13 +67,13 @@ _FUNCTION = re.compile(
     r"(</m(?:i|n|sup|frac)>\s*)?((?:<msup>\s*)?<mi[^>]*>(?:sin|cos|tan|sgn)</mi>"
     r"(?:\s*<mn>\d</mn>\s*</msup>)?)(?!\s*<mo>&ApplyFunction;</mo>\s*<mo[^>]*>\()"
 )
-#: Bars and slashes, which browsers would stretch, and set apart as they do an equals sign.
+#: Bars and slashes, which browsers would stretch and surround with space, like an equals sign.
 _TIGHT = re.compile(r"<mo[^>]*>([|/])</mo>")
 _SPACE = '<mspace width="0.17em"/>'
 
 
 def mathml(tex: str, *, as_block: bool = False) -> str:
-    """Return MathML in which an index follows its letter, and a function stands apart."""
+    """Return MathML in which an index follows its letter, and a function has space around it."""
     text = tex2mathml(tex, as_block=as_block)
     text = _INDEX_BELOW.sub(r"<msub><mover accent='true'>\1\3</mover>\2</msub>", text)
     if "munderover" in text or re.search(r"frac\d", tex):
@@ -88,17 +88,17 @@ def _mathml(translator: Any, node: nodes.Node, *, as_block: bool) -> None:
 
 
 def inline_math(translator: Any, node: nodes.Node) -> None:
-    """Write MathML, which browsers draw themselves."""
+    """Write inline MathML, which browsers draw themselves."""
     _mathml(translator, node, as_block=False)
 
 
 def display_math(translator: Any, node: nodes.Node) -> None:
-    """Write MathML, as a line of its own."""
+    """Write MathML on a separate line."""
     _mathml(translator, node, as_block=True)
 
 
 def setup(app: Any) -> dict[str, Any]:
-    """Connect what is generated from the package itself."""
+    """Generate pages from the package, and register the writers of MathML."""
     write_all(Path(app.srcdir) / "generated")
     app.add_html_math_renderer("mathml", (inline_math, None), (display_math, None))
     app.connect("autodoc-process-docstring", literal_bars, priority=100)

@@ -1,4 +1,4 @@
-"""Pages that follow the package by themselves: all public names, all commands, all formats."""
+"""Generate pages from the package: public names, commands, formats, and variables of datasets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rockframe.ingest import FORMATS
 from rockframe.results.schema import KINDS, Variable
 
 _STUB = Path(rockframe.__file__).with_suffix(".pyi")
-#: Rooms of the package, in the order in which a reader needs them, with what they are.
+#: Rooms of the package with their titles, in the order in which a reader needs them.
 _ROOMS: Mapping[str, str] = {
     "record": "Records",
     "ingest": "Reading",
@@ -41,7 +41,7 @@ _ROOMS: Mapping[str, str] = {
 
 
 def write_all(folder: Path) -> None:
-    """Write the generated pages anew."""
+    """Write the generated pages."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     _write_names(folder)
@@ -51,7 +51,7 @@ def write_all(folder: Path) -> None:
 
 
 def public_names() -> dict[str, list[str]]:
-    """Return the public names by the room they are from, as the stub of the package lists them."""
+    """Return the public names by room, from the stub of the package."""
     found = defaultdict(list)
     stub = _STUB.read_text(encoding="utf-8")
     for room, name in re.findall(r"^from \.(\w+)[.\w]* import (\w+) as", stub, re.MULTILINE):
@@ -73,19 +73,19 @@ def _write_names(folder: Path) -> None:
         pages.append(page.stem)
         rows += [f"| | {_linked(name)} |" for name in names[room]]
         rows[-len(names[room])] = f"| {title} | {_linked(names[room][0])} |"
-    text = "\n".join([_API, "", _table("", "name", "what it is"), *rows])
+    text = "\n".join([_API, "", _table("", "name", "description"), *rows])
     (folder / "api.md").write_text(_index("Python", text, pages), encoding="utf-8")
 
 
 def _linked(name: str) -> str:
-    """Return a name that leads to its place, and the first line of its docstring."""
+    """Return a link to the description of a name, and the first line of its docstring."""
     thing = getattr(rockframe, name)
     said = (inspect.getdoc(thing) or "").partition("\n")[0] if callable(thing) else _NAMED[name]
     return f"{{py:obj}}`~rockframe.{name}` | {_code(said)}"
 
 
 def _code(text: str) -> str:
-    """Keep what is literal, and options, as they are typed."""
+    """Set literals and options in code font."""
     return re.sub(r"``(.+?)``|(?<![\w-])(--[a-z-]+)", r"`\1\2`", text).replace("|", r"\|")
 
 
@@ -102,7 +102,7 @@ def _directive(name: str) -> str:
 
 
 def _write_commands(folder: Path) -> None:
-    # The help of a terminal of one width, whatever this one has.
+    # Fix the width of the help, whatever the width of this terminal.
     os.environ["COLUMNS"] = "88"
     whole = parser()
     (verbs,) = (a for a in whole._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
@@ -120,13 +120,13 @@ def _formats() -> str:
         f"| `{f.name}` | {', '.join(f.extensions)} | {_code(f.description)} | `{f.obspy_name}` |"
         for f in FORMATS
     ]
-    return "\n".join([_table("format", "usual endings", "what it is", "in obspy"), *rows, ""])
+    return "\n".join([_table("format", "usual extensions", "description", "in obspy"), *rows, ""])
 
 
 def _write_datasets(folder: Path) -> None:
     """Write the declared variables of each kind of file."""
     for kind in KINDS.values():
-        heads = _table("variable", "dimensions", "unit", "what it is")
+        heads = _table("variable", "dimensions", "unit", "description")
         rows = (
             f"| `{one.name}` | {', '.join(one.dims)} | {_units(one)} | {_said(one)} |"
             for one in kind.variables
@@ -140,7 +140,7 @@ def _units(one: Variable) -> str:
 
 
 def _said(one: Variable) -> str:
-    """Return what a variable is, the words of its flags, and when it is there."""
+    """Return the description of a variable, the meanings of its flags, and its optional group."""
     said = one.long_name
     if one.holds == "flags":
         said += ": " + ", ".join(f"{member.value} {member.name.lower()}" for member in one.dtype)
@@ -162,15 +162,16 @@ def _index(title: str, text: str, pages: Sequence[str]) -> str:
 
 
 _API = """All public names are in `rockframe` itself: `import rockframe`, then `rockframe.respond`.
-Arrays are of NumPy, in SI units; angles are in rad. What a user can mend is raised as a child of
-{py:class}`rockframe.RockframeError`, in one line that says what is wrong, and what it must be."""
+Arrays are of NumPy, in SI units; angles are in rad. Errors that a user can correct are subclasses
+of {py:class}`rockframe.RockframeError`; the message is one line that states what is wrong and what
+is allowed."""
 
-#: What the mappings are; their repr would be a page.
+#: Descriptions of the mappings, whose repr would fill a page.
 _NAMED = {
     "RICKERS": "The two wavelets of Makris and Vassiliou (2013), by name",
     "WAVELETS": "All wavelets, by name, in the order of tables and datasets",
 }
 
-_COMMANDS = """What each command prints as its `--help`. All take `--json`.
+_COMMANDS = """The output of `--help` for each command. All commands take `--json`.
 
 """

@@ -1,6 +1,6 @@
-"""Cut the three Ridgecrest 2019 accelerograms of this folder out of the archive's files.
+"""Cut the three Ridgecrest 2019 accelerograms in this folder from the files of the archive.
 
-Every channel keeps the same 100 s; a sample line is copied, never rewritten.
+Every channel keeps the same 100 s; lines of samples are copied, never rewritten.
 """
 
 import argparse
@@ -28,7 +28,7 @@ def read_item(header: list[str], item: int) -> int:
 
 
 def write_item(header: list[str], item: int, value: float) -> None:
-    """Put an int into the integer header, a float into the real header; items count from 1."""
+    """Write an int into the integer header, or a float into the real header; items count from 1."""
     whole = isinstance(value, int)
     first, per_row, width = (TEXT_ROWS, 16, 5) if whole else (TEXT_ROWS + INTEGER_ROWS, 8, 10)
     row, column = divmod(item - 1, per_row)
@@ -53,19 +53,19 @@ def restart_clock(header: list[str], start_ms: int) -> None:
     hour, minute = divmod(minutes, 60)
     if hour != read_item(header, 17):
         raise ValueError("the window begins in another hour than the file")
-    # The archive prints tenths; the second decimal takes the place of the blank that follows.
+    # The archive prints tenths; the second decimal replaces the blank that follows.
     clock = rf"\g<1>:{minute:02d}:{second:02d}.{milliseconds // 10:02d} \g<2>"
     for row in (1, 3, 7):
         header[row] = CLOCK.sub(clock, header[row])
     for item, value in ((18, minute), (19, second), (20, milliseconds)):
         write_item(header, item, value)
-    # Items 29 and 31 are where the two local times of line 8 end.
+    # Items 29 and 31 state the positions where the two local times in line 8 end.
     write_item(header, 29, header[7].index("PDT") + 3)
     write_item(header, 31, header[7].rindex("PDT") + 3)
 
 
 def peak_index(sample_lines: list[str]) -> tuple[int, float]:
-    """Return the place and value of the largest absolute sample."""
+    """Return the index and value of the sample with the largest absolute value."""
     text = "".join(sample_lines)
     samples = [float(text[i : i + WIDTH]) for i in range(0, len(text), WIDTH)]
     place = max(range(len(samples)), key=lambda i: abs(samples[i]))
@@ -73,7 +73,7 @@ def peak_index(sample_lines: list[str]) -> tuple[int, float]:
 
 
 def trim_channel(header: list[str], sample_lines: list[str]) -> list[str]:
-    """Return the header, made true, and the sample lines of the window."""
+    """Return the corrected header and the sample lines of the window."""
     header = list(header)
     widths = [len(line) for line in header]
     hour, minute, second, fraction = (read_item(header, item) for item in range(17, 21))

@@ -133,9 +133,9 @@ def test_what_is_not_known_to_be_acceleration(at2: Callable[..., bytes]) -> None
 @pytest.mark.parametrize(
     ("station", "words"),
     [
-        ("Niğde", r"name 'Niğde' of trace .* Must be of Latin letters"),
-        ("VELOCITY TIME", r"would be refused when read: is a velocity time series"),
-        ("NPTS= 9, DT= 1", r"would be refused when read: "),
+        ("Niğde", r"name 'Niğde' of trace .* Must have only Latin letters"),
+        ("VELOCITY TIME", r"could not be read again: is a velocity time series"),
+        ("NPTS= 9, DT= 1", r"could not be read again: "),
     ],
 )
 def test_names_that_at2_cannot_say(station: str, words: str) -> None:

@@ -182,7 +182,7 @@ def test_hazard_curve_of_what_is_not_known_of_turned_pairs_is_refused(tmp_path: 
     (tmp_path / "hazard.csv").write_text("a_p_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
     screen = '[screen]\nhazard = "hazard.csv"\nazimuths_degree = [0.0, 45.0]\n[figures]'
     study = make_study(tmp_path, 1, FEW.replace("[figures]", screen))
-    with pytest.raises(InputError, match=r"hazard\.csv: is of a_p, .* Must be of PGA or PGV"):
+    with pytest.raises(InputError, match=r"hazard\.csv: is for a_p, .* Must be of PGA or PGV"):
         listed(study)
 
 

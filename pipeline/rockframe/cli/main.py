@@ -206,7 +206,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the output is closed, as in `rockframe ... | head`
         _discard(sys.stdout)
         return 0
-    except Exception as error:  # noqa: BLE001 - the status of Python would be 1, that of rejections
+    except Exception as error:  # noqa: BLE001 - status 1, as of Python, means rejections
         told = _system_error(error)
         _say(f"rockframe: error: {told}" if told else traceback.format_exc().rstrip())
         return 2 if told else _FAULT

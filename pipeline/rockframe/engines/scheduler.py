@@ -59,7 +59,7 @@ class DaskScheduler(Engine):
     def map(
         self, function: Callable[[Batch], Result], batches: Iterable[Batch]
     ) -> Generator[Result, None, None]:
-        """Give the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the batches."""
         with _connected(self.address) as client:
             ahead = _AHEAD * _threads(client, self.address)
             # with pure=True Dask would hash every batch, to share results of equal batches

@@ -334,7 +334,7 @@ def describe(path: Path, kind: str) -> Described:
     """
     with opened(path, kind, empty=True) as dataset:
         for name in dataset.variables:  # one at a time: all samples together may not fit in memory
-            dataset[name].copy(deep=False).to_numpy()  # a dataset keeps what was read of it
+            dataset[name].copy(deep=False).to_numpy()  # a dataset caches values that were read
         names = dataset["record_id"].values if "record_id" in dataset else ()
         return Described(
             tuple(str(name) for name in names),

@@ -105,7 +105,7 @@ def run_formats(options: argparse.Namespace) -> int:
     heads = {
         "name": "name",
         "obspy_name": "obspy",
-        "extensions": "usual endings",
+        "extensions": "usual extensions",
         "description": "description",
     }
     rows = [{key: getattr(entry, key) for key in heads} for entry in FORMATS]

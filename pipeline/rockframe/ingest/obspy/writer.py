@@ -118,7 +118,7 @@ def _content(trace: Trace, factor: float) -> bytes:
         peer_at2.read(Path("a.AT2"), content, NO_OPTIONS)
     except InputError as error:
         raise ParameterError(
-            f"Trace {trace.id!r}, titled {title!r}, would be refused when read: {error.reason}"
+            f"Trace {trace.id!r}, titled {title!r}, could not be read again: {error.reason}"
         ) from None
     return content
 
@@ -157,7 +157,7 @@ def _printable(trace: Trace, name: str) -> str:
         line = "\0"
     if line and not line.isprintable():
         raise ParameterError(
-            f"Invalid name {name!r} of trace {trace.id!r}. Must be of Latin letters to stand in "
+            f"Invalid name {name!r} of trace {trace.id!r}. Must have only Latin letters in "
             "an AT2 file."
         )
     return line
