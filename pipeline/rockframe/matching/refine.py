@@ -134,9 +134,10 @@ def _climbed(
 ) -> tuple[Refined, Float | None]:
     """Return the maximum near a point, and the last curvature; `bend` is a known curvature."""
     here, latest = start, bend
+    before: tuple[Float, Float] | None = None
     for _ in range(_MOST_MOVES):
         x = _variables(here)
-        move, latest = _newton_move(here, step, bounds, bend)
+        move, before, latest = _newton_move(here, step, bounds, bend, before)
         there = _uphill_of(here, move, bounds)
         if there is None:
             if step == _LAST_STEP and bend is None:
@@ -247,8 +248,13 @@ def _newton_move(
     step: float,
     bounds: tuple[Float, Float],
     bend: Float | None,
-) -> tuple[Float, Float]:
-    """Return the step to the top of the parabola through neighbours, and its curvature."""
+    before: tuple[Float, Float] | None,
+) -> tuple[Float, tuple[Float, Float], Float]:
+    """Return the step to the top of the parabola through neighbours, its slope and curvature.
+
+    The slope follows the point where it was found; `before` is that of the last step. It mends the
+    known curvature of two variables, that of one is near enough.
+    """
     low, high = bounds
     start = _variables(here)
     x = np.clip(start, low + step, high - step)  # keeps the neighbours within the bounds
@@ -259,13 +265,19 @@ def _newton_move(
         offsets += [0.0 * both, both, -both][: 2 * x.size - 1]
     heights = [crest.weighted for crest in _crests(here, x + step * np.array(offsets))]
     logs = np.log(np.maximum(heights, 1e-300))
-    after, before, others = logs[: x.size], logs[x.size : 2 * x.size], logs[2 * x.size :]
-    slope = (after - before) / (2.0 * step)
+    after, ahead, others = logs[: x.size], logs[x.size : 2 * x.size], logs[2 * x.size :]
+    slope = (after - ahead) / (2.0 * step)
     if bend is None:
-        bend = np.diag(after - 2.0 * others[0] + before) / step**2
+        bend = np.diag(after - 2.0 * others[0] + ahead) / step**2
         if x.size == 2:
-            cross = others[1:].sum() - after.sum() - before.sum() + 2.0 * others[0]
+            cross = others[1:].sum() - after.sum() - ahead.sum() + 2.0 * others[0]
             bend += 0.5 * cross / step**2 * (1.0 - axes)
+    elif before is not None and x.size == 2:  # the symmetric change of rank one
+        moved, change = x - before[0], slope - before[1]
+        rest = change - bend @ moved
+        along = float(rest @ moved)
+        if abs(along) > 1e-3 * math.sqrt(float(rest @ rest) * float(moved @ moved)):
+            bend = bend + np.outer(rest, rest) / along
     move = _uphill(slope, bend)
     target = np.clip(x + move, low, high)
     held = target != x + move
@@ -274,7 +286,7 @@ def _newton_move(
         rest = slope[free] + bend[np.ix_(free, held)] @ (target - x)[held]
         move[free] = _uphill(rest, bend[np.ix_(free, free)])
         move[held] = (target - x)[held]
-    return move + x - start, bend
+    return move + x - start, (x, slope), bend
 
 
 def _uphill(slope: Float, bend: Float) -> Float:

@@ -246,7 +246,7 @@ def part_spectra(
     The `count` values of frequency times T_p start at 0 and are `line` apart, for each point if
     arrays of shape (points,) are given.
     """
-    spectra = np.stack(WAVELETS[wavelet].spectra(line, count, half_cycles), axis=-2)
+    spectra = WAVELETS[wavelet].spectra(line, count, half_cycles)
     if of_velocity:
         nu = np.multiply.outer(line, np.arange(1, count, dtype=np.float64))[..., None, :]
         spectra[..., 1:] /= 2j * math.pi * nu

@@ -57,8 +57,8 @@ class Family:
 
     def spectra(
         self, line: float | Float, count: int, half_cycles: float | Float | None
-    ) -> tuple[Complex, ...]:
-        """Return the Fourier integrals of the parts, with the frequencies along the last axis.
+    ) -> Complex:
+        """Return the Fourier integrals of the parts, along the axis before the frequencies.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Family:
         if self.has_half_cycles and half_cycles is not None:
             return spectra_of_lines(line, count, half_cycles)
         nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
-        return tuple(part.spectrum(nu) for part in self.parts(None))
+        return np.stack([part.spectrum(nu) for part in self.parts(None)], axis=-2)
 
     @property
     def free_phase(self) -> bool:
