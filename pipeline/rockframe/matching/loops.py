@@ -66,6 +66,7 @@ def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -
         Overwritten by the largest squares and their times in steps.
     """
     power = np.empty(within, dtype=np.float32)
+    bits = power.view(np.int32)  # as whole numbers they have the same order, and vectors a maximum
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             for n in range(kinds.size):
@@ -76,16 +77,50 @@ def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -
                     other = products[i, j, 1]
                     for k in range(within):
                         power[k] += other[k] * other[k]
-                top = 0
+                highest, top = bits[0], 0
                 for k in range(within):
-                    if power[k] > power[top]:
-                        top = k
+                    highest = max(highest, bits[k])
+                while bits[top] < highest:
+                    top += 1
                 here, shift, rise = float(power[top]), 0.0, 0.0
                 if 0 < top < within - 1:
                     before, after = float(power[top - 1]), float(power[top + 1])
                     shift = 0.5 * (after - before) / (2.0 * here - before - after)
                     rise = 0.25 * (after - before) * shift
                 found[0, i, j, n], found[1, i, j, n] = here + rise, top + shift
+
+
+@compiled
+def strong_blocks(
+    samples: Single | Float, block: int, half: int, floor: Float, ends: NDArray[np.intp]
+) -> None:
+    """Find the first and the last sample near which signals have energy.
+
+    Parameters
+    ----------
+    samples : array, shape (signals, samples)
+        Samples.
+    block, half : int
+        Number of samples of a block, and of blocks on each side of one that count with it.
+    floor : array, shape (signals,)
+        Least sum of squares of those.
+    ends : array, shape (signals, 2)
+        Overwritten by the first sample and the one after the last; 0 and 0 if there are none.
+    """
+    count = -(-samples.shape[1] // block)
+    growth = np.zeros(count + 1)
+    for i in range(samples.shape[0]):
+        for m in range(count):
+            growth[m + 1] = growth[m]
+            for k in range(m * block, min((m + 1) * block, samples.shape[1])):
+                growth[m + 1] += float(samples[i, k]) ** 2
+        first, last = count, 0
+        for m in range(count):
+            low, high = max(m - half, 0), min(m + half + 1, count)
+            if growth[high] - growth[low] >= floor[i]:
+                first, last = min(first, low), high
+        ends[i, 0] = first * block if last else 0
+        ends[i, 1] = min(last * block, samples.shape[1])
 
 
 @compiled

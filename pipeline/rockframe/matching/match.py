@@ -214,10 +214,11 @@ def _candidates(heights: Heights, weighting: Weighting) -> list[tuple[float, flo
     """Return period, time and half cycles of the maxima of the grid close to the largest."""
     weighted = heights.power[0] * weighting.of_square(heights.periods)[:, None]
     rows, columns = weighted.shape
-    padded = np.pad(weighted, 1, constant_values=-1.0)
-    shifts = [(i, j) for i in range(3) for j in range(3)]
-    around = np.stack([padded[i : i + rows, j : j + columns] for i, j in shifts])
-    peaks = np.argwhere(weighted >= np.maximum(around.max(axis=0), _NEARLY * weighted.max()))
+    padded = np.full((rows + 2, columns + 2), _NEARLY * weighted.max())
+    padded[1:-1, 1:-1] = weighted
+    down = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    around = np.maximum(np.maximum(down[:, :-2], down[:, 1:-1]), down[:, 2:])
+    peaks = np.argwhere(weighted >= np.maximum(around, _NEARLY * weighted.max()))
     order = sorted(peaks.tolist(), key=lambda at: -weighted[at[0], at[1]])[:_CANDIDATES]
     return [
         (float(heights.periods[i]), float(heights.times[0, i, j]), heights.half_cycles[j])
@@ -228,6 +229,9 @@ def _candidates(heights: Heights, weighting: Weighting) -> list[tuple[float, flo
 def _outside(pulse: Pulse, duration: float) -> float:
     """Return the share of a pulse's energy before or after a record."""
     mother = pulse.mother
+    reach = pulse.T_p * mother.reach
+    if reach <= pulse.time <= duration - reach:
+        return 0.0
     tau = np.linspace(-mother.reach, mother.reach, 801)
     square = mother.acceleration(tau) ** 2
     time = pulse.time + pulse.T_p * tau

@@ -13,7 +13,6 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
 from typing import Final
 
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from rockframe.matching.loops import match_lines, tops
 from rockframe.matching.signal import Signal, padded_size, part_energies, part_spectra
-from rockframe.matching.stretch import energy_growth, strong_stretch
+from rockframe.matching.stretch import strong_stretch
 from rockframe.wavelets.family import RICKERS, WAVELETS
 
 Float = NDArray[np.float64]
@@ -105,32 +104,42 @@ def search(
         Share of the largest weighted square below which heights are not needed: they are 0 where
         no coefficient of an octave can reach it.
     """
-    growth = energy_growth(signal)
     weight = signal.weighting.of_square(periods)
-    found: dict[str, Heights] = {}
+    signals = np.atleast_2d(signal.samples).shape[0]
+    known = {}
     for span in _spans(wavelets):
-        numbers = _numbers(span, half_cycles)
-        parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
-        core, reach = max(part.core for part in parts), max(part.reach for part in parts)
-        served = _served(span, wavelets)
-        kinds = np.array([*served.values()])
-        heights = np.zeros((2, growth.shape[0], periods.size, len(numbers), kinds.size))
-        # long periods first: they cost little, and show where shorter ones can be higher
-        for rungs in _octaves(periods)[::-1]:
-            chosen = periods[rungs]
+        numbers, served = _numbers(span, half_cycles), _served(span, wavelets)
+        heights = np.zeros((2, signals, periods.size, len(numbers), len(served)))
+        known[span] = (numbers, served, heights)
+    # long periods first: they cost little, and show where shorter ones can be higher
+    for rungs in _octaves(periods)[::-1]:
+        chosen = periods[rungs]
+        band = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
+        for span, (numbers, served, heights) in known.items():
             best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
-            wanted = padded_size(math.ceil(fineness * signal.period / float(chosen[0])))
-            grid = Fraction(min(wanted, signal.padded), signal.padded)
+            parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
+            core, reach = max(part.core for part in parts), max(part.reach for part in parts)
             far = (core * float(chosen[-1]), reach * float(chosen[-1]))
-            floor = nearly * best / weight[rungs].max()
-            part, rows = strong_stretch(signal, growth, far, floor, grid)
+            part, rows = strong_stretch(band, far, nearly * best / weight[rungs].max())
             if rows.size:
-                octave = octave_of(part, chosen, round(part.padded * grid))
-                for column, number in enumerate(numbers):
-                    heights[..., column, :][:, rows, rungs] = largest(octave, span, number, kinds)
-        for i, name in enumerate(served):
-            found[name] = Heights(periods, tuple(numbers), *heights[..., i])
+                kinds = np.array([*served.values()])
+                heights[:, rows, rungs] = largest(part, chosen, span, tuple(numbers), kinds)
+    found = {
+        name: Heights(periods, tuple(numbers), *heights[..., i])
+        for numbers, served, heights in known.values()
+        for i, name in enumerate(served)
+    }
     return {name: found[name] for name in wavelets}
+
+
+def _band(signal: Signal, least: int) -> Signal:
+    """Return a signal at `least` times or more of its padded length, without higher frequencies."""
+    count = min(padded_size(least), signal.padded)
+    step = signal.period / count
+    spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
+    within = int(signal.duration / step) + 1
+    samples = scipy.fft.irfft(spectrum.astype(np.complex64), count)[:, :within]
+    return Signal(samples / np.float32(step), step, signal.weighting, count, spectrum)
 
 
 def _octaves(periods: Float) -> list[slice]:
@@ -140,94 +149,62 @@ def _octaves(periods: Float) -> list[slice]:
     return [slice(*pair) for pair in itertools.pairwise(ends)]
 
 
-@dataclass(frozen=True, eq=False)
-class Octave:
-    """Periods within a factor of two, and the part of the spectrum that their wavelets need.
-
-    Parameters
-    ----------
-    periods : array, shape (periods,)
-        T_p, ascending [s].
-    spectrum : array, shape (signals, lines)
-        Spectrum of the signals, in single precision.
-    lines : array, shape (periods, lines)
-        Position of each line in the tabulated spectra of the wavelets.
-    count, within : int
-        Number of time points of the inverse transform, and how many lie within the signal.
-    step : float
-        Interval between the times [s].
-    of_velocity : bool
-        True if velocities are compared.
-    start : float
-        Time of the first time point [s].
-    """
-
-    periods: Float
-    spectrum: SingleComplex
-    lines: NDArray[np.intp]
-    count: int
-    within: int
-    step: float
-    of_velocity: bool
-    start: float
-
-
-def octave_of(signal: Signal, periods: Float, count: int) -> Octave:
-    """Return the octave of these periods: the low lines of the spectrum, and `count` times."""
-    highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
-    bins = min(count // 2, highest)
-    lines = np.outer(periods * (_FINENESS / signal.period), np.arange(bins))
-    step = signal.period / count
-    return Octave(
-        periods=periods,
-        spectrum=np.atleast_2d(signal.spectrum)[:, :bins].astype(np.complex64),
-        lines=np.rint(lines, out=lines).astype(np.intp),
-        count=count,
-        within=int(signal.duration / step) + 1,
-        step=step,
-        of_velocity=signal.weighting.of_velocity,
-        start=signal.start,
-    )
-
-
-def largest(octave: Octave, span: str, half_cycles: float | None, kinds: NDArray[np.intp]) -> Float:
+def largest(
+    signal: Signal,
+    periods: Float,
+    span: str,
+    half_cycles: tuple[float | None, ...],
+    kinds: NDArray[np.intp],
+) -> Float:
     """Return the largest squared coefficients with the weighting ``energy``, and their times.
 
     Parameters
     ----------
-    octave : Octave
-        Periods and spectrum.
+    signal : Signal
+        The records, at the times of the search.
+    periods : array, shape (periods,)
+        T_p, ascending [s].
     span : str
         Name of a wavelet that has the parts.
-    half_cycles : float or None
-        Number of half cycles.
+    half_cycles : tuple of float, or of None
+        Numbers of half cycles.
     kinds : array, shape (kinds,)
         The part 0 or 1, or 2 for both.
 
     Returns
     -------
-    array, shape (2, signals, periods, kinds)
+    array, shape (2, signals, periods, half_cycles, kinds)
         Squares, and times [s].
     """
-    shape = _shape(span, half_cycles, octave.of_velocity)
-    sizes = (octave.spectrum.shape[0], octave.periods.size)
-    table = np.empty((*sizes, shape.shape[0], octave.count // 2 + 1), dtype=np.complex64)
-    match_lines(octave.spectrum, shape, octave.lines, table)
-    products = scipy.fft.irfft(table, octave.count, overwrite_x=True)
-    found = np.empty((2, *sizes, kinds.size))
-    tops(products, octave.within, kinds, found)
-    found[0] *= octave.periods[:, None] / octave.step**2
-    found[1] = octave.start + found[1] * octave.step
+    shape = _shape(span, half_cycles, signal.weighting.of_velocity)
+    highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
+    bins = min(signal.padded // 2, highest)
+    lines = np.outer(periods * (_FINENESS / signal.period), np.arange(bins))
+    lines = np.rint(lines, out=lines).astype(np.intp)
+    spectrum = signal.spectrum[:, :bins].astype(np.complex64)
+    sizes = (spectrum.shape[0], periods.size)
+    table = np.empty((*sizes, shape.shape[0], signal.padded // 2 + 1), dtype=np.complex64)
+    match_lines(spectrum, shape, lines, table)
+    products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
+    count = len(half_cycles)
+    found = np.empty((2, sizes[0], periods.size * count, kinds.size))
+    split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
+    tops(products.reshape(split), signal.samples.shape[-1], kinds, found)
+    found = found.reshape(2, *sizes, count, kinds.size)
+    found[0] *= periods[:, None, None] / signal.time_step**2
+    found[1] = signal.start + found[1] * signal.time_step
     return found
 
 
 @lru_cache(maxsize=64)
-def _shape(span: str, half_cycles: float | None, of_velocity: bool) -> SingleComplex:
+def _shape(span: str, half_cycles: tuple[float | None, ...], of_velocity: bool) -> SingleComplex:
     """Return conjugate spectra of the parts with unit energy, at nu in steps of 1 / _FINENESS."""
-    energies = np.array(part_energies(span, half_cycles, of_velocity))
-    lines = _HIGHEST * _FINENESS
-    spectra = part_spectra(span, half_cycles, 1.0 / _FINENESS, lines, of_velocity)
-    return np.asarray(np.conj(spectra) / np.sqrt(energies)[:, None], dtype=np.complex64)
+    lines, spectra = _HIGHEST * _FINENESS, []
+    for number in half_cycles:
+        energies = np.array(part_energies(span, number, of_velocity))
+        parts = part_spectra(span, number, 1.0 / _FINENESS, lines, of_velocity)
+        spectra.append(np.conj(parts) / np.sqrt(energies)[:, None])
+    return np.concatenate(spectra).astype(np.complex64)
 
 
 def _spans(wavelets: Sequence[str]) -> list[str]:

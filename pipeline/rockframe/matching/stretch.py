@@ -7,17 +7,21 @@ most the record's energy where the wavelet is not zero (Cauchy-Schwarz).
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
+from rockframe.matching.loops import strong_blocks
 from rockframe.matching.signal import Signal, padded_signal, padded_size
 from rockframe.wavelets.family import WAVELETS
 
 Float = NDArray[np.float64]
 
+#: Share of the least energy that suffices: a few thousandths of a wavelet's energy lie in what the
+#: times of the search add at its ends.
+_SAFE: Final = 0.98
 #: How much longer and later a maximum may be, relative to the period, than the point from which
 #: the samples around it were cut, and the samples beside them, which fade: a sudden end would
 #: disturb what lies between the samples, and move flat maxima by 5e-5.
@@ -28,52 +32,34 @@ _BESIDE: Final = 64
 _MORE: Final = 0.5
 
 
-def energy_growth(signal: Signal) -> Float:
-    """Return the energy before each sample and after the last, shape (signals, samples + 1)."""
-    square = np.square(np.atleast_2d(signal.samples))
-    growth = np.zeros((square.shape[0], square.shape[1] + 1))
-    np.cumsum(square, axis=1, out=growth[:, 1:], dtype=np.float64)
-    return np.multiply(growth, signal.time_step, out=growth)
-
-
 def strong_stretch(
-    signal: Signal, growth: Float, far: tuple[float, float], floor: Float, grid: Fraction
+    signal: Signal, far: tuple[float, float], floor: Float
 ) -> tuple[Signal, NDArray[np.intp]]:
     """Cut records to where wavelets can explain as much as `floor`; also return their indices.
 
     Parameters
     ----------
     signal : Signal
-        The records.
-    growth : array, shape (signals, samples + 1)
-        Result of `energy_growth`.
+        The records, at the times of the search.
     far : tuple of float
         Distances from the centre within which the wavelet's energy lies, and beyond which it is
         zero [s].
     floor : array, shape (signals,)
         Least energy.
-    grid : Fraction
-        Times of the search per sample. Both the first and the padded samples are a multiple of its
-        denominator, so that the times of the search are the same in every stretch.
     """
     if not floor.any():
         return signal, np.arange(floor.size)
-    size = signal.samples.shape[-1]
     half = math.ceil(far[0] / signal.time_step) + 1
-    stride = max(1, half // 4)
-    centre = np.arange(0, size + stride, stride)
-    low = np.minimum(np.maximum(centre - half, 0), size)
-    high = np.minimum(centre + half + stride, size)
-    strong = growth[:, high] - growth[:, low] >= floor[:, None]
-    rows, columns = (np.flatnonzero(strong.any(axis=axis)) for axis in (1, 0))
+    block = max(1, half // 4)
+    ends = np.empty((floor.size, 2), dtype=np.intp)
+    strong_blocks(signal.samples, block, -(-half // block), _SAFE * floor / signal.time_step, ends)
+    rows = np.flatnonzero(ends[:, 1])
     if rows.size == 0:
         return signal, rows
-    each = grid.denominator
-    first, last = int(low[columns[0]]) // each * each, int(high[columns[-1]])
-    least = last - first + far[1] / signal.time_step
-    padded = each * padded_size(math.ceil(least / each))
-    samples = signal.samples.reshape(-1, size)[rows, first:last]
-    start = first * signal.time_step
+    first, last = int(ends[rows, 0].min()), int(ends[rows, 1].max())
+    least = last - first + math.ceil(far[1] / signal.time_step)
+    padded = 2 * scipy.fft.next_fast_len(-(-least // 2), real=True)
+    samples, start = signal.samples[rows, first:last], first * signal.time_step
     return padded_signal(samples, signal.time_step, signal.weighting, padded, start), rows
 
 
