@@ -161,7 +161,7 @@ def _uphill_of(here: Refined, move: Float, bounds: tuple[Float, Float]) -> Refin
     """Return the point after a step, shortened until it leads uphill; None if it never does."""
     x = _variables(here)
     for _ in range(_MOST_CUTS):
-        [there] = _crests(here, np.clip(x + move, *bounds)[None])
+        there = _crest(here, np.clip(x + move, *bounds))
         if there.weighted >= here.weighted:
             return there
         move = 0.25 * move
@@ -197,16 +197,31 @@ def crest(
     seen = math.floor(_HIGHEST * cut.period / period) + 1
     lines = cut.spectrum.size if every else min(cut.spectrum.size, seen)
     here = Refined(cut, wavelet, period, time, half_cycles, (), 0.0, 0.0, lines, every)
-    return _crests(here, _variables(here)[None])[0]
+    return _crest(here, _variables(here))
 
 
-def _crests(near: Refined, points: Float) -> list[Refined]:
-    """Return the crests at points, arrays of shape (points, variables), in the time near one.
+def _crest(near: Refined, point: Float) -> Refined:
+    """Return the crest at a point, an array of its variables, in the time near another one."""
+    period, time, weighted, explained, *factors = _crests(near, point[None])[0].tolist()
+    number = None if near.half_cycles is None else float(point[1])
+    return replace(
+        near,
+        period=period,
+        time=time,
+        half_cycles=number,
+        factors=tuple(factors),
+        weighted=weighted,
+        explained=explained,
+    )
 
-    All have its number of lines, because another line would make the height jump.
+
+def _crests(near: Refined, points: Float) -> Float:
+    """Return period, time, height, energy and factors of the crests at points, one in a row.
+
+    All have the number of lines of `near`, because another line would make the height jump.
     """
     if near.every and len(points) > 1:  # arrays of all of them would be too large for the cache
-        return [_crests(near, point[None])[0] for point in points]
+        return np.concatenate([_crests(near, point[None]) for point in points])
     signal, velocity, start = near.signal, near.signal.weighting.of_velocity, near.signal.start
     periods = np.exp(points[:, 0])
     numbers = None if near.half_cycles is None else points[:, 1]
@@ -214,28 +229,19 @@ def _crests(near: Refined, points: Float) -> list[Refined]:
     energies = np.array([part_energies(near.wavelet, number, velocity) for number in each])
     step = periods / signal.period
     spectra = part_spectra(near.wavelet, numbers, step, near.lines, velocity)
-    ends = np.stack([np.zeros(len(points)), signal.duration / periods], axis=-1)
-    found = np.empty((len(points), 1 + energies.shape[1]))
+    ends = np.zeros((len(points), 2))
+    ends[:, 1] = signal.duration / periods
+    sums = np.empty((len(points), 1 + energies.shape[1]))
     close = _WHOLE_NEAR if near.every else _NEAR
     crest_times(
-        spectra, signal.spectrum, step, energies, (near.time - start) / periods, ends, close, found
+        spectra, signal.spectrum, step, energies, (near.time - start) / periods, ends, close, sums
     )
-    times = start + found[:, 0] * periods
-    factors = found[:, 1:] / (periods[:, None] * energies)
-    explained = (found[:, 1:] * factors).sum(axis=1)
-    weighted = explained * signal.weighting.of_square(periods)
-    columns = (periods, times, weighted, explained)
-    return [
-        replace(
-            near,
-            half_cycles=number,
-            factors=tuple(factor),
-            **dict(zip(("period", "time", "weighted", "explained"), values, strict=True)),
-        )
-        for number, factor, *values in zip(
-            each, factors.tolist(), *(column.tolist() for column in columns), strict=True
-        )
-    ]
+    found = np.empty((len(points), 4 + energies.shape[1]))
+    found[:, 0], found[:, 1] = periods, start + sums[:, 0] * periods
+    np.divide(sums[:, 1:], periods[:, None] * energies, out=found[:, 4:])
+    found[:, 3] = (sums[:, 1:] * found[:, 4:]).sum(axis=1)
+    found[:, 2] = found[:, 3] * signal.weighting.of_square(periods)
+    return found
 
 
 def _variables(point: Refined) -> Float:
@@ -263,7 +269,7 @@ def _newton_move(
     if bend is None:  # the middle too: the series of `here` is around another time
         both = axes.sum(axis=0)
         offsets += [0.0 * both, both, -both][: 2 * x.size - 1]
-    heights = [crest.weighted for crest in _crests(here, x + step * np.array(offsets))]
+    heights = _crests(here, x + step * np.array(offsets))[:, 2]
     logs = np.log(np.maximum(heights, 1e-300))
     after, ahead, others = logs[: x.size], logs[x.size : 2 * x.size], logs[2 * x.size :]
     slope = (after - ahead) / (2.0 * step)
