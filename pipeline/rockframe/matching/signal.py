@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.wavelets.family import WAVELETS
+from rockframe.wavelets.mavroeidis_papageorgiou import energy
 
 Float = NDArray[np.float64]
 
@@ -224,6 +225,8 @@ def require_record(acceleration: Float, time_step: float) -> Float:
 @lru_cache(maxsize=4096)
 def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) -> tuple[float, ...]:
     """Return the energy of each part of a wavelet, or of its velocity [1]."""
+    if half_cycles is not None and not of_velocity and WAVELETS[wavelet].has_half_cycles:
+        return energy(half_cycles, 0.0), energy(half_cycles, 0.5 * math.pi)  # of many half cycles
     parts = WAVELETS[wavelet].parts(half_cycles)
     if not of_velocity:
         return tuple(part.energy for part in parts)

@@ -77,6 +77,13 @@ def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
     return found
 
 
+def energy(gamma: float, phi: float) -> float:
+    """Return the integral of the squared acceleration of a phase [1]; `gamma` half cycles."""
+    # energy E(gamma, phi) in closed form, of psi with v' = -(pi / gamma) psi
+    share = math.sin(_TURN * gamma) * math.cos(2.0 * phi) / (8.0 * math.pi * (4.0 * gamma**2 - 1.0))
+    return (math.pi / gamma) ** 2 * (0.25 * gamma * (1.0 + 3.0 * gamma**2) - share)
+
+
 def _of_phase(gamma: float, phi: float) -> MotherWavelet:
     end = 0.5 * gamma
 
@@ -103,11 +110,15 @@ def _of_phase(gamma: float, phi: float) -> MotherWavelet:
         even, odd = spectra(nu, gamma)
         return math.cos(phi) * even + math.sin(phi) * odd
 
-    # energy E(gamma, phi) in closed form, of psi with v' = -(pi / gamma) psi
-    share = math.sin(_TURN * gamma) * math.cos(2.0 * phi) / (8.0 * math.pi * (4.0 * gamma**2 - 1.0))
-    energy = (math.pi / gamma) ** 2 * (0.25 * gamma * (1.0 + 3.0 * gamma**2) - share)
     return MotherWavelet(
-        NAME, acceleration, velocity, displacement, spectrum, energy, reach=end, finite=True
+        NAME,
+        acceleration,
+        velocity,
+        displacement,
+        spectrum,
+        energy(gamma, phi),
+        reach=end,
+        finite=True,
     )
 
 
