@@ -147,7 +147,8 @@ def likeness(
     source = _Surrogates(samples, time_step, options)
     drawn: dict[str, list[float]] = {name: [] for name in options.wavelet}
     while (count := len(drawn[options.wavelet[0]])) < options.surrogates:
-        batch = source.draw(min(_BATCH, options.surrogates - count))
+        wanted = _BATCH if count else 2 * _BATCH  # fewer decide nothing
+        batch = source.draw(min(wanted, options.surrogates - count))
         for name, index in _indices(batch, time_step, options).items():
             drawn[name] += index.tolist()
         beaten = [sum(x >= own[name] for x in drawn[name]) for name in options.wavelet]

@@ -44,6 +44,11 @@ _ALIKE: Final = 0.05
 #: Longest step after which the curvature is reused.
 _NEARBY: Final = 0.01
 _MOST_MOVES: Final = 40
+#: Neighbours of a point of one variable or two: on either side, the point, and across.
+_AXES: Final = {
+    1: np.array([[1.0], [-1.0], [0.0]]),
+    2: np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [0, 0], [1, 1], [-1, -1]], dtype=np.float64),
+}
 
 
 @dataclass(frozen=True)
@@ -161,7 +166,7 @@ def _uphill_of(here: Refined, move: Float, bounds: tuple[Float, Float]) -> Refin
     """Return the point after a step, shortened until it leads uphill; None if it never does."""
     x = _variables(here)
     for _ in range(_MOST_CUTS):
-        there = _crest(here, np.clip(x + move, *bounds))
+        there = _crest(here, np.minimum(np.maximum(x + move, bounds[0]), bounds[1]))
         if there.weighted >= here.weighted:
             return there
         move = 0.25 * move
@@ -263,13 +268,11 @@ def _newton_move(
     """
     low, high = bounds
     start = _variables(here)
-    x = np.clip(start, low + step, high - step)  # keeps the neighbours within the bounds
-    axes = np.eye(x.size)
-    offsets = [*axes, *-axes]
-    if bend is None:  # the middle too: the series of `here` is around another time
-        both = axes.sum(axis=0)
-        offsets += [0.0 * both, both, -both][: 2 * x.size - 1]
-    heights = _crests(here, x + step * np.array(offsets))[:, 2]
+    x = np.minimum(np.maximum(start, low + step), high - step)  # neighbours within the bounds
+    axes = _AXES[x.size]
+    # the middle too for the curvature: the series of `here` is around another time
+    offsets = axes[: 2 * x.size if bend is not None else None]
+    heights = _crests(here, x + step * offsets)[:, 2]
     logs = np.log(np.maximum(heights, 1e-300))
     after, ahead, others = logs[: x.size], logs[x.size : 2 * x.size], logs[2 * x.size :]
     slope = (after - ahead) / (2.0 * step)
@@ -277,7 +280,7 @@ def _newton_move(
         bend = np.diag(after - 2.0 * others[0] + ahead) / step**2
         if x.size == 2:
             cross = others[1:].sum() - after.sum() - ahead.sum() + 2.0 * others[0]
-            bend += 0.5 * cross / step**2 * (1.0 - axes)
+            bend += 0.5 * cross / step**2 * (1.0 - np.eye(2))
     elif before is not None and x.size == 2:  # the symmetric change of rank one
         moved, change = x - before[0], slope - before[1]
         rest = change - bend @ moved
@@ -285,7 +288,7 @@ def _newton_move(
         if abs(along) > 1e-3 * math.sqrt(float(rest @ rest) * float(moved @ moved)):
             bend = bend + np.outer(rest, rest) / along
     move = _uphill(slope, bend)
-    target = np.clip(x + move, low, high)
+    target = np.minimum(np.maximum(x + move, low), high)
     held = target != x + move
     if held.any() and not held.all():  # slide along the bound
         free = ~held
@@ -296,7 +299,7 @@ def _newton_move(
 
 
 def _uphill(slope: Float, bend: Float) -> Float:
-    values, axes = np.linalg.eigh(bend)
+    values, axes = np.linalg.eigh(bend) if slope.size > 1 else (bend[0], np.eye(1))
     along = axes.T @ slope
     move = axes @ (along / np.maximum(np.abs(values), 1e-6))
     longest = float(np.abs(move).max())

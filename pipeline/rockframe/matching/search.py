@@ -109,24 +109,24 @@ def search(
     known = {}
     for span in _spans(wavelets):
         numbers, served = _numbers(span, half_cycles), _served(span, wavelets)
+        parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
+        far = np.max([(part.core, part.reach) for part in parts], axis=0)
         heights = np.zeros((2, signals, periods.size, len(numbers), len(served)))
-        known[span] = (numbers, served, heights)
+        known[span] = (numbers, served, far, heights)
     # long periods first: they cost little, and show where shorter ones can be higher
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
         band = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
-        for span, (numbers, served, heights) in known.items():
+        for span, (numbers, served, far, heights) in known.items():
             best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
-            parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
-            core, reach = max(part.core for part in parts), max(part.reach for part in parts)
-            far = (core * float(chosen[-1]), reach * float(chosen[-1]))
-            part, rows = strong_stretch(band, far, nearly * best / weight[rungs].max())
+            floor = nearly * best / weight[rungs].max()
+            part, rows = strong_stretch(band, far * chosen[-1], floor)
             if rows.size:
                 kinds = np.array([*served.values()])
                 heights[:, rows, rungs] = largest(part, chosen, span, tuple(numbers), kinds)
     found = {
         name: Heights(periods, tuple(numbers), *heights[..., i])
-        for numbers, served, heights in known.values()
+        for numbers, served, _, heights in known.values()
         for i, name in enumerate(served)
     }
     return {name: found[name] for name in wavelets}

@@ -28,20 +28,19 @@ _SAFE: Final = 0.98
 _LONGER: Final = 1.15
 _LATER: Final = 0.25
 _BESIDE: Final = 64
+_RISE: Final = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
 #: How much larger its number of half cycles.
 _MORE: Final = 0.5
 
 
-def strong_stretch(
-    signal: Signal, far: tuple[float, float], floor: Float
-) -> tuple[Signal, NDArray[np.intp]]:
+def strong_stretch(signal: Signal, far: Float, floor: Float) -> tuple[Signal, NDArray[np.intp]]:
     """Cut records to where wavelets can explain as much as `floor`; also return their indices.
 
     Parameters
     ----------
     signal : Signal
         The records, at the times of the search.
-    far : tuple of float
+    far : array, shape (2,)
         Distances from the centre within which the wavelet's energy lies, and beyond which it is
         zero [s].
     floor : array, shape (signals,)
@@ -84,11 +83,10 @@ def cut_around(
     middle, size = time / signal.time_step, signal.samples.size
     first, last = max(0, math.floor(middle - beside)), min(size, math.ceil(middle + beside) + 1)
     samples = signal.samples[first:last].copy()
-    rise = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
     if first > 0:
-        samples[:_BESIDE] *= rise
+        samples[:_BESIDE] *= _RISE
     if last < size:
-        samples[-_BESIDE:] *= rise[::-1]
+        samples[-_BESIDE:] *= _RISE[::-1]
     padded = padded_size(last - first + math.ceil(reach / signal.time_step))
     start = first * signal.time_step
     return padded_signal(samples, signal.time_step, signal.weighting, padded, start)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Final
 
@@ -80,6 +80,7 @@ class Family:
         return len(self.parts(2.0)) == 2
 
 
+@cache
 def _any_phase_parts(_half_cycles: float | None) -> tuple[MotherWavelet, ...]:
     """Return both Ricker wavelets with unit energy, so that all phases have equal weight."""
     return tuple(combined([part], [part.energy**-0.5]) for part in RICKERS.values())

@@ -71,7 +71,7 @@ def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
 
     *points, count = nu.shape
     found = np.empty((*points, 2, count), dtype=np.complex128)
-    numbers = np.ravel(np.broadcast_to(np.asarray(gamma, dtype=np.float64), points))
+    numbers = np.full(points, gamma, dtype=np.float64).ravel()
     rows = (numbers.size, count)
     fill(nu.reshape(rows), numbers, turned.reshape(rows), found.reshape(-1, 2, count))
     return found
