@@ -32,7 +32,7 @@ _AFTER: Final = frozenset(["report", "verify"])
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunResult:
     """The steps that a run performed, and the faults that it found.
 
     Parameters
@@ -65,7 +65,7 @@ def run_plan(
     engine: Engine | None = None,
     replace: bool = False,
     watch: Watch | None = None,
-) -> Outcome:
+) -> RunResult:
     """Perform the steps of a plan that are not done.
 
     Parameters
@@ -97,7 +97,7 @@ def run_plan(
             remove_partials(plan, folder)  # workers that ended with this run left partial files
             raise
         remove_spent(plan, folder, states_of(plan, folder) if todo else states)
-    return Outcome(tuple(step.name for step in todo), tuple(faults), rejecting)
+    return RunResult(tuple(step.name for step in todo), tuple(faults), rejecting)
 
 
 def prepare(

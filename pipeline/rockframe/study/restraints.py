@@ -20,7 +20,7 @@ def _for_example(value: float) -> Any:
     return Field(examples=[value])
 
 
-class Entry(Options):
+class TableEntry(Options):
     """A table that is checked by building the object that it describes."""
 
     @model_validator(mode="after")
@@ -37,7 +37,7 @@ class Entry(Options):
         """Return the object that the table describes."""
 
 
-class TendonEntry(Entry):
+class TendonEntry(TableEntry):
     """A tendon through the axis of each column, from the foundation to the beam."""
 
     area_m2: Annotated[float, _for_example(1.0e-3)]
@@ -66,7 +66,7 @@ class TendonEntry(Entry):
         )
 
 
-class DissipaterEntry(Entry):
+class DissipaterEntry(TableEntry):
     """Bars that yield across each joint of a column."""
 
     stiffness_n_m: Annotated[float, _for_example(5.0e7)]
@@ -85,7 +85,7 @@ class DissipaterEntry(Entry):
         )
 
 
-class IsolatedEntry(Entry):
+class IsolatedEntry(TableEntry):
     """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
 
     strength_ratio: Annotated[float | None, _for_example(0.05)] = None
@@ -140,7 +140,7 @@ class IsolatedEntry(Entry):
         )
 
 
-class FixedEntry(Entry):
+class FixedEntry(TableEntry):
     """Columns that are monolithic with ground and deck."""
 
     modulus_pa: Annotated[float, _for_example(30.0e9)]
@@ -191,7 +191,7 @@ class FixedEntry(Entry):
         )
 
 
-class PivotEntry(Entry):
+class PivotEntry(TableEntry):
     """``[structure.pivot]``: the edges on which columns rock; the edges crush."""
 
     compressive_strength_pa: float
@@ -202,7 +202,7 @@ class PivotEntry(Entry):
         return Pivot(compressive_strength=self.compressive_strength_pa, depth=self.depth_m)
 
 
-class AbutmentEntry(Entry):
+class AbutmentEntry(TableEntry):
     """``[structure.abutment]``: the joints at the ends of the deck."""
 
     gap_m: float

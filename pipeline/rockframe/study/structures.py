@@ -19,10 +19,10 @@ from rockframe.options.model import Options
 from rockframe.study.restraints import (
     AbutmentEntry,
     DissipaterEntry,
-    Entry,
     FixedEntry,
     IsolatedEntry,
     PivotEntry,
+    TableEntry,
     TendonEntry,
 )
 from rockframe.study.toml import line_of, parse, read_text
@@ -46,7 +46,7 @@ def bundled_records() -> Path:
     return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
 
 
-class StructureEntry(Entry):
+class StructureEntry(TableEntry):
     """One ``[[structure]]`` of a file of structures.
 
     Parameters

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Entry:
+class Drawing:
     """A figure: its summary, and the module and function that draw it."""
 
     summary: str
@@ -29,23 +29,23 @@ class Entry:
 
 
 #: All figures, by name on the command line, in the order of the help.
-FIGURES: Final[Mapping[str, Entry]] = MappingProxyType(
+FIGURES: Final[Mapping[str, Drawing]] = MappingProxyType(
     {
-        "5": Entry("size of the equivalent column", "frames.draw_5"),
-        "7": Entry("largest restitution", "frames.draw_7"),
-        "8": Entry("records and the pulses in them", "pulses.draw_8"),
-        "9": Entry("minimum overturning acceleration spectra", "frames.draw_9"),
-        "11": Entry("histories under records", "frames.draw_11"),
-        "moment-rotation": Entry(
+        "5": Drawing("size of the equivalent column", "frames.draw_5"),
+        "7": Drawing("largest restitution", "frames.draw_7"),
+        "8": Drawing("records and the pulses in them", "pulses.draw_8"),
+        "9": Drawing("minimum overturning acceleration spectra", "frames.draw_9"),
+        "11": Drawing("histories under records", "frames.draw_11"),
+        "moment-rotation": Drawing(
             "restoring moment and the part reached", "frames.draw_moment_rotation"
         ),
-        "phase-portrait": Entry(
+        "phase-portrait": Drawing(
             "rate over rotation, impacts, barrier", "frames.draw_phase_portrait"
         ),
-        "scalogram": Entry("wavelet transform of a record", "pulses.draw_scalogram"),
-        "match-index": Entry("match index against period", "pulses.draw_match_curves"),
-        "joints": Entry("friction demand and vertical forces", "frames.draw_joints"),
-        "rocking-spectrum": Entry("peak rotation and rate over 2 pi / p", "frames.draw_rocking"),
-        "stability-map": Entry("verdict over size and scale", "frames.draw_stability"),
+        "scalogram": Drawing("wavelet transform of a record", "pulses.draw_scalogram"),
+        "match-index": Drawing("match index against period", "pulses.draw_match_curves"),
+        "joints": Drawing("friction demand and vertical forces", "frames.draw_joints"),
+        "rocking-spectrum": Drawing("peak rotation and rate over 2 pi / p", "frames.draw_rocking"),
+        "stability-map": Drawing("verdict over size and scale", "frames.draw_stability"),
     }
 )

@@ -15,7 +15,7 @@ from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
     from rockframe.runs.plan import Plan
-    from rockframe.runs.run import Outcome
+    from rockframe.runs.run import RunResult
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -111,7 +111,7 @@ def _show_verdicts(table: Path) -> None:
     show_rows("Verdicts", [Column("structure", "structure"), *columns], rows)
 
 
-def _show(folder: Path, outcome: Outcome, rejected: dict[str, str]) -> None:
+def _show(folder: Path, outcome: RunResult, rejected: dict[str, str]) -> None:
     from rockframe.provenance import MANIFEST, listed_outputs
 
     files = len(listed_outputs(folder / MANIFEST)) + 1

@@ -15,7 +15,7 @@ from rockframe.ingest.metadata.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.reading.isolation import Served, serve, worker_count
 from rockframe.ingest.reading.members import printable
-from rockframe.ingest.reading.read_outcome import Outcome, Rejection, Unread, read_outcomes
+from rockframe.ingest.reading.read_outcome import ReadOutcome, Rejection, Unread, read_outcomes
 from rockframe.ingest.reading.sources import Catalogue, Source, sources_of
 from rockframe.record import Record
 
@@ -148,7 +148,7 @@ def sorted_out(
 
 def _outcomes(
     files: Sequence[Path], options: ReadOptions, workers: int, limits: Limits | None
-) -> Generator[list[Outcome], None, None]:
+) -> Generator[list[ReadOutcome], None, None]:
     """Yield the outcomes of each file, in order."""
     if workers == 0:
         for path in files:
@@ -160,7 +160,7 @@ def _outcomes(
             yield _from_worker(path, of_file)
 
 
-def _from_worker(path: Path, served: Served[Outcome]) -> list[Outcome]:
+def _from_worker(path: Path, served: Served[ReadOutcome]) -> list[ReadOutcome]:
     outcomes = list(served.values)
     if served.failure:
         before = f"after {len(outcomes)} members, the rest is unread: " if outcomes else ""
@@ -174,7 +174,7 @@ def _not_read(source: Source) -> Rejection | Unread:
 
 
 def _assign_ids(
-    outcome: Outcome, source: Source, owners: Owners, *, strict: bool
+    outcome: ReadOutcome, source: Source, owners: Owners, *, strict: bool
 ) -> list[Record] | list[Rejection | Unread]:
     """Return the outcome of a file under its display name, and register new identifiers."""
     if not isinstance(outcome, Rejection | Unread):

@@ -75,12 +75,12 @@ class Unread:
 
 #: Records, each with the fields from the `catalogue.csv` of its archive; or a reason without
 #: records.
-Outcome = list[tuple[Record, dict[str, Any]]] | Rejection | Unread
+ReadOutcome = list[tuple[Record, dict[str, Any]]] | Rejection | Unread
 #: Catalogues in an archive, by the folder or inner archive whose files they describe.
 _Catalogues = dict[str, dict[str, CatalogueEntry]]
 
 
-def read_outcomes(path: Path, options: ReadOptions) -> Iterator[Outcome]:
+def read_outcomes(path: Path, options: ReadOptions) -> Iterator[ReadOutcome]:
     r"""Read a file; yield a rejection or a note instead of raising an error.
 
     Yields
@@ -148,7 +148,7 @@ def rejection(name: str, error: RockframeError) -> Rejection:
     return Rejection(name, str(error))
 
 
-def _outcome(content: Content, options: ReadOptions, catalogues: _Catalogues) -> Outcome:
+def _outcome(content: Content, options: ReadOptions, catalogues: _Catalogues) -> ReadOutcome:
     try:
         if note := note_of_member(content):
             return Unread(content.name, note)

@@ -187,7 +187,7 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or something else.
+        If the file is missing, corrupted, or of another kind.
 
     Examples
     --------

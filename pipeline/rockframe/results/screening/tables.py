@@ -153,7 +153,7 @@ def write_screen_tables(
 
 
 def refuse_strange_tables(paths: Mapping[str, Path]) -> None:
-    """Raise an error if a file with the name of a table is something else.
+    """Raise an error if a file has the name of a table but other contents.
 
     Raises
     ------

@@ -123,7 +123,7 @@ class ScreeningRequest:
         }
 
 
-class Run:
+class ScreeningRun:
     """The batches of a screening, which share the chosen motions."""
 
     def __init__(

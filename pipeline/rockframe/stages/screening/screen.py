@@ -27,7 +27,7 @@ from rockframe.risk import HazardCurve, period_of, read_hazard
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screening.motions import Motions
-from rockframe.stages.screening.run import Run, ScreeningRequest
+from rockframe.stages.screening.run import ScreeningRequest, ScreeningRun
 from rockframe.stages.screening.statistics import statistics
 from rockframe.study.structures import SHIPPED_STRUCTURES
 
@@ -126,7 +126,7 @@ def screen_stage(
         origin = {"records": input_hash(records_path), **_identity(chosen)}
         origin["vertical"] = options.vertical
         batches = Batches(output, origin | request.scenarios())
-        run = Run(chosen, request, batches, engine, progress)
+        run = ScreeningRun(chosen, request, batches, engine, progress)
         write_screening(
             run.rows(),
             run.verdicts.shape,
