@@ -16,58 +16,63 @@ from rockframe.units import GRAVITY
 REST = 1e-10
 
 
-def by_heyoka(frame: RockingFrame, pulse: Pulse, repeats: int = 50) -> tuple[float, float]:
+def by_heyoka(
+    frame: RockingFrame, pulse: Pulse, *, batch: int = 1, repeats: int = 50
+) -> tuple[float, float]:
     """The largest |theta| [rad] until three periods after the pulse, and the time of a run [s].
 
     The instant of uplift is given to it; the peak is an event of its own, as the impact is. Only
-    the propagation is timed, not the compilation of the integrator.
+    the propagation is timed, not the compilation of the integrator. With `batch` above 1 as many
+    runs of the same motion are propagated together, in the vectors of its batch mode.
     """
     import heyoka as hy
 
-    alpha, p = frame.slenderness, frame.effective_frequency_parameter
     theta, omega = hy.make_vars("theta", "omega")
-    side = hy.par[0]
-    angle = alpha * side - theta
+    angle = frame.slenderness * hy.par[0] - theta
     force = hy.sin(angle) + _acceleration(hy, pulse) / GRAVITY * hy.cos(angle)
+    p = frame.effective_frequency_parameter
     system = [(theta, omega), (omega, -(p**2) * force)]
-    uplift = _uplift(frame, pulse)
     end = pulse.time + 3.0 * pulse.T_p
     peaks: list[float] = []
 
-    def landed(integrator: Any, *_: Any) -> bool:
-        integrator.state[1] *= frame.restitution
-        integrator.pars[0] = -integrator.pars[0]
-        integrator.state[0] = integrator.pars[0] * 1e-20
-        return bool(abs(integrator.state[1]) > REST)
+    def landed(integrator: Any, _: int, *lane: int) -> bool:
+        integrator.state[1, *lane] *= frame.restitution
+        integrator.pars[0, *lane] = side = -integrator.pars[0, *lane]
+        integrator.state[0, *lane] = side * 1e-20
+        return bool(abs(integrator.state[1, *lane]) > REST)
 
-    def turned(integrator: Any, when: float, *_: Any) -> None:
-        integrator.update_d_output(when)
-        peaks.append(abs(float(integrator.d_output[0])))
+    def turned(integrator: Any, when: float, _: int, *lane: int) -> None:
+        integrator.update_d_output(np.full(batch, when) if lane else when)
+        peaks.append(abs(float(integrator.d_output[0, *lane])))
 
-    integrator = hy.taylor_adaptive(
+    one, other = (hy.t_event_batch, hy.nt_event_batch) if batch > 1 else (hy.t_event, hy.nt_event)
+    kind = hy.taylor_adaptive_batch if batch > 1 else hy.taylor_adaptive
+    integrator = kind(
         system,
-        [0.0, 0.0],
-        pars=[1.0],
-        t_events=[hy.t_event(theta, callback=landed)],
-        nt_events=[hy.nt_event(omega, callback=turned)],
+        np.zeros((2, batch) if batch > 1 else 2),
+        pars=np.ones((1, batch) if batch > 1 else 1),
+        t_events=[one(theta, callback=landed)],
+        nt_events=[other(omega, callback=turned)],
     )
     times = []
     for _ in range(repeats):
-        now, direction = uplift
+        now, direction = _next_uplift(frame, pulse, pulse.time - 3.0 * pulse.T_p, end)
         peaks.clear()
         start = time.process_time()
-        while True:
-            integrator.time = now
+        while now < end:
+            if batch > 1:
+                integrator.set_time(now)
+            else:
+                integrator.time = now
             integrator.pars[0] = direction
-            integrator.state[:] = [direction * 1e-20, 0.0]
-            outcome = integrator.propagate_until(end)[0]
-            if outcome == hy.taylor_outcome.time_limit:
-                break
-            now, direction = _next_uplift(frame, pulse, integrator.time, end)
-            if now >= end:
-                break
-        times.append(time.process_time() - start)
-        peaks.append(abs(float(integrator.state[0])))
+            integrator.state[0] = direction * 1e-20
+            integrator.state[1] = 0.0
+            integrator.propagate_until(end)
+            now = float(np.max(integrator.time))
+            if now < end:  # at rest
+                now, direction = _next_uplift(frame, pulse, now, end)
+        times.append((time.process_time() - start) / batch)
+        peaks.append(float(np.max(np.abs(integrator.state[0]))))
     return max(peaks), min(times)
 
 
@@ -80,10 +85,6 @@ def _acceleration(hy: Any, pulse: Pulse) -> Any:
     x = math.tau / (math.sqrt(3.0) * pulse.T_p) * t
     beta = math.sqrt(18.0 - 6.0 * math.sqrt(6.0)) * math.exp(0.5 * (math.sqrt(6.0) - 3.0))
     return pulse.a_p / beta * (x**2.0 - 3.0) * x * hy.exp(-0.5 * x**2.0)
-
-
-def _uplift(frame: RockingFrame, pulse: Pulse) -> tuple[float, float]:
-    return _next_uplift(frame, pulse, pulse.time - 3.0 * pulse.T_p, pulse.time + 3.0 * pulse.T_p)
 
 
 def _next_uplift(frame: RockingFrame, pulse: Pulse, now: float, end: float) -> tuple[float, float]:

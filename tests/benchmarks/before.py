@@ -1,0 +1,128 @@
+"""Processor time beside that of another commit, in one run on one machine.
+
+    python -m tests.benchmarks.before [--commit HEAD~1] [--rounds 3]
+
+The commit's files are unpacked into a temporary folder. In each round both trees are measured one
+after the other, each in a process of its own; the best round counts. Only public names are called,
+so that older commits can be measured as well.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import os
+import resource
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+
+
+def measure() -> dict[str, float]:
+    """Return the processor time of each job of the package that is imported [s]."""
+    rockframe = importlib.import_module("rockframe")
+    records = [
+        record
+        for path in sorted(rockframe.bundled_records().glob("*.V1"))
+        for record in rockframe.read_file(path)
+        if record.component.lower() not in ("up", "vert", "v")
+    ]
+    frames = [
+        rockframe.RockingFrame(height=height, width=0.17 * height, mass_ratio=ratio)
+        for height in (5.0, 9.6, 15.0)
+        for ratio in (0.0, 4.0)
+    ]
+    pulse = rockframe.Pulse(wavelet="antisymmetric_ricker", a_p=9.81, T_p=1.5)
+    scales = np.linspace(0.2, 3.0, 200)
+    jobs: dict[str, Callable[[], object]] = {
+        "responses to records": lambda: rockframe.respond_many(records, frames, scales),
+        "responses to a pulse": lambda: rockframe.respond_many([pulse], frames, 20 * [*scales]),
+        "margins": lambda: rockframe.margins(records, frames),
+        "pulses": lambda: [rockframe.find_pulses(record) for record in records[:2]],
+        "reading": lambda: [
+            rockframe.read_file(path)
+            for _ in range(10)
+            for path in rockframe.bundled_records().glob("*.V1")
+        ],
+        "table1": _table1,
+    }
+    return {name: _best_of(job) for name, job in jobs.items()}
+
+
+def _best_of(job: Callable[[], object]) -> float:
+    times = []
+    for _ in range(3):  # the first one may compile
+        start = _processor_time()
+        job()
+        times.append(_processor_time() - start)
+    return min(times)
+
+
+def _processor_time() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
+
+
+def _table1() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(
+            [sys.executable, "-m", "rockframe.cli.main", "table1", "--output", folder],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+
+
+def measured_in(tree: Path) -> dict[str, float]:
+    """Measure the package of a tree in a process of its own."""
+    run = subprocess.run(
+        [sys.executable, __file__, "--measure"],
+        cwd=tree,
+        env={**os.environ, "PYTHONPATH": str(tree / "pipeline")},
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    found: dict[str, float] = json.loads(run.stdout)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print both times and their ratio for each job."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--commit", default="HEAD~1", help="the other commit (default: HEAD~1)")
+    parser.add_argument("--rounds", type=int, default=3, help="rounds of both (default: 3)")
+    parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    if options.measure:
+        print(json.dumps(measure()))
+        return
+    files = subprocess.run(
+        ["git", "archive", options.commit], cwd=ROOT, check=True, capture_output=True
+    )
+    start = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        with tarfile.open(fileobj=BytesIO(files.stdout)) as archive:
+            archive.extractall(folder, filter="data")
+        rounds = [(measured_in(Path(folder)), measured_in(ROOT)) for _ in range(options.rounds)]
+    print(
+        f"processor time [s], best of {options.rounds} rounds, {time.perf_counter() - start:.0f} s"
+    )
+    print(f"{'':24}{options.commit[:12]:>12}{'now':>12}{'ratio':>8}")
+    for name in rounds[0][0]:
+        before, now = (min(one[k][name] for one in rounds) for k in (0, 1))
+        print(f"{name:24}{before:12.3f}{now:12.3f}{before / now:8.2f}")
+
+
+if __name__ == "__main__":
+    main()
