@@ -1,4 +1,4 @@
-"""The second opinion: the response to a record's pulse alone beside that to the record."""
+"""The response to a record's pulse alone, compared with the response to the record."""
 
 from __future__ import annotations
 
