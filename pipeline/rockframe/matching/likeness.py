@@ -1,10 +1,10 @@
-"""The match index of a record compared with those of noise that is otherwise like it.
+"""Comparison of a record's match index with that of noise with the same spectrum and envelope.
 
-A surrogate has the record's spectrum with random phases. Random phases alone spread the motion
-evenly from the first sample to the last, so that any record that builds up and decays would match
-better than its surrogates, with or without a pulse. The record is therefore divided by its
-envelope before its phases are randomised, and multiplied by it afterwards. Then only phases that
-agree at one time distinguish the record from its surrogates, and that is what makes a pulse.
+Such noise is called a surrogate: it has the spectrum of the record and random phases. Random phases
+alone would spread the motion evenly over the record. Any record that builds up and decays would
+then match better than its surrogates, with or without a pulse. The record is therefore divided by
+its envelope before its phases are randomised, and multiplied by the envelope afterwards. Then the
+record differs from its surrogates only if its phases agree at one time, as those of a pulse do.
 """
 
 from __future__ import annotations
@@ -30,17 +30,18 @@ Float = NDArray[np.float64]
 
 #: Significance level of the verdict.
 LEVEL: Final = 0.05
-#: Coarser search of the surrogates and, for the comparison, of the record.
+#: Resolution of the coarse search of surrogates and record: periods per octave, numbers of half
+#: cycles, and times per period.
 _PER_OCTAVE: Final = 5
 _HALF_CYCLES: Final = 3
 _FINENESS: Final = 6
-#: Surrogates searched together.
+#: Number of surrogates that are searched together.
 _BATCH: Final = 10
 #: Width of the Gaussian that smooths the squared record into its envelope, relative to the
 #: significant duration D5-95, and its lower bound [s].
 _ENVELOPE_SHARE: Final = 0.1
 _ENVELOPE_LEAST: Final = 0.4
-#: Lower bound of the envelope relative to its peak, which limits how much quiet parts are raised.
+#: Lower bound of the envelope relative to its peak, to limit the amplification of quiet parts.
 _FLOOR: Final = 0.05
 
 
@@ -55,12 +56,12 @@ class PulseVerdict(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Likeness:
-    """A match compared with those of surrogates.
+    """Result of the comparison of a match with those of surrogates.
 
     Parameters
     ----------
     verdict : PulseVerdict
-        ``PULSE`` if p is at most 0.05 and the period is not an end of the range.
+        ``PULSE`` if p is at most 0.05 and the period is not a bound of the range.
     p_value : float
         Share of surrogates that match at least as well, counting the record as one [1]; NaN if
         untested.
@@ -69,7 +70,7 @@ class Likeness:
     match_index : float
         Match index of the record in the same coarse search as the surrogates [1].
     median, high : float
-        Median and 95 % quantile of the surrogates' match indices [1].
+        Median and 95 % quantile of the match indices of the surrogates [1].
     """
 
     verdict: PulseVerdict
@@ -147,7 +148,7 @@ def likeness(
     source = _Surrogates(samples, time_step, options)
     drawn: dict[str, list[float]] = {name: [] for name in options.wavelet}
     while (count := len(drawn[options.wavelet[0]])) < options.surrogates:
-        wanted = _BATCH if count else 2 * _BATCH  # fewer decide nothing
+        wanted = _BATCH if count else 2 * _BATCH  # with fewer, no verdict is certain
         batch = source.draw(min(wanted, options.surrogates - count))
         for name, index in _indices(batch, time_step, options).items():
             drawn[name] += index.tolist()
@@ -185,12 +186,12 @@ def _untested() -> Likeness:
 
 
 class _Surrogates:
-    """Surrogates of one record, drawn in the same order each time."""
+    """A source of surrogates of one record; the seed and the record determine all draws."""
 
     def __init__(self, samples: Float, time_step: float, options: PulseOptions) -> None:
         digest = hashlib.sha256(samples.tobytes()).digest()[:16]
         self._random = np.random.default_rng([options.seed, int.from_bytes(digest, "little")])
-        samples = samples / np.abs(samples).max()  # single precision has no 1e100
+        samples = samples / np.abs(samples).max()  # large numbers overflow in single precision
         self._size = samples.size
         self._envelope = np.ones(samples.size)
         divisor = self._envelope
@@ -204,7 +205,7 @@ class _Surrogates:
         self._envelope = self._envelope.astype(np.float32)
 
     def draw(self, count: int) -> NDArray[np.float32]:
-        """Return surrogates of shape (count, samples), in single precision as in the search."""
+        """Return surrogates, shape (count, samples), in single precision like the search."""
         phases = self._random.uniform(0.0, 2.0 * math.pi, (count, self._amplitudes.size))
         angles, lines = phases.astype(np.float32), np.empty(phases.shape, dtype=np.complex64)
         np.multiply(self._amplitudes, np.cos(angles), out=lines.real)
@@ -214,7 +215,7 @@ class _Surrogates:
 
 
 def _envelope(samples: Float, time_step: float) -> Float:
-    """Return the root of the squared record smoothed by a Gaussian."""
+    """Return the square root of the squared record after smoothing with a Gaussian."""
     square = samples**2
     growth = np.cumsum(square) / square.sum()
     strong = float(np.searchsorted(growth, 0.95) - np.searchsorted(growth, 0.05)) * time_step
@@ -228,7 +229,7 @@ def _envelope(samples: Float, time_step: float) -> Float:
 
 
 def _indices(samples: Samples, time_step: float, options: PulseOptions) -> dict[str, Float]:
-    """Return the match indices of several records of one length, by a coarse search."""
+    """Return the match indices of several records of one length, from a coarse search."""
     periods = period_range(samples.shape[1], time_step, options)
     signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()

@@ -1,4 +1,4 @@
-"""The loops of the search and of its refinement, compiled."""
+"""Compiled loops of the search and of the refinement."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Complex = NDArray[np.complex128]
 Single = NDArray[np.float32]
 SingleComplex = NDArray[np.complex64]
 
-#: Terms of the Taylor series over time.
+#: Number of terms of the Taylor series over time.
 _TERMS: Final = 6
-#: Lines after which the sine and cosine are computed anew, not by turning.
+#: Number of lines after which sine and cosine are computed directly, not by rotation of the last.
 _FRESH: Final = 32
 _MOST_SHIFTS: Final = 30
 _MOST_MOVES: Final = 8
@@ -32,13 +32,13 @@ def match_lines(
     Parameters
     ----------
     spectrum : array, shape (signals, bins)
-        Of the signals.
+        Spectra of the signals.
     shape : array, shape (parts, tabulated lines)
         Conjugate spectra of the parts.
     lines : array, shape (periods, bins)
         Tabulated line of each bin.
     table : array, shape (signals, periods, parts, bins or more)
-        Overwritten by the products, and by 0 beyond the bins.
+        Filled with the products, and with 0 beyond the bins.
     """
     bins = spectrum.shape[1]
     for j in range(lines.shape[0]):
@@ -52,21 +52,21 @@ def match_lines(
 
 @compiled
 def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -> None:
-    """Find the largest squares over time, and their times from a parabola through neighbours.
+    """Find the largest squares over time; a parabola through the neighbours refines their times.
 
     Parameters
     ----------
     products : array, shape (signals, periods, parts, times)
         Inner products.
     within : int
-        Number of times to look at.
+        Number of times that are searched.
     kinds : array, shape (kinds,)
-        What is squared: the part 0 or 1, or 2 for the sum of both squares.
+        For each result: 0 or 1 for the square of this part, or 2 for the sum of both squares.
     found : array, shape (2, signals, periods, kinds)
-        Overwritten by the largest squares and their times in steps.
+        Filled with the largest squares, and their times in steps.
     """
     power = np.empty(within, dtype=np.float32)
-    bits = power.view(np.int32)  # as whole numbers they have the same order, and vectors a maximum
+    bits = power.view(np.int32)  # integers have the same order, and their maximum is vectorised
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             for n in range(kinds.size):
@@ -94,18 +94,20 @@ def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -
 def strong_blocks(
     samples: Single | Float, block: int, half: int, floor: Float, ends: NDArray[np.intp]
 ) -> None:
-    """Find the first and the last sample near which signals have energy.
+    """Find the range of samples in which signals have enough energy.
 
     Parameters
     ----------
     samples : array, shape (signals, samples)
         Samples.
     block, half : int
-        Number of samples of a block, and of blocks on each side of one that count with it.
+        Number of samples of a block, and number of neighbouring blocks on each side. The energy of
+        a block includes that of these neighbours.
     floor : array, shape (signals,)
-        Least sum of squares of those.
+        Least energy of a block, as a sum of squares.
     ends : array, shape (signals, 2)
-        Overwritten by the first sample and the one after the last; 0 and 0 if there are none.
+        Filled with the first sample of the range and the one after its last; 0 and 0 if no block
+        has enough energy.
     """
     count = -(-samples.shape[1] // block)
     growth = np.zeros(count + 1)
@@ -134,7 +136,7 @@ def crest_times(
     near: float,
     found: Float,
 ) -> None:
-    """Climb over time from given points, by the Taylor series of the inner products.
+    """Find the maxima over time near given points, by Taylor series of the inner products.
 
     Parameters
     ----------
@@ -143,17 +145,17 @@ def crest_times(
     signal : array, shape (bins or more,)
         Spectrum of the signal.
     lines : array, shape (points,)
-        Interval between the lines, over 1 / T_p.
+        Interval between the lines, in units of 1 / T_p.
     energies : array, shape (points, parts)
         Energies of the parts.
     times : array, shape (points,)
-        Where to start, over T_p.
+        Start times, over T_p.
     ends : array, shape (points, 2)
         Least and largest time, over T_p.
     near : float
         Distance over T_p within which the series is accurate.
     found : array, shape (points, 1 + parts)
-        Overwritten by the time over T_p, and the inner products over T_p.
+        Filled with the time over T_p, and the inner products over T_p.
     """
     parts = energies.shape[1]
     series = np.empty((parts, _TERMS))
@@ -188,7 +190,7 @@ def _expand(spectra: Complex, signal: Complex, line: float, tau: float, series: 
         for part in range(spectra.shape[0]):
             value = turned * spectra[part, k].conjugate()
             power = 2.0 * line
-            for n in range(_TERMS):  # the real parts of the powers of i k rate
+            for n in range(_TERMS):  # real parts of the terms with powers of i k rate
                 series[part, n] += power * (value.real if n % 2 == 0 else value.imag)
                 power *= k * rate / (n + 1.0)
         at *= turn

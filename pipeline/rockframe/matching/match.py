@@ -1,14 +1,14 @@
-"""The pulse that explains most of a record: search, then refinement.
+"""Search for the pulse that explains most of a record, and its refinement.
 
 For a mother wavelet psi of period s at time xi the coefficient is
 
     C(s, xi) = (s E)^(-1/2)  integral a(t) psi((t - xi) / s) dt,
 
-with E the energy of psi, so that every daughter wavelet has unit energy and |C| is the length of
-the projection of the record on it. The best match has the largest |C|. Only the weight s^(-1/2)
-recovers the period of a record that is itself such a pulse (theory: Cauchy-Schwarz).
+with E the energy of psi. Every daughter wavelet then has unit energy, and |C| is the length of the
+projection of the record on it. The best match has the largest |C|. Only the weight s^(-1/2)
+recovers the period of a record that is itself such a pulse (by the Cauchy-Schwarz inequality).
 
-Vassiliou and Makris (2011), Bull. Seismol. Soc. Am. 101(2), name and use the transform.
+The transform was introduced by Vassiliou and Makris (2011), Bull. Seismol. Soc. Am. 101(2).
 """
 
 from __future__ import annotations
@@ -31,13 +31,15 @@ from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 
-#: Maxima of the grid above this share of the largest square are candidates. Those still that
-#: close once located in time are all refined: the grid cannot tell which is the largest.
+#: Candidates are the maxima of the grid above this share of the largest square; at most
+#: `_CANDIDATES` of them are located in time.
 _NEARLY: Final = 0.95
 _CANDIDATES: Final = 12
+#: All located maxima above this share of the largest are refined, because the grid is too coarse to
+#: decide which is the largest; the second share is for wavelets with half cycles.
 _CLOSE: Final = 0.993
 _CLOSE_SHAPES: Final = 0.98
-#: A refined value closer to a bound of its range than this counts as at the bound.
+#: A refined value counts as at a bound of its range if it is closer to the bound than this.
 _AT_BOUND: Final = 1e-6
 #: Share of a pulse's energy outside the record above which the pulse counts as cut.
 _CUT: Final = 0.01
@@ -50,14 +52,16 @@ class PulseMatch:
     Parameters
     ----------
     pulse : Pulse
-        The pulse; its time counts from the record's first sample.
+        The pulse. Its time is zero at the first sample of the record.
     match_index : float
-        Cosine between record and wavelet, from 0 to 1: the root of the share of energy explained
-        [1]. With the weighting ``velocity`` their velocities are compared.
+        Cosine of the angle between record and wavelet, from 0 to 1 [1]: the square root of the
+        share of energy that the pulse explains. With the weighting ``velocity`` it is that of their
+        velocities.
     at_period_bound : bool
-        The best period is a bound of the range searched, so it is no maximum of the transform.
+        True if the best period is a bound of the range searched, and so not a maximum of the
+        transform.
     at_half_cycle_bound : bool
-        The best number of half cycles is a bound of its range.
+        True if the best number of half cycles is a bound of its range.
     outside : float
         Share of the pulse's energy before the first or after the last sample [1].
     """
@@ -75,16 +79,16 @@ class PulseMatch:
 
     @property
     def cut(self) -> bool:
-        """True if over 1 % of the pulse's energy lies before or after the record."""
+        """True if more than 1 % of the pulse's energy is before or after the record."""
         return self.outside > _CUT
 
 
 def match_pulse(acceleration: Float, time_step: float, wavelet: str, **options: Any) -> PulseMatch:
     """Find the pulse of one wavelet that explains most of a record.
 
-    The FFT searches all times at a ladder of periods and numbers of half cycles; the best phase
-    follows in closed form. The best candidates are then refined continuously. The amplitude is
-    the least-squares fit.
+    The FFT searches all times at a geometric series of periods and at several numbers of half
+    cycles; the best phase follows in closed form. The best candidates are then refined
+    continuously. The amplitude is the least-squares fit.
 
     Parameters
     ----------
@@ -157,7 +161,7 @@ def best_match(matches: Sequence[PulseMatch]) -> int:
 
 
 def best_ricker(matches: Mapping[str, PulseMatch]) -> str:
-    """Return the Ricker wavelet that explains more, or the best wavelet if there is no Ricker one.
+    """Return the Ricker wavelet of fixed phase that explains more, or else the best wavelet.
 
     The Ricker wavelet of any phase and that of Mavroeidis and Papageorgiou have more parameters,
     so they explain more of every record. This does not mean that they suit the record better.
@@ -196,7 +200,7 @@ def _best(
 
 def pulse_of(refined: Refined, weighting: Weighting) -> Pulse:
     """Return the pulse that belongs to a maximum of the transform."""
-    # a wavelet's velocity has the unit a_p T_p
+    # factors of velocities have the unit of a_p T_p
     scale = 1.0 / refined.period if weighting.of_velocity else 1.0
     factors = tuple(scale * factor for factor in refined.factors)
     phase, a_p = phase_and_amplitude(refined.wavelet, refined.half_cycles, factors)
@@ -211,7 +215,7 @@ def pulse_of(refined: Refined, weighting: Weighting) -> Pulse:
 
 
 def _candidates(heights: Heights, weighting: Weighting) -> list[tuple[float, float, float | None]]:
-    """Return period, time and half cycles of the maxima of the grid close to the largest."""
+    """Return period, time and half cycles of the candidates: maxima close to the largest."""
     weighted = heights.power[0] * weighting.of_square(heights.periods)[:, None]
     rows, columns = weighted.shape
     padded = np.full((rows + 2, columns + 2), _NEARLY * weighted.max())

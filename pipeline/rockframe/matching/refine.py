@@ -1,8 +1,8 @@
 """Continuous refinement of the period, time and half cycles of a maximum.
 
-The inner products are summed over the record's spectrum, where they are smooth functions of all
-three for any samples. The phase follows in closed form, and the time from the Taylor series of the
-products around a nearby time. This leaves one or two variables for Newton's method.
+The inner products are summed over the record's spectrum. They are then smooth functions of these
+three variables for any samples. The phase follows in closed form, and the time from the Taylor
+series of the products around a nearby time. This leaves one or two variables for Newton's method.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ from rockframe.matching.stretch import cut_around, holds
 
 Float = NDArray[np.float64]
 
-#: Largest frequency times T_p to which spectra of wavelets are summed. Beyond it, Ricker wavelets
-#: are below 1e-16; the tail of a wavelet with kinks moves flat maxima by up to a percent.
+#: Largest value of frequency times T_p to which spectra are summed at first. Beyond it, Ricker
+#: wavelets are below 1e-16; the tail of a wavelet with kinks moves flat maxima by up to a percent.
 _HIGHEST: Final = 8.0
-#: Distance over T_p within which the Taylor series over time is accurate, and for sums over all
-#: lines, because terms of high frequency grow fast.
+#: Distance over T_p within which the Taylor series over time is accurate. The second value is for
+#: sums over all lines, because terms of high frequency grow fast.
 _NEAR: Final = 0.06
 _WHOLE_NEAR: Final = 1e-3
-#: Steps of the finite differences over ln T_p and half cycles: the first, and the smallest, which
-#: leaves errors of 1e-8 in T_p.
+#: First and last step of the finite differences over ln T_p and half cycles. The last one leaves
+#: errors of 1e-8 in T_p.
 _FIRST_STEP: Final = 4e-3
 _LAST_STEP: Final = 1e-4
-#: Longest step of Newton's method, and the step at which it has converged.
+#: Longest step of Newton's method, and the step below which it has converged.
 _LONGEST_MOVE: Final = 0.1
 _ARRIVED: Final = 1e-6
-#: How often a step that leads downhill is cut to a quarter.
+#: Largest number of times that a step that leads downhill is cut to a quarter.
 _MOST_CUTS: Final = 6
-#: Share of the highest maximum above which others are polished too, and the difference below
-#: which they count as equal.
+#: Share of the highest maximum above which other maxima are also refined with all lines; and the
+#: difference of variables below which two maxima count as equal.
 _OPEN: Final = 0.998
 _ALIKE: Final = 0.05
 #: Longest step after which the curvature is reused.
 _NEARBY: Final = 0.01
 _MOST_MOVES: Final = 40
-#: Neighbours of a point of one variable or two: on either side, the point, and across.
+#: Neighbours of a point of one or two variables: on either side, the point itself, diagonals.
 _AXES: Final = {
     1: np.array([[1.0], [-1.0], [0.0]]),
     2: np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [0, 0], [1, 1], [-1, -1]], dtype=np.float64),
@@ -58,9 +58,9 @@ class Refined:
     Parameters
     ----------
     signal : Signal
-        The samples around it.
+        The samples around the maximum.
     wavelet : str
-        Name.
+        Name of the wavelet.
     period, time : float
         T_p and centre [s].
     half_cycles : float or None
@@ -68,13 +68,13 @@ class Refined:
     factors : tuple of float
         Least-squares factor of each part of the wavelet, in the unit of the signal.
     weighted : float
-        Weighted square of the coefficient: the quantity that is maximised.
+        Weighted square of the coefficient, which is maximised.
     explained : float
         Energy of the signal that the wavelet explains.
     lines : int
-        Number of spectral lines summed.
+        Number of spectral lines that are summed.
     every : bool
-        True if these are all, not only those below `_HIGHEST`.
+        True if all lines are summed, False if only those below `_HIGHEST`.
     """
 
     signal: Signal
@@ -95,7 +95,7 @@ def refine(
     periods: tuple[float, float],
     half_cycles: tuple[float, float],
 ) -> Refined:
-    """Climb from several points to the maxima near them, and return the highest.
+    """Find the maxima near several points, and return the highest.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def refine(
     starts : sequence of Refined
         Results of `crest` at points of the grid.
     periods, half_cycles : tuple of float
-        Bounds of the two variables.
+        Bounds of the period [s] and of the number of half cycles [1].
     """
     count = 1 if starts[0].half_cycles is None else 2
     low = np.array([math.log(periods[0]), half_cycles[0]])[:count]
@@ -113,7 +113,7 @@ def refine(
     tops.sort(key=lambda top: -top[0].weighted)
     if starts[0].half_cycles is None:
         return tops[0][0]
-    # the tail of a wavelet with kinks moves flat maxima by up to a percent
+    # the lines above `_HIGHEST` of a wavelet with kinks move flat maxima by up to a percent
     polished: list[Refined] = []
     for top, bend in tops:
         near = any(_alike(top, other) for other in polished)
@@ -125,7 +125,7 @@ def refine(
 
 
 def _alike(one: Refined, other: Refined) -> bool:
-    """Return True if two points, not yet refined, probably belong to the same maximum."""
+    """Return True if two points are so close that they probably belong to the same maximum."""
     apart = np.abs(_variables(one) - _variables(other)).max()
     return bool(apart < _ALIKE and abs(one.time - other.time) < _ALIKE * one.period)
 
@@ -137,7 +137,7 @@ def _climbed(
     step: float,
     bend: Float | None,
 ) -> tuple[Refined, Float | None]:
-    """Return the maximum near a point, and the last curvature; `bend` is a known curvature."""
+    """Return the maximum near a point, and the last curvature; `bend` is the curvature if known."""
     here, latest = start, bend
     before: tuple[Float, Float] | None = None
     for _ in range(_MOST_MOVES):
@@ -182,21 +182,21 @@ def crest(
     *,
     every: bool = False,
 ) -> Refined:
-    """Return the best time near a given one, and the phase and amplitude, at a fixed period.
+    """Return the maximum over time and phase near a given time, at a fixed period.
 
     Parameters
     ----------
     signal : Signal
         The record.
     wavelet : str
-        Name.
+        Name of the wavelet.
     period, time : float
-        T_p and the time from which to climb [s].
+        T_p and start time [s].
     half_cycles : float or None
         Number of half cycles.
     every : bool
-        Sum over every spectral line of the whole record, not only over those below `_HIGHEST` of
-        the samples around the time.
+        If true, sum over all spectral lines of the whole record; if false, over the lines below
+        `_HIGHEST` of the samples around the time.
     """
     cut = signal if every else cut_around(signal, wavelet, period, time, half_cycles)
     seen = math.floor(_HIGHEST * cut.period / period) + 1
@@ -206,7 +206,7 @@ def crest(
 
 
 def _crest(near: Refined, point: Float) -> Refined:
-    """Return the crest at a point, an array of its variables, in the time near another one."""
+    """Return the maximum over time at a point, an array of variables, near the time of `near`."""
     period, time, weighted, explained, *factors = _crests(near, point[None])[0].tolist()
     number = None if near.half_cycles is None else float(point[1])
     return replace(
@@ -221,11 +221,11 @@ def _crest(near: Refined, point: Float) -> Refined:
 
 
 def _crests(near: Refined, points: Float) -> Float:
-    """Return period, time, height, energy and factors of the crests at points, one in a row.
+    """Return period, time, height, energy and factors of the maxima over time, a row per point.
 
-    All have the number of lines of `near`, because another line would make the height jump.
+    All have the number of lines of `near`, because with another number the height would jump.
     """
-    if near.every and len(points) > 1:  # arrays of all of them would be too large for the cache
+    if near.every and len(points) > 1:  # arrays of all points would not fit into the cache
         return np.concatenate([_crests(near, point[None]) for point in points])
     signal, velocity, start = near.signal, near.signal.weighting.of_velocity, near.signal.start
     periods = np.exp(points[:, 0])
@@ -261,16 +261,18 @@ def _newton_move(
     bend: Float | None,
     before: tuple[Float, Float] | None,
 ) -> tuple[Float, tuple[Float, Float], Float]:
-    """Return the step to the top of the parabola through neighbours, its slope and curvature.
+    """Return the step to the top of the parabola through neighbours, and its slope and curvature.
 
-    The slope follows the point where it was found; `before` is that of the last step. It mends the
-    known curvature of two variables, that of one is near enough.
+    The slope is returned with the point at which it was found; `before` is the pair of the last
+    step. It updates a known curvature of two variables; that of one variable is reused unchanged.
     """
     low, high = bounds
     start = _variables(here)
-    x = np.minimum(np.maximum(start, low + step), high - step)  # neighbours within the bounds
+    x = np.minimum(
+        np.maximum(start, low + step), high - step
+    )  # so that neighbours are within bounds
     axes = _AXES[x.size]
-    # the middle too for the curvature: the series of `here` is around another time
+    # the curvature needs the point itself too: the series of `here` is around another time
     offsets = axes[: 2 * x.size if bend is not None else None]
     heights = _crests(here, x + step * offsets)[:, 2]
     logs = np.log(np.maximum(heights, 1e-300))

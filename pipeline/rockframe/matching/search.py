@@ -1,10 +1,10 @@
 """Search over all periods, numbers of half cycles and times with the FFT.
 
-For each period, one inverse transform gives the inner products with one part of a wavelet at all
-times. A wavelet of period T_p has no content beyond a few times 1 / T_p, so only that part of the
-spectrum is transformed back, to a few samples per period: each longer octave needs half the
-samples. The parts are even and odd, so their cross term is zero and the best phase at each time
-follows in closed form, by projection on their span: c1^2 / E1 + c2^2 / E2.
+For each period, one inverse transform yields the inner products with one part of a wavelet at all
+times. The spectrum of a wavelet of period T_p ends at a few times 1 / T_p. So only that part of the
+record's spectrum is transformed back, to a few samples per period; each longer octave needs half
+the samples. The parts are even and odd, so their cross term is zero. The best phase at each time
+therefore follows in closed form, by projection on both parts: c1^2 / E1 + c2^2 / E2.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from rockframe.wavelets.family import RICKERS, WAVELETS
 Float = NDArray[np.float64]
 SingleComplex = NDArray[np.complex64]
 
-#: Periods of the ladder per octave: |C| is within 2e-3 of its maximum between two rungs.
+#: Number of periods per octave. The largest |C| at these periods is within 2e-3 of the maximum.
 PERIODS_PER_OCTAVE: Final = 14
-#: A period that every ladder contains [s], so that records share their wavelets.
+#: A period that every series of periods would contain [s], so that all records use the same ones.
 _ANCHOR: Final = 0.2
-#: Smallest number of samples in the shortest period of an octave.
+#: Least number of samples in the shortest period of an octave.
 _SAMPLES_PER_PERIOD: Final = 8
-#: Largest frequency times T_p of the tabulated spectra, and their lines per unit of it.
+#: Largest value of frequency times T_p in the tabulated spectra, and number of lines per unit.
 _HIGHEST: Final = 8
 _FINENESS: Final = 2048
 #: The three wavelets whose parts are the two Ricker wavelets.
@@ -43,7 +43,7 @@ _ANY_PHASE: Final = "ricker_any_phase"
 
 @dataclass(frozen=True, eq=False)
 class Heights:
-    """The largest coefficient over time and phase at each period of the ladder.
+    """The largest coefficient over time and phase at each period of a search.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Heights:
 
 
 def ladder(low: float, high: float, per_octave: int = PERIODS_PER_OCTAVE) -> Float:
-    """Return the periods of the search [s], in equal ratios; at least one.
+    """Return the periods of a search [s], a geometric series of at least one.
 
     Examples
     --------
@@ -97,12 +97,12 @@ def search(
     wavelets : sequence of str
         Names of wavelets.
     half_cycles : sequence of float
-        Numbers of half cycles to search, for wavelets with that parameter.
+        Numbers of half cycles to search, for wavelets with this parameter.
     fineness : int
-        Number of times per shortest period of an octave.
+        Number of times in the shortest period of an octave.
     nearly : float
-        Share of the largest weighted square below which heights are not needed: they are 0 where
-        no coefficient of an octave can reach it.
+        Share of the largest weighted square below which heights are not needed. They are 0 if no
+        coefficient of an octave can reach this share.
     """
     weight = signal.weighting.of_square(periods)
     signals = np.atleast_2d(signal.samples).shape[0]
@@ -113,7 +113,7 @@ def search(
         far = np.max([(part.core, part.reach) for part in parts], axis=0)
         heights = np.zeros((2, signals, periods.size, len(numbers), len(served)))
         known[span] = (numbers, served, far, heights)
-    # long periods first: they cost little, and show where shorter ones can be higher
+    # long periods first: they take little time, and limit the times to search at shorter ones
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
         band = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
@@ -133,7 +133,7 @@ def search(
 
 
 def _band(signal: Signal, least: int) -> Signal:
-    """Return a signal at `least` times or more of its padded length, without higher frequencies."""
+    """Return a signal resampled to at least `least` padded samples, without high frequencies."""
     count = min(padded_size(least), signal.padded)
     step = signal.period / count
     spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
@@ -143,7 +143,7 @@ def _band(signal: Signal, least: int) -> Signal:
 
 
 def _octaves(periods: Float) -> list[slice]:
-    """Divide ascending periods at each doubling of the first."""
+    """Return slices of ascending periods, divided at each doubling of the first."""
     starts = np.searchsorted(np.floor(np.log2(periods / periods[0]) + 1e-9), np.arange(64))
     ends = sorted({*starts.tolist(), periods.size})
     return [slice(*pair) for pair in itertools.pairwise(ends)]
@@ -165,11 +165,11 @@ def largest(
     periods : array, shape (periods,)
         T_p, ascending [s].
     span : str
-        Name of a wavelet that has the parts.
+        Name of the wavelet whose parts are used.
     half_cycles : tuple of float, or of None
         Numbers of half cycles.
     kinds : array, shape (kinds,)
-        The part 0 or 1, or 2 for both.
+        For each requested result: the part, 0 or 1; or 2 for both parts.
 
     Returns
     -------
@@ -198,7 +198,7 @@ def largest(
 
 @lru_cache(maxsize=64)
 def _shape(span: str, half_cycles: tuple[float | None, ...], of_velocity: bool) -> SingleComplex:
-    """Return conjugate spectra of the parts with unit energy, at nu in steps of 1 / _FINENESS."""
+    """Return conjugate spectra of the parts of unit energy, at nu = 0, 1 / _FINENESS, ..."""
     lines, spectra = _HIGHEST * _FINENESS, []
     for number in half_cycles:
         energies = np.array(part_energies(span, number, of_velocity))
@@ -208,7 +208,7 @@ def _shape(span: str, half_cycles: tuple[float | None, ...], of_velocity: bool) 
 
 
 def _spans(wavelets: Sequence[str]) -> list[str]:
-    """Return wavelets that provide all parts: the two Ricker wavelets serve three wavelets."""
+    """Return wavelets that have all parts needed; the parts of the Rickers serve three wavelets."""
     rickers = [name for name in wavelets if name in RICKERS or name == _ANY_PHASE]
     others = [name for name in wavelets if name not in rickers]
     if len(rickers) == 1:
@@ -217,7 +217,7 @@ def _spans(wavelets: Sequence[str]) -> list[str]:
 
 
 def _served(span: str, wavelets: Sequence[str]) -> dict[str, int]:
-    """Return which part of `span`, or 2 for both, belongs to each wavelet."""
+    """Return for each wavelet the part of `span` that it consists of, or 2 for both parts."""
     if span != _ANY_PHASE:
         return {span: 0 if span in RICKERS else 2}
     return {name: kind for kind, name in enumerate((*RICKERS, span)) if name in wavelets}

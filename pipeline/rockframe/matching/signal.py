@@ -1,4 +1,4 @@
-"""The weighted signal that wavelets are matched to, and its spectra."""
+"""Padded records and spectra of wavelets, for the search of pulses."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ Float = NDArray[np.float64]
 
 
 class Weighting(StrEnum):
-    """Weighting that makes coefficients of different periods comparable.
+    """Weighting of coefficients of different periods.
 
-    The coefficient is s^-q E^(-1/2) <a, psi((t - xi) / s)> with E the energy of psi.
+    The coefficient is s^-q E^(-1/2) <a, psi((t - xi) / s)>, with E the energy of psi.
 
     ``ENERGY``
         q = 1/2, as in the paper: each daughter wavelet has unit energy, and |C| is the length of
         the projection of the record on it. Only this q recovers the period of a record that is
         itself such a wavelet (Cauchy-Schwarz).
     ``AREA``
-        q = 1: biased to short periods; Ricker pulses are found at 0.82 or 0.87 of their period.
+        q = 1: biased to short periods. Ricker pulses are found at 0.82 (symmetric) or 0.87
+        (antisymmetric) of their period.
     ``NONE``
-        q = 0: biased to long periods; Ricker pulses are found at 1.22 or 1.15 of their period.
+        q = 0: biased to long periods. Ricker pulses are found at 1.22 or 1.15 of their period.
     ``VELOCITY``
         q = 1/2 with the velocities of record and wavelet in place of the accelerations. This equals
-        the transform of the acceleration by the integrated wavelet with s^(+1/2), so that long
-        periods win in records with several pulses.
+        the transform of the acceleration with the integrated wavelet and s^(+1/2). In records with
+        several pulses, it therefore selects long periods.
 
     Examples
     --------
@@ -51,16 +52,16 @@ class Weighting(StrEnum):
 
     @property
     def exponent(self) -> float:
-        """q, the power of 1 / period."""
+        """Power q of 1 / period."""
         return _EXPONENTS[self]
 
     def of_square(self, period: Float) -> Float:
-        """Return the factor on the square of a coefficient with the weighting ``energy``."""
+        """Return the factor that converts squares with the weighting ``energy`` to this one."""
         return np.asarray(period) ** (1.0 - 2.0 * self.exponent)
 
     @property
     def of_velocity(self) -> bool:
-        """True if velocities are compared, not accelerations."""
+        """True if velocities are compared instead of accelerations."""
         return self is Weighting.VELOCITY
 
 
@@ -75,14 +76,16 @@ _EXPONENTS: Final = MappingProxyType(
 
 
 Complex = NDArray[np.complex128]
-#: Surrogates are in single precision, as the search is.
+#: Samples of records are in double precision, those of surrogates in single precision.
 Samples = Float | NDArray[np.float32]
 
-#: A record whose samples differ by less than this share of the peak is constant but for round-off.
+#: A record is constant to round-off if its samples differ by less than this share of the peak.
 _CONSTANT: Final = 1e-9
-#: Squares of samples beyond this or its inverse overflow or underflow [m s-2].
+#: Largest peak of a record [m s-2]; the least is its inverse. Beyond them squares would overflow or
+#: underflow.
 _STRONGEST: Final = 1e100
-#: Points of the integral of a wavelet's squared velocity, which vanishes smoothly at both ends.
+#: Number of points of the sum for a wavelet's squared velocity, which is smooth and zero at both
+#: ends.
 _VELOCITY_POINTS: Final = 4001
 
 
@@ -99,7 +102,8 @@ class Signal:
     weighting : Weighting
         Weighting of the transform.
     padded : int
-        Number of samples with the zeros after them, which keep wavelets from wrapping around.
+        Number of samples including the zeros after them, which prevent wavelets from wrapping
+        around.
     spectrum : array, shape (padded // 2 + 1,) or (signals, padded // 2 + 1)
         Fourier integral of the padded samples, at multiples of 1 / (padded time_step).
     start : float
@@ -141,7 +145,7 @@ def signal_of(
     time_step : float
         Interval between samples [s].
     weighting : Weighting
-        ``VELOCITY`` takes the integral of the record.
+        Weighting; with ``VELOCITY`` the record is integrated.
     longest_reach : float
         Largest distance from the centre at which the longest wavelet is not zero [s].
 
@@ -151,7 +155,7 @@ def signal_of(
         If velocities are compared and the record's velocity is zero throughout.
     """
     samples = velocity_of(acceleration, time_step) if weighting.of_velocity else acceleration
-    if weighting.of_velocity and not samples.any():  # samples that turn at each step
+    if weighting.of_velocity and not samples.any():  # samples that alternate in sign
         raise ParameterError("Invalid acceleration: its velocity is zero at all samples.")
     padded = padded_size(samples.shape[-1] + math.ceil(longest_reach / time_step))
     return padded_signal(samples, time_step, weighting, padded)
@@ -160,7 +164,7 @@ def signal_of(
 def padded_signal(
     samples: Samples, time_step: float, weighting: Weighting, padded: int, start: float = 0.0
 ) -> Signal:
-    """Transform samples of what is compared, acceleration or velocity, padded with zeros."""
+    """Pad samples of acceleration or velocity with zeros, and transform them."""
     spectrum = scipy.fft.rfft(samples, padded) * time_step
     return Signal(samples, time_step, weighting, padded, spectrum, start)
 
@@ -179,7 +183,7 @@ def velocity_of(acceleration: Samples, time_step: float) -> Float:
 
 
 def padded_size(least: int) -> int:
-    """Return one of a few padded lengths, so that records share tabulated wavelets.
+    """Return one of a few padded lengths; records of similar length then share cached spectra.
 
     Examples
     --------
@@ -196,8 +200,8 @@ def require_record(acceleration: Float, time_step: float) -> Float:
     Raises
     ------
     ParameterError
-        If they are not one row, finite, and different from each other, or the time step is not
-        positive.
+        If the samples are not one row of finite numbers, are all equal, or are too large or too
+        small for their squares; or if the time step is not positive.
     """
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
@@ -244,10 +248,10 @@ def part_spectra(
     count: int,
     of_velocity: bool,
 ) -> Complex:
-    """Return the spectra of a wavelet's parts, or of their velocities, along the axis before last.
+    """Return the spectra of a wavelet's parts, or of their velocities.
 
-    The `count` values of frequency times T_p start at 0 and are `line` apart, for each point if
-    arrays of shape (points,) are given.
+    The parts are along the axis before the last, frequency times T_p along the last axis: `count`
+    values from 0, `line` apart. If `line` has shape (points,), points are along the first axis.
     """
     spectra = WAVELETS[wavelet].spectra(line, count, half_cycles)
     if of_velocity:

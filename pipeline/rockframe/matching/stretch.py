@@ -1,7 +1,7 @@
-"""The stretch of a record in which a pulse can be strong enough, and that around a pulse.
+"""Cuts of a record: to the times at which a pulse can be strong enough, and around a pulse.
 
 A coefficient is the length of the projection of the record on a wavelet. Its square is therefore at
-most the record's energy where the wavelet is not zero (Cauchy-Schwarz).
+most the energy of the record in the time in which the wavelet is not zero (Cauchy-Schwarz).
 """
 
 from __future__ import annotations
@@ -19,32 +19,34 @@ from rockframe.wavelets.family import WAVELETS
 
 Float = NDArray[np.float64]
 
-#: Share of the least energy that suffices: a few thousandths of a wavelet's energy lie in what the
-#: times of the search add at its ends.
+#: Factor of the least energy, for safety: at the coarse times of the search, a few thousandths of a
+#: wavelet's energy are outside the times in which it is not zero.
 _SAFE: Final = 0.98
-#: How much longer and later a maximum may be, relative to the period, than the point from which
-#: the samples around it were cut, and the samples beside them, which fade: a sudden end would
-#: disturb what lies between the samples, and move flat maxima by 5e-5.
+#: Room around a pulse, so that a maximum may move during refinement: factor of the period, shift in
+#: time relative to the period, and increase of the number of half cycles.
 _LONGER: Final = 1.15
 _LATER: Final = 0.25
+_MORE: Final = 0.5
+#: Number of further samples at either end, and their taper. A sudden end would change the
+#: interpolation between samples, and move flat maxima by 5e-5.
 _BESIDE: Final = 64
 _RISE: Final = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
-#: How much larger its number of half cycles.
-_MORE: Final = 0.5
 
 
 def strong_stretch(signal: Signal, far: Float, floor: Float) -> tuple[Signal, NDArray[np.intp]]:
-    """Cut records to where wavelets can explain as much as `floor`; also return their indices.
+    """Cut records to the times at which wavelets can explain at least an energy.
+
+    Returns the cut records that have such times, and their indices.
 
     Parameters
     ----------
     signal : Signal
         The records, at the times of the search.
     far : array, shape (2,)
-        Distances from the centre within which the wavelet's energy lies, and beyond which it is
-        zero [s].
+        Two distances from the centre [s]: nearly all energy of the wavelet is within the first, and
+        it is zero beyond the second.
     floor : array, shape (signals,)
-        Least energy.
+        The least energy of each record.
     """
     if not floor.any():
         return signal, np.arange(floor.size)
@@ -65,16 +67,16 @@ def strong_stretch(signal: Signal, far: Float, floor: Float) -> tuple[Signal, ND
 def cut_around(
     signal: Signal, wavelet: str, period: float, time: float, half_cycles: float | None
 ) -> Signal:
-    """Cut a record to the samples around a pulse; its wavelet is zero outside them.
+    """Cut a record to the samples around a pulse, outside of which its wavelet is zero.
 
     Parameters
     ----------
     signal : Signal
         The record.
     wavelet : str
-        Name.
+        Name of the wavelet.
     period, time : float
-        T_p and centre [s].
+        T_p and centre of the pulse [s].
     half_cycles : float or None
         Number of half cycles.
     """
@@ -100,14 +102,14 @@ def holds(
     time: float,
     half_cycles: float | None,
 ) -> bool:
-    """Return True if samples hold a pulse whole, or what the record has of it.
+    """Return True if a cut contains all of a pulse that is within the record.
 
     Parameters
     ----------
     cut, signal : Signal
         Result of `cut_around`, and the record.
     wavelet, period, time, half_cycles
-        As those of `cut_around`.
+        Parameters of the pulse, as in `cut_around`.
     """
     reach, faded = period * _reach(wavelet, half_cycles), _BESIDE * cut.time_step
     first, last = cut.start, cut.start + cut.duration

@@ -1,4 +1,4 @@
-"""The loop over the lines of a spectrum, compiled."""
+"""Compiled loop over the lines of a spectrum."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from rockframe.rocking.kernels.compiled import compiled, inlined
 from rockframe.wavelets.mother import Complex, Float
 
-#: Distance from the limits of the window's spectrum within which it is a sum of three sincs.
+#: Distance from the limits at 0 and +-1 within which the window's spectrum is a sum of three sincs.
 _NEAR: Final = 1e-6
 
 
@@ -44,5 +44,5 @@ def fill(nu: Float, gamma: Float, turned: Complex, found: Complex) -> None:
 
 @inlined
 def _window(x: float) -> float:
-    """Return sinc(x) / (1 - x^2), which has limits at 0 and +-1, from three shifted sincs."""
+    """Return sinc(x) / (1 - x^2) as a sum of three shifted sincs, also valid at 0 and +-1."""
     return float(np.sinc(x) + 0.5 * (np.sinc(x - 1.0) + np.sinc(x + 1.0)))

@@ -67,7 +67,9 @@ def spectra_of_lines(line: float | Float, count: int, half_cycles: float | Float
 
 def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
     """Return the spectra along the axis before last; `turned` is exp(i pi gamma nu)."""
-    from rockframe.wavelets.loops import fill  # numba, which most who use wavelets do not need
+    from rockframe.wavelets.loops import (
+        fill,
+    )  # imports numba, which most uses of wavelets do not need
 
     *points, count = nu.shape
     found = np.empty((*points, 2, count), dtype=np.complex128)
