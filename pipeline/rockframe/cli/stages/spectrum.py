@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import chosen_engine
-from rockframe.cli.console import show_json, show_rows, show_table
+from rockframe.cli.console import show_json, show_rows
 from rockframe.cli.options import add_options, chosen, file_to_write, flag, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -49,40 +49,33 @@ def run_spectrum(options: argparse.Namespace) -> int:
 
 def _of_pulses(options: argparse.Namespace) -> int:
     from rockframe.results.spectra import read_spectrum
+    from rockframe.results.tables.columns import Column
     from rockframe.stages.spectrum import spectrum_stage
 
     stated = chosen(options, SpectrumOptions)
     spectrum_stage(options.output, stated, engine=chosen_engine(options))
     dataset = read_spectrum(options.output)
+    lines = _lines(dataset)
     if options.json:
-        show_json({"spectrum": _lines(dataset), "output": str(options.output)})
+        show_json({"spectrum": lines, "output": str(options.output)})
         return 0
-    ratios = [f"{ratio:g}>" for ratio in dataset["frequency_ratio"].values]
-    show_table(
-        "Least overturning a_p/(g tan α) over ω_p/p",
-        ["wavelet", "α [deg]>", "γ>", *ratios],
-        _cells(dataset),
-    )
+    ratios = [f"{ratio:g}" for ratio in dataset["frequency_ratio"].values]
+    beyond = f"> {float(dataset['amplitude'][-1]):g}"
+    for i, line in enumerate(lines):
+        least = line["minimum_overturning_amplitude"]
+        curve = lines[i - i % len(ratios)]
+        curve[ratios[i % len(ratios)]] = beyond if math.isnan(least) else least
+    columns = [
+        Column("wavelet", "wavelet", rule=lambda row, key: row[key].replace("_", " ")),
+        Column("α [deg]>", "slenderness_deg", ".4g"),
+        Column("γ>", "mass_ratio", "g"),
+        *(Column(f"{ratio}>", ratio, ".4f", rule=lambda row, key: row[key]) for ratio in ratios),
+    ]
+    show_rows("Least overturning a_p/(g tan α) over ω_p/p", columns, lines[:: len(ratios)])
     islands = int((dataset["safe_islands"] > 0).sum())
     print(f"{islands} of these {dataset['safe_islands'].size} points have safe islands above them.")
     print(options.output)
     return 0
-
-
-def _cells(dataset: xr.Dataset) -> list[list[str]]:
-    """Return a row for each wavelet, slenderness and mass ratio."""
-    beyond = f"> {float(dataset['amplitude'][-1]):g}"
-    least = dataset["minimum_overturning_amplitude"]
-    rows = least.stack(row=("wavelet", "slenderness", "mass_ratio")).transpose("row", ...)
-    return [
-        [
-            str(row["wavelet"].item()).replace("_", " "),
-            f"{math.degrees(float(row['slenderness'])):.4g}",
-            f"{float(row['mass_ratio']):g}",
-            *(beyond if math.isnan(value) else f"{value:.4f}" for value in row.values),
-        ]
-        for row in rows
-    ]
 
 
 def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
