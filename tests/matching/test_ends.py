@@ -1,4 +1,4 @@
-"""Ends of records and of ranges, and records in which no pulse can be looked for."""
+"""Pulses at ends of records, periods at ends of ranges, and records that cannot be searched."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_a_whole_pulse_is_not() -> None:
 
 
 def test_the_start_does_not_see_the_end() -> None:
-    """No wavelet reaches around: a pulse at the end explains nothing at the start."""
+    """Wavelets do not wrap around: a pulse at the end explains nothing at the start."""
     planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=4.0, time=19.0)
     match = match_pulse(planted.acceleration(TIME), 0.01, "symmetric_ricker")
     assert match.pulse.time > 15.0

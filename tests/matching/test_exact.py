@@ -1,4 +1,4 @@
-"""The search against brute force, PyWavelets and numbers computed elsewhere, for every wavelet."""
+"""The search of each wavelet compared with brute force, PyWavelets and independent numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A pulse is called one, and noise that swells and fades is not.
+"""Pulses are reported, and noise that swells and fades is not.
 
 ``python -m tests.matching.test_likeness`` prints how often over more records.
 """
@@ -41,7 +41,7 @@ def with_pulse(seed: int, ratio: float) -> np.ndarray:
 
 
 def calls(records: list[np.ndarray], options: PulseOptions = RICKERS) -> float:
-    """Share of records of which the symmetric wavelet's match is called a pulse."""
+    """Return the share of records in which the symmetric wavelet's match is reported as a pulse."""
     verdicts = [judged(record, options)["symmetric_ricker"].verdict for record in records]
     return sum(verdict is PulseVerdict.PULSE for verdict in verdicts) / len(verdicts)
 
@@ -55,7 +55,7 @@ def test_planted_pulses_are_called_pulses() -> None:
 
 
 def test_plain_scrambling_calls_noise_a_pulse_because_it_swells_and_fades() -> None:
-    """Why surrogates keep the envelope: of steady noise plain scrambling calls little a pulse."""
+    """Surrogates need the envelope: without it, only steady noise is seldom called a pulse."""
     plain = RICKERS.replaced(scrambling="plain")
     assert calls([noise(seed) for seed in range(20)], plain) >= 0.7
     steady = [np.random.default_rng([seed, 6]).normal(size=1500) for seed in range(20)]
@@ -70,7 +70,7 @@ def test_the_same_seed_draws_the_same_surrogates() -> None:
 
 
 def test_drawing_ends_when_the_verdict_is_certain_and_not_before() -> None:
-    """As many as 5 of 99 that beat the record: p cannot reach 0.05 any more."""
+    """If 5 of 99 match better than the record, p cannot reach 0.05 any more."""
     some = judged(noise(1))["symmetric_ricker"]
     assert 19 <= some.surrogates < 99
     assert some.verdict is PulseVerdict.NOISE

@@ -1,4 +1,4 @@
-"""The wavelet transform: unbiased, invariant where it must be, and the same by other ways."""
+"""The wavelet transform: without bias, invariant, and equal to other computations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OTHER = {
 
 
 def synthetic() -> np.ndarray:
-    """The record whose best pulses f_wavelet.json states, in g."""
+    """Return the record of f_wavelet.json [g], whose best pulses are known."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=0.8, time=5.0).acceleration(TIME)
     fast = 0.05 * np.sin(14 * np.pi * TIME) * np.exp(-(((TIME - 5) / 2) ** 2))
     slow = 0.03 * np.sin(3.8 * np.pi * TIME + 0.3) * np.exp(-(((TIME - 5.5) / 2) ** 2))

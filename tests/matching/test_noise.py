@@ -1,4 +1,4 @@
-"""Pulses of every kind planted in coloured noise: how far off what is found is, in a table.
+"""Errors of pulses of each kind that were added to coloured noise, in a table.
 
 ``python -m tests.matching.test_noise`` prints it.
 """
@@ -37,7 +37,7 @@ def coloured(random: np.random.Generator) -> np.ndarray:
 
 
 def errors(kind: tuple[str, float, float | None], ratio: float, count: int) -> np.ndarray:
-    """ln T_p, ln a_p and time over T_p of what is found, less what was planted."""
+    """Return the errors of ln T_p, ln a_p and time over T_p."""
     wavelet, phase, half_cycles = kind
     found = []
     for seed in range(count):

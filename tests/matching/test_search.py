@@ -1,4 +1,4 @@
-"""What is left out of a search cannot win, and what is cut off beside a pulse does not move it."""
+"""Times that are not searched cannot contain the best match, and cuts do not move a pulse."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_crest_is_that_of_the_whole_record(wavelet: str, time: float) -> None:
 
 
 def test_surrogates_of_a_record_in_any_unit_are_the_same() -> None:
-    """They are drawn in single precision, which holds no squares of 1e20."""
+    """They are drawn in single precision, in which squares of 1e20 overflow."""
     options = PulseOptions(wavelet=("symmetric_ricker",), surrogates=19)
     for unit in (1e-12, 1e12):
         record = unit * with_pulse(1, 3.0)

@@ -1,4 +1,4 @@
-"""What a weighting does to the period, and the phase as a projection."""
+"""The effect of weightings on the period, and the phase as a projection."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_velocity_weighting_is_the_integrated_wavelet_with_the_root_of_the_perio
 
 @pytest.mark.parametrize("wavelet", ["ricker_any_phase", "mavroeidis_papageorgiou"])
 def test_projection_is_the_best_of_all_phases(wavelet: str) -> None:
-    """Against 3600 phases tried one by one on noise."""
+    """Compared with 3600 phases on noise."""
     random = np.random.default_rng(3)
     record = random.normal(size=1500)
     options = PulseOptions(wavelet=(wavelet,))
