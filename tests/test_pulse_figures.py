@@ -58,7 +58,7 @@ def test_figures_of_a_pulse_say_if_it_is_not_told_from_noise(
 ) -> None:
     match = matches["antisymmetric_ricker"]
     words = pulse_words(PulseVerdict.NOISE, 0.32)
-    assert words == "best match, not told from noise (p = 0.32)"
+    assert words == "best match, could be noise (p = 0.32)"
     drawn = draw_record_and_pulse([pulse_dataset(record, match, words)], {"shake": "Shake"})
     legend = drawn.figure.axes[0].get_legend()
     assert legend is not None

@@ -149,7 +149,7 @@ def test_an_undecided_verdict_has_its_direction(overturning_time: float, words: 
     assert (stated.kind, stated.words) == (VerdictKind.UNDECIDED, words)
 
 
-def test_a_pulse_that_is_not_told_from_noise_is_marked(
+def test_a_pulse_that_could_be_noise_is_marked(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The best match of the record at Christmas Canyon is one: p is about a third."""
@@ -163,8 +163,8 @@ def test_a_pulse_that_is_not_told_from_noise_is_marked(
     show(list(table_rows(*files)), [], [])
     printed = capsys.readouterr().out
     assert "antisym†" in printed
-    assert "† best match, not told from noise" in printed
-    words = f"best match, not told from noise (p = {p_value:.2f})"
+    assert "† best match, could be noise" in printed
+    words = f"best match, could be noise (p = {p_value:.2f})"
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "antisym†" in page
     assert words in page

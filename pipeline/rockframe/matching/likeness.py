@@ -94,12 +94,12 @@ def pulse_words(verdict: PulseVerdict, p_value: float) -> str:
     Examples
     --------
     >>> pulse_words(PulseVerdict.NOISE, 0.32)
-    'best match, not told from noise (p = 0.32)'
+    'best match, could be noise (p = 0.32)'
     """
     return {
         PulseVerdict.UNTESTED: "best match, not tested against noise",
-        PulseVerdict.PULSE: f"pulse, told from noise (p = {p_value:.2f})",
-        PulseVerdict.NOISE: f"best match, not told from noise (p = {p_value:.2f})",
+        PulseVerdict.PULSE: f"pulse, unlikely to be noise (p = {p_value:.2f})",
+        PulseVerdict.NOISE: f"best match, could be noise (p = {p_value:.2f})",
         PulseVerdict.AT_BOUND: "best match, at the end of the range of periods",
     }[verdict]
 

@@ -231,7 +231,7 @@ def _show_notes(rows: Sequence[Row]) -> None:
     mark = max((pulse_mark(row) for row in rows), default="")
     if mark:
         notes.append(
-            f"{mark} best match, not told from noise: similar noise matches as well in\n"
+            f"{mark} best match, could be noise: similar noise matches as well in\n"
             f"  more than {100.0 * LEVEL:g} % of the draws (pulse_p_value in table.csv)"
         )
     if any(BORROWED in row["facts_source"] for row in rows):

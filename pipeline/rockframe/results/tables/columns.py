@@ -149,7 +149,7 @@ def robust_scales(row: Cells, _key: str = "") -> str:
 
 
 def wavelet_name(row: Cells, key: str = "wavelet") -> str:
-    """Return the short name of the wavelet, marked if the match is not told from noise.
+    """Return the short name of the wavelet, marked if the match could be noise.
 
     Examples
     --------
@@ -166,7 +166,7 @@ def stated_pulse(row: Cells) -> str:
     Examples
     --------
     >>> stated_pulse({"pulse_verdict": "noise", "pulse_p_value": "0.32"})
-    'best match, not told from noise (p = 0.32)'
+    'best match, could be noise (p = 0.32)'
     """
     if not row.get("pulse_verdict"):
         return ""
