@@ -115,7 +115,13 @@ def test_the_paper_is_set_beside_every_way(
     records = records_of(tmp_path, [motion(1)], source_file="RSN77_SFERN_PUL164.AT2")
     assert run("pulse", records, "--paper") == 0
     printed = capsys.readouterr().out
-    for words in ("Weighting energy", "Weighting velocity", "Pacoima Dam/164", "1.27", "nearest"):
+    for words in (
+        "Weighting energy",
+        "Weighting velocity",
+        "Pacoima Dam/164",
+        "1.27",
+        "smallest distance",
+    ):
         assert words in printed
     assert run("pulse", records, "--paper", "--json") == 0
     found = json.loads(capsys.readouterr().out)
