@@ -24,7 +24,7 @@ from rockframe.matching.match import PulseMatch
 from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import Samples, Weighting, require_record
-from rockframe.options.pulse import FEWEST_SURROGATES, PulseOptions
+from rockframe.options.pulse import PulseOptions
 
 Float = NDArray[np.float64]
 
@@ -37,6 +37,9 @@ _HALF_CYCLES: Final = 3
 _FINENESS: Final = 6
 #: Number of surrogates that are searched together.
 _BATCH: Final = 10
+#: Number of surrogates that are searched together with the record; with fewer than 19, no verdict
+#: is certain.
+_FIRST: Final = 20
 #: Width of the Gaussian that smooths the squared record into its envelope, relative to the
 #: significant duration D5-95, and its lower bound [s].
 _ENVELOPE_SHARE: Final = 0.1
@@ -143,33 +146,39 @@ def likeness(
     samples = require_record(acceleration, time_step)
     if options.surrogates == 0:
         return {name: _untested() for name in matches}
-    own = {name: index[0] for name, index in _indices(samples[None], time_step, options).items()}
     allowed = math.floor(LEVEL * (options.surrogates + 1) + 1e-9) - 1
     source = _Surrogates(samples, time_step, options)
-    drawn: dict[str, list[float]] = {name: [] for name in options.wavelet}
-    while (count := len(drawn[options.wavelet[0]])) < options.surrogates:
-        wanted = _BATCH if count else 2 * _BATCH  # with fewer, no verdict is certain
-        batch = source.draw(min(wanted, options.surrogates - count))
-        for name, index in _indices(batch, time_step, options).items():
-            drawn[name] += index.tolist()
-        beaten = [sum(x >= own[name] for x in drawn[name]) for name in options.wavelet]
-        if min(beaten) > allowed and len(drawn[options.wavelet[0]]) >= FEWEST_SURROGATES:
+    first = source.draw(min(_FIRST, options.surrogates))
+    whole = _indices(np.concatenate([source.record[None], first]), time_step, options)
+    own, drawn = whole[:, :1], whole[:, 1:]
+    while (rest := options.surrogates - drawn.shape[1]) > 0:
+        if ((drawn >= own).sum(axis=1) > allowed).all():
             break
-    return {name: _judged(own[name], drawn[name], matches[name]) for name in options.wavelet}
+        further = _indices(source.draw(min(_BATCH, rest)), time_step, options)
+        drawn = np.concatenate([drawn, further], axis=1)
+    beaten = (drawn >= own).sum(axis=1).tolist()
+    levels = np.quantile(drawn, (0.5, 1.0 - LEVEL), axis=1)
+    numbers = zip(beaten, own[:, 0].tolist(), *levels.tolist(), strict=True)
+    return {
+        name: _judged(matches[name], drawn.shape[1], *found)
+        for name, found in zip(options.wavelet, numbers, strict=True)
+    }
 
 
-def _judged(own: float, drawn: list[float], match: PulseMatch) -> Likeness:
-    p_value = (1 + sum(x >= own for x in drawn)) / (1 + len(drawn))
+def _judged(
+    match: PulseMatch, count: int, beaten: int, own: float, median: float, high: float
+) -> Likeness:
+    p_value = (1 + beaten) / (1 + count)
     verdict = PulseVerdict.PULSE if p_value <= LEVEL + 1e-12 else PulseVerdict.NOISE
     if match.at_period_bound:
         verdict = PulseVerdict.AT_BOUND
     return Likeness(
         verdict=verdict,
         p_value=p_value,
-        surrogates=len(drawn),
+        surrogates=count,
         match_index=own,
-        median=float(np.median(drawn)),
-        high=float(np.quantile(drawn, 1.0 - LEVEL)),
+        median=median,
+        high=high,
     )
 
 
@@ -192,6 +201,7 @@ class _Surrogates:
         digest = hashlib.sha256(samples.tobytes()).digest()[:16]
         self._random = np.random.default_rng([options.seed, int.from_bytes(digest, "little")])
         samples = samples / np.abs(samples).max()  # large numbers overflow in single precision
+        self.record = samples.astype(np.float32)
         self._size = samples.size
         self._envelope = np.ones(samples.size)
         divisor = self._envelope
@@ -228,17 +238,14 @@ def _envelope(samples: Float, time_step: float) -> Float:
     return np.asarray(np.sqrt(np.maximum(smoothed, 0.0)))
 
 
-def _indices(samples: Samples, time_step: float, options: PulseOptions) -> dict[str, Float]:
-    """Return the match indices of several records of one length, from a coarse search."""
+def _indices(samples: Samples, time_step: float, options: PulseOptions) -> Float:
+    """Return the match indices of each wavelet and several records, from a coarse search."""
     periods = period_range(samples.shape[1], time_step, options)
     signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()
     rungs = ladder(*periods, _PER_OCTAVE)
     found = search(signal, rungs, options.wavelet, half_cycles, _FINENESS, nearly=1.0)
     energy = np.square(signal.samples).sum(axis=1, dtype=np.float64) * time_step
-    indices = {}
-    for name, heights in found.items():
-        best = heights.power.max(axis=2)
-        rung = (best * Weighting(options.weighting).of_square(rungs)).argmax(axis=1)
-        indices[name] = np.sqrt(np.take_along_axis(best, rung[:, None], 1)[:, 0] / energy)
-    return indices
+    best = np.stack([found[name].power.max(axis=2) for name in options.wavelet])
+    rung = (best * Weighting(options.weighting).of_square(rungs)).argmax(axis=2, keepdims=True)
+    return np.asarray(np.sqrt(np.take_along_axis(best, rung, 2)[..., 0] / energy))

@@ -120,16 +120,18 @@ def search(
         for span, (numbers, served, far, heights) in known.items():
             best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
             floor = nearly * best / weight[rungs].max()
-            part, rows = strong_stretch(band, far * chosen[-1], floor)
+            part, rows, start = strong_stretch(band, far * chosen[-1], floor)
             if rows.size:
                 kinds = np.array([*served.values()])
-                heights[:, rows, rungs] = largest(part, chosen, span, tuple(numbers), kinds)
-    found = {
+                found = largest(part, chosen, span, tuple(numbers), kinds)
+                found[1] += start[:, None, None, None]
+                heights[:, rows, rungs] = found
+    all_heights = {
         name: Heights(periods, tuple(numbers), *heights[..., i])
         for numbers, served, _, heights in known.values()
         for i, name in enumerate(served)
     }
-    return {name: found[name] for name in wavelets}
+    return {name: all_heights[name] for name in wavelets}
 
 
 def _band(signal: Signal, least: int) -> Signal:
@@ -174,7 +176,7 @@ def largest(
     Returns
     -------
     array, shape (2, signals, periods, half_cycles, kinds)
-        Squares, and times [s].
+        Squares, and times from the first sample [s].
     """
     shape = _shape(span, half_cycles, signal.weighting.of_velocity)
     highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
@@ -192,7 +194,7 @@ def largest(
     tops(products.reshape(split), signal.samples.shape[-1], kinds, found)
     found = found.reshape(2, *sizes, count, kinds.size)
     found[0] *= periods[:, None, None] / signal.time_step**2
-    found[1] = signal.start + found[1] * signal.time_step
+    found[1] *= signal.time_step
     return found
 
 

@@ -33,10 +33,13 @@ _BESIDE: Final = 64
 _RISE: Final = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
 
 
-def strong_stretch(signal: Signal, far: Float, floor: Float) -> tuple[Signal, NDArray[np.intp]]:
+def strong_stretch(
+    signal: Signal, far: Float, floor: Float
+) -> tuple[Signal, NDArray[np.intp], Float]:
     """Cut records to the times at which wavelets can explain at least an energy.
 
-    Returns the cut records that have such times, and their indices.
+    Returns the cut records that have such times, all of one length, their indices, and their first
+    times [s].
 
     Parameters
     ----------
@@ -49,19 +52,22 @@ def strong_stretch(signal: Signal, far: Float, floor: Float) -> tuple[Signal, ND
         The least energy of each record.
     """
     if not floor.any():
-        return signal, np.arange(floor.size)
+        return signal, np.arange(floor.size), np.zeros(floor.size)
     half = math.ceil(far[0] / signal.time_step) + 1
     block = max(1, half // 4)
     ends = np.empty((floor.size, 2), dtype=np.intp)
     strong_blocks(signal.samples, block, -(-half // block), _SAFE * floor / signal.time_step, ends)
     rows = np.flatnonzero(ends[:, 1])
     if rows.size == 0:
-        return signal, rows
-    first, last = int(ends[rows, 0].min()), int(ends[rows, 1].max())
-    least = last - first + math.ceil(far[1] / signal.time_step)
-    padded = 2 * scipy.fft.next_fast_len(-(-least // 2), real=True)
-    samples, start = signal.samples[rows, first:last], first * signal.time_step
-    return padded_signal(samples, signal.time_step, signal.weighting, padded, start), rows
+        return signal, rows, np.zeros(0)
+    longest = int((ends[rows, 1] - ends[rows, 0]).max())
+    first = np.minimum(ends[rows, 0], signal.samples.shape[1] - longest)
+    padded = 2 * scipy.fft.next_fast_len(
+        -(-(longest + math.ceil(far[1] / signal.time_step)) // 2), real=True
+    )
+    samples = signal.samples[rows[:, None], first[:, None] + np.arange(longest)]
+    cut = padded_signal(samples, signal.time_step, signal.weighting, padded)
+    return cut, rows, first * signal.time_step
 
 
 def cut_around(

@@ -72,7 +72,8 @@ class Family:
         if self.has_half_cycles and half_cycles is not None:
             return spectra_of_lines(line, count, half_cycles)
         nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
-        return np.stack([part.spectrum(nu) for part in self.parts(None)], axis=-2)
+        spectra = [part.spectrum(nu)[..., None, :] for part in self.parts(None)]
+        return spectra[0] if len(spectra) == 1 else np.concatenate(spectra, axis=-2)
 
     @property
     def free_phase(self) -> bool:
