@@ -37,6 +37,8 @@ _SAMPLES_PER_PERIOD: Final = 8
 #: Largest value of frequency times T_p in the tabulated spectra, and number of lines per unit.
 _HIGHEST: Final = 8
 _FINENESS: Final = 2048
+#: Largest number of values that are transformed together.
+_TOGETHER: Final = 1 << 20
 #: The three wavelets whose parts are the two Ricker wavelets.
 _ANY_PHASE: Final = "ricker_any_phase"
 
@@ -121,11 +123,12 @@ def search(
             best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
             floor = nearly * best / weight[rungs].max()
             part, rows, start = strong_stretch(band, far * chosen[-1], floor)
-            if rows.size:
-                kinds = np.array([*served.values()])
-                found = largest(part, chosen, span, tuple(numbers), kinds)
+            kinds = np.array([*served.values()])
+            each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
+            for k in range(0, len(numbers) if rows.size else 0, each):
+                found = largest(part, chosen, span, tuple(numbers[k : k + each]), kinds)
                 found[1] += start[:, None, None, None]
-                heights[:, rows, rungs] = found
+                heights[:, rows, rungs, k : k + each] = found
     all_heights = {
         name: Heights(periods, tuple(numbers), *heights[..., i])
         for numbers, served, _, heights in known.values()
