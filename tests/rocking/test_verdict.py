@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.kernels.tails import tail
 from rockframe.rocking.response import Verdict, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -175,3 +176,12 @@ def test_reversed_pulse_is_the_mirror() -> None:
     pulse = Pulse(wavelet="antisymmetric_ricker", a_p=5.0, T_p=1.5)
     mirrored = respond(BENT, replace(pulse, phase=math.pi))
     assert np.array_equal(mirrored.theta, -respond(BENT, pulse).theta)
+
+
+def test_balanced_to_round_off_a_frame_overturns_at_no_time() -> None:
+    """The energy says that it overturns; a step that rounds down must not bounce for ever."""
+    alpha, p_hat = BENT.slenderness, BENT.effective_frequency_parameter
+    for theta in np.linspace(0.0, 0.999, 400) * alpha:
+        rate = 2.0 * p_hat * math.sin(0.5 * (alpha - theta))
+        fallen, after, *_ = tail(theta, rate, 1.0, alpha, p_hat, BENT.restitution)
+        assert not fallen or math.isnan(after) or after > 15.0 / p_hat

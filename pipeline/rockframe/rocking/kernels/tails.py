@@ -15,6 +15,7 @@ from rockframe.rocking.kernels.steps import (
     FALLEN,
     HALF_PI,
     LANDED,
+    MAX_SMOOTH_STRIDE,
     MAX_STRIDE,
     MOVING,
     flight,
@@ -90,7 +91,8 @@ def tail(
     if not overturns:
         return False, math.nan, peak, fastest, math.nan, fastest
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    h = MAX_STRIDE / p_hat
+    h = MAX_SMOOTH_STRIDE / p_hat
+    lands = s * omega < 0.0  # once at most; again only if round-off decides
     landed = math.nan
     landing = 0.0
     for i in range(_MAX_TAIL):
@@ -104,6 +106,9 @@ def tail(
                 break
             if ended == FALLEN:
                 return True, i * h + elapsed, HALF_PI, fastest, landed, landing
+            if not lands:
+                return True, math.nan, HALF_PI, fastest, landed, landing
+            lands = False
             landed = i * h + elapsed
             landing = omega
             omega *= restitution
