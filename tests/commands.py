@@ -21,5 +21,6 @@ def run(*words: str | Path) -> int:
 
 def ingested(motion: Path) -> Path:
     output = motion.with_name("records.nc")
-    assert run("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", output) == 0
+    stated = ("--units", "g", "--time-step", "0.01", "--workers", "0")
+    assert run("ingest", motion, *stated, "--output", output) == 0
     return output

@@ -165,7 +165,7 @@ def test_missing_packages_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_an_ending_that_does_not_fit_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match=r"t.csv: a table as xlsx. Must end in .xlsx"):
+    with pytest.raises(ParameterError, match=r"t.csv: name of a table as xlsx. Must end in .xlsx"):
         write_rows_as(tmp_path / "t.csv", ROWS, "xlsx")
 
 

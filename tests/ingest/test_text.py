@@ -240,7 +240,11 @@ def test_a_column_may_be_chosen(names: str, column: str, values: list[float]) ->
 @pytest.mark.parametrize(
     ("names", "column", "message"),
     [
-        ("t,acc_1,acc_2\n", None, r"2 accelerations without different directions.*--column NAME"),
+        (
+            "t,acc_1,acc_2\n",
+            None,
+            r"2 accelerations of the same direction or of none.*--column NAME",
+        ),
         ("", None, r"3 columns without names\..*--column NAME"),
         ("t,acc_1,acc_2\n", "acc_3", r"no column 'acc_3'\. Must be one of: t, acc_1, acc_2"),
         ("", "4", r"no column '4'\. Must be one of: 1 to 3"),

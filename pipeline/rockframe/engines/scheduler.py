@@ -141,7 +141,7 @@ def _require_listening(address: str) -> None:
 
 
 def _threads(client: Client, address: str) -> int:
-    """Return the number of threads of all workers; each must run the same source code."""
+    """Return the number of threads of all workers; refuse workers of another version."""
     try:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:

@@ -141,7 +141,7 @@ class _Connection(H11Protocol):
         super().connection_lost(exc)
 
     def _watch(self) -> None:
-        """Start the deadline while a request is awaited, and stop it when it is complete."""
+        """Start the timeout while a request is received; cancel it when the request is complete."""
         if self.conn.their_state not in (h11.IDLE, h11.SEND_BODY):
             self._unwatch()
         elif self._deadline is None:

@@ -123,10 +123,13 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
 
 def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
     parts = ("request", "files", "received_at", "services")
-    if not isinstance(document, dict) or not all(
-        isinstance(document.get(part), dict) for part in parts
-    ):
-        raise InputError(path, f"lacks one of {', '.join(parts)}. Must be as `fetch` wrote it.")
+    tables = document if isinstance(document, dict) else {}
+    lacking = next((part for part in parts if not isinstance(tables.get(part), dict)), None)
+    if lacking:
+        raise InputError(
+            path,
+            f"{lacking!r} is missing or invalid. Restore the file, or fetch into a new folder.",
+        )
     before = document["request"]
     different = sorted(
         key for key in before.keys() | request.keys() if before.get(key) != request.get(key)

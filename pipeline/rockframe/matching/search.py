@@ -1,10 +1,13 @@
 """Search over all periods, numbers of half cycles and times with the FFT.
 
-For each period, one inverse transform yields the inner products with one part of a wavelet at all
-times. The spectrum of a wavelet of period T_p ends at a few times 1 / T_p. So only that part of the
-record's spectrum is transformed back, to a few samples per period; each longer octave needs half
-the samples. The parts are even and odd, so their cross term is zero. The best phase at each time
-therefore follows in closed form, by projection on both parts: c1^2 / E1 + c2^2 / E2.
+A wavelet is split into an even and an odd part, so their cross term is zero. For each period, one
+inverse transform gives the inner products of the record with one part at all times. The best phase
+at each time follows in closed form: it explains the energy c1^2 / E1 + c2^2 / E2, with the inner
+products c and the energies E of the two parts.
+
+The spectrum of a wavelet of period T_p ends at a few times 1 / T_p. So the record's spectrum is
+transformed back only up to that frequency, with a few samples per period. Each octave of longer
+periods needs half as many samples.
 """
 
 from __future__ import annotations
@@ -203,7 +206,7 @@ def largest(
 
 @lru_cache(maxsize=64)
 def _shape(span: str, half_cycles: tuple[float | None, ...], of_velocity: bool) -> SingleComplex:
-    """Return conjugate spectra of the parts of unit energy, at nu = 0, 1 / _FINENESS, ..."""
+    """Return conjugate spectra of both parts of unit energy, at f T_p = 0, 1 / _FINENESS, ..."""
     lines, spectra = _HIGHEST * _FINENESS, []
     for number in half_cycles:
         energies = np.array(part_energies(span, number, of_velocity))

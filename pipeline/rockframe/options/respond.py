@@ -194,7 +194,7 @@ class ScreenOptions(Options):
         return self
 
     def limits(self) -> tuple[tuple[str, float], ...]:
-        """Return the limits: quantity, and value in SI units."""
+        """Return the stated limits of the response as pairs of quantity and value [SI]."""
         stated = {
             "rotation_ratio": self.limit_rotation_ratio,
             "u": self.limit_u_m,

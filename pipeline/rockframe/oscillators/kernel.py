@@ -115,7 +115,7 @@ def _value(rows: Float, row: int, order: int, t: float) -> float:
 
 @compiled
 def _differentiate(work: Float, row: int, order: int, top: int) -> None:
-    """Fill the rows below a polynomial with its derivatives."""
+    """Write the derivatives of a polynomial to the rows that follow it."""
     for d in range(1, top + 1):
         for n in range(order - d + 1):
             work[row + d, n] = (n + 1) * work[row + d - 1, n + 1]

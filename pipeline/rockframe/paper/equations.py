@@ -256,7 +256,7 @@ def _work(theta: float, frame: RockingFrame) -> float:
 
 
 def _work_slope(cosine: float, sine: float) -> float:
-    """Return eq (24) divided by N m_c g R, for the cosine and sine of its argument."""
+    """Return eq (24) divided by N m_c g R, given the cosine and sine of its argument."""
     return 2.0 * (BRIDGE.mass_ratio + 0.5) * (_GROUND / GRAVITY * cosine + sine)
 
 

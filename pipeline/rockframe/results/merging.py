@@ -86,7 +86,7 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
             if stated != wanted:
                 raise InputError(
                     path,
-                    f"is batch {stated}. Must be batch {wanted}, in this place.",
+                    f"is batch {stated}. Must be batch {wanted} here: state the batches in order.",
                 )
             first = first or part.attrs
             for name in _COMMON:

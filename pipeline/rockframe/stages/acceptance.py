@@ -199,7 +199,7 @@ def checked(
     Parameters
     ----------
     record, before : Record
-        The record after processing, and before.
+        The processed record, and the record before processing.
     limits : PassportLimits
         Limits of the checks.
     components : sequence of Passport

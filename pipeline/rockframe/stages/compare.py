@@ -140,8 +140,8 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
             )
     if not any(rivals.values()):
         raise ParameterError(
-            f"No rival of {whole.name!r} stated. State one in [compare.isolated], [compare.fixed], "
-            "[compare.restrained] or [compare.hybrid]."
+            f"No bridge to compare with {whole.name!r}. State one in [compare.isolated], "
+            "[compare.fixed], [compare.restrained] or [compare.hybrid]."
         )
     return Rivals(entry.on_pivots(free), **rivals)  # type: ignore[arg-type]
 

@@ -112,7 +112,7 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
 def _draw_most_rotated(
     given: Mapping[str, Path], folder: Path, most: int, progress: Progress
 ) -> dict[str, str]:
-    """Return the description of each figure by its file."""
+    """Draw the records with the largest rotations; return the description of each file."""
     files = tuple(given[kind] for kind in _OF_RECORDS)
     first: dict[str, Row] = {}
 

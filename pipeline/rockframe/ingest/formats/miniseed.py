@@ -58,9 +58,9 @@ def sniff(head: bytes) -> bool:
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """Return the channels of a miniSEED file in m s-2, using the StationXML of their instruments.
 
-    Without `options.station_xml`, the ``*.xml`` files of folder and archive are searched. The
-    samples are divided by the sensitivity or, if `options.water_level` is given, the full response
-    is removed.
+    Without `options.station_xml`, the ``*.xml`` files beside the file or in its archive are
+    searched. The samples are divided by the sensitivity or, if `options.water_level` is given, the
+    full response is removed.
 
     Raises
     ------

@@ -176,7 +176,7 @@ def _not_read(source: Source) -> Rejection | Unread:
 def _assign_ids(
     outcome: ReadOutcome, source: Source, owners: Owners, *, strict: bool
 ) -> list[Record] | list[Rejection | Unread]:
-    """Return the outcome of a file under its display name, and register new identifiers."""
+    """Return the records of a file with unique identifiers, or its rejection."""
     if not isinstance(outcome, Rejection | Unread):
         records = [record for record, _ in outcome]
         named = _changed_since_fetch(records, source) or _unused_ids(records, source, owners)

@@ -76,7 +76,7 @@ def serve(
     workers : int
         Number of processes, 1 or more.
     limits : Limits
-        Limits of each value of a call.
+        Time limit of each result of a call, and memory limit of a worker.
 
     Yields
     ------

@@ -1,4 +1,4 @@
-"""compare.nc: a bridge that rocks and its rivals, records by structures by models."""
+"""compare.nc: responses of rocking bridges and of the bridges compared with them."""
 
 from __future__ import annotations
 

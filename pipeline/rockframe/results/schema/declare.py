@@ -127,8 +127,9 @@ class FileKind:
         return next(one for one in self.variables if one.name == name)
 
     def filled(self, source: str, thing: object) -> dict[str, Any]:
-        """Return the values that an object has, by variable; for a list of objects, lists by
-        variable.
+        """Return the value of each variable, read from the attributes of an object.
+
+        For a list of objects, each value is a list.
 
         Examples
         --------

@@ -39,7 +39,7 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     table_format = table_format or _format_of(path)
     if path.suffix.lower() != TABLE_FORMATS[table_format]:
         raise ParameterError(
-            f"{path}: a table as {table_format}. Must end in {TABLE_FORMATS[table_format]}."
+            f"{path}: name of a table as {table_format}. Must end in {TABLE_FORMATS[table_format]}."
         )
     if table_format == "csv":
         with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:

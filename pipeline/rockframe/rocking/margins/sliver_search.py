@@ -99,7 +99,7 @@ class FirstOverturning:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Outcomes at places of the lattice, in ascending order."""
+    """Outcomes at sampled scales, in ascending order; `place` is the index of a scale."""
 
     place: Int
     fallen: NDArray[np.bool_]

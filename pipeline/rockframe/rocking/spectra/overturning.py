@@ -93,14 +93,15 @@ def overturning_spectrum(
     Raises
     ------
     ParameterError
-        If there is no pulse or a pulse twice, an array is empty, not increasing or not positive, or
-        a frequency ratio is below 0.01.
+        If `pulses` is empty or contains a pulse twice; if an array is empty, not increasing or not
+        positive; or if a frequency ratio is below 0.01.
 
     Notes
     -----
     Stability is not monotone in the amplitude: there may be safe islands above the least amplitude
-    that overturns. Slivers thinner than the step of `amplitudes` are searched for near the largest
-    rotations of frames that stand, and may be missed.
+    that overturns. An interval of overturning may be narrower than the step of `amplitudes`. Such
+    intervals are searched for only near the largest rotations of frames that stand, so some may be
+    missed.
 
     Examples
     --------
@@ -120,7 +121,7 @@ def overturning_spectrum(
     if frequency_ratio[0] < LEAST_FREQUENCY_RATIO:
         raise ParameterError(
             f"Invalid frequency_ratio {frequency_ratio[0]:g}. Must be {LEAST_FREQUENCY_RATIO:g} or "
-            "more: a longer pulse is a static pull."
+            "more: a longer pulse acts as a static load."
         )
     amplitude = increasing("amplitude", amplitudes)
     frames = tuple(

@@ -212,7 +212,7 @@ def _stated(
     if not stated:
         raise InputError(
             path,
-            f"{text.strip()[:60]!r}. Must be as in {example!r}.",
+            f"{text.strip()[:60]!r} is no heading of a section. Must be as in {example!r}.",
             line=min(at, len(lines)) + 1,
         )
     return stated

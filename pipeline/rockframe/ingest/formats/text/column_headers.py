@@ -195,7 +195,7 @@ def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -
     times = [k for k, one in enumerate(found) if one.quantity == "time"]
     shown, components = ",".join(names), [one.component for one in meant.values()]
     if len(meant) > 1 and ("" in components or len({*components}) < len(components)):
-        message = f"columns {shown!r}: {len(meant)} accelerations without different directions."
+        message = f"columns {shown!r}: {len(meant)} accelerations of the same direction or of none."
         raise InputError(path, f"{message} {_CHOOSE}", line=line)
     if not meant or len(times) > 1 or len(meant) + len(times) < len(names):
         raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)

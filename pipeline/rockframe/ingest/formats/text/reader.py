@@ -281,7 +281,7 @@ def _time_step(
     if options.time_step is None:
         raise InputError(
             path,
-            "time step unstated. State it with --time-step, or add a column of times before the "
+            "time step unstated. State it with --time-step-s, or add a column of times before the "
             "acceleration.",
         )
     return options.time_step
