@@ -133,5 +133,5 @@ fuzz: $(EXTRAS)
 
 clean:
 	rm -rf $(VENV) $(WORKFLOW) .mypy_cache .pytest_cache .ruff_cache .hypothesis
-	find pipeline tests records -name __pycache__ -type d -prune -exec rm -rf {} +
+	find docs pipeline tests records -name __pycache__ -type d -prune -exec rm -rf {} +
 	find outputs -mindepth 1 ! -name .gitkeep -delete
