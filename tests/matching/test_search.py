@@ -8,7 +8,7 @@ import pytest
 from rockframe.matching.likeness import PulseVerdict, likeness
 from rockframe.matching.match import match_pulses
 from rockframe.matching.refine import crest
-from rockframe.matching.resolution import prepared
+from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import Weighting
 from rockframe.options.pulse import PulseOptions
@@ -73,3 +73,22 @@ def test_surrogates_of_a_record_in_any_unit_are_the_same() -> None:
         found = likeness(record, STEP, match_pulses(record, STEP, options), options)
         assert found["symmetric_ricker"].verdict is PulseVerdict.PULSE
         assert found["symmetric_ricker"].p_value == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("weighting", list(Weighting))
+def test_cut_records_that_end_suddenly_keep_their_highest_coefficients(
+    weighting: Weighting,
+) -> None:
+    """Smoothed noise is strong at its ends, where decimated samples ring beyond the record."""
+    options = PulseOptions(weighting=weighting.value)
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        noise = np.convolve(random.normal(size=1000), np.ones(random.integers(2, 60)), "same")
+        low, high = period_range(noise.size, 0.01, options)
+        signal, periods = prepared(noise, 0.01, options, high), ladder(low, high)
+        chosen = (signal, periods, options.wavelet, options.half_cycles)
+        whole, cut = search(*chosen), search(*chosen, nearly=0.95)
+        weight = weighting.of_square(periods)[:, None]
+        for name, heights in whole.items():
+            highest = (heights.power * weight).max()
+            assert (cut[name].power * weight).max() == pytest.approx(highest, rel=3e-3)

@@ -51,30 +51,31 @@ def match_lines(
 
 
 @compiled
-def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -> None:
+def tops(products: Single, start: int, stop: int, kinds: NDArray[np.intp], found: Float) -> None:
     """Find the largest squares over time; a parabola through the neighbours refines their times.
 
     Parameters
     ----------
     products : array, shape (signals, periods, parts, times)
         Inner products.
-    within : int
-        Number of times that are searched.
+    start, stop : int
+        First time that is searched, and the one after the last.
     kinds : array, shape (kinds,)
         For each result: 0 or 1 for the square of this part, or 2 for the sum of both squares.
     found : array, shape (2, signals, periods, kinds)
-        Filled with the largest squares, and their times in steps.
+        Filled with the largest squares, and their times in steps after `start`.
     """
+    within = stop - start
     power = np.empty(within, dtype=np.float32)
     bits = power.view(np.int32)  # integers have the same order, and their maximum is vectorised
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             for n in range(kinds.size):
-                one = products[i, j, kinds[n] % 2]
+                one = products[i, j, kinds[n] % 2, start:stop]
                 for k in range(within):
                     power[k] = one[k] * one[k]
                 if kinds[n] == 2:
-                    other = products[i, j, 1]
+                    other = products[i, j, 1, start:stop]
                     for k in range(within):
                         power[k] += other[k] * other[k]
                 highest, top = bits[0], 0
@@ -92,14 +93,14 @@ def tops(products: Single, within: int, kinds: NDArray[np.intp], found: Float) -
 
 @compiled
 def strong_blocks(
-    samples: Single | Float, block: int, half: int, floor: Float, ends: NDArray[np.intp]
+    samples: Single, within: int, block: int, half: int, floor: Float, ends: NDArray[np.intp]
 ) -> None:
     """Find the range of samples in which signals have enough energy.
 
     Parameters
     ----------
     samples : array, shape (signals, samples)
-        Samples.
+        Samples, of which the first `within` count.
     block, half : int
         Number of samples of a block, and number of neighbouring blocks on each side. The energy of
         a block includes that of these neighbours.
@@ -109,12 +110,12 @@ def strong_blocks(
         Filled with the first sample of the range and the one after its last; 0 and 0 if no block
         has enough energy.
     """
-    count = -(-samples.shape[1] // block)
+    count = -(-within // block)
     growth = np.zeros(count + 1)
     for i in range(samples.shape[0]):
         for m in range(count):
             growth[m + 1] = growth[m]
-            for k in range(m * block, min((m + 1) * block, samples.shape[1])):
+            for k in range(m * block, min((m + 1) * block, within)):
                 growth[m + 1] += float(samples[i, k]) ** 2
         first, last = count, 0
         for m in range(count):
@@ -122,7 +123,7 @@ def strong_blocks(
             if growth[high] - growth[low] >= floor[i]:
                 first, last = min(first, low), high
         ends[i, 0] = first * block if last else 0
-        ends[i, 1] = min(last * block, samples.shape[1])
+        ends[i, 1] = min(last * block, within)
 
 
 @compiled

@@ -121,16 +121,16 @@ def search(
     # long periods first: they take little time, and limit the times to search at shorter ones
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
-        band = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
+        band, within = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
         for span, (numbers, served, far, heights) in known.items():
             best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
             floor = nearly * best / weight[rungs].max()
-            part, rows, start = strong_stretch(band, far * chosen[-1], floor)
+            part, rows, times, first = strong_stretch(band, within, far * chosen[-1], floor)
             kinds = np.array([*served.values()])
             each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
             for k in range(0, len(numbers) if rows.size else 0, each):
-                found = largest(part, chosen, span, tuple(numbers[k : k + each]), kinds)
-                found[1] += start[:, None, None, None]
+                found = largest(part, times, chosen, span, tuple(numbers[k : k + each]), kinds)
+                found[1] += first[:, None, None, None]
                 heights[:, rows, rungs, k : k + each] = found
     all_heights = {
         name: Heights(periods, tuple(numbers), *heights[..., i])
@@ -140,14 +140,18 @@ def search(
     return {name: all_heights[name] for name in wavelets}
 
 
-def _band(signal: Signal, least: int) -> Signal:
-    """Return a signal resampled to at least `least` padded samples, without high frequencies."""
+def _band(signal: Signal, least: int) -> tuple[Signal, int]:
+    """Return a signal resampled to at least `least` samples, without high frequencies.
+
+    Its samples include the zeros after the record, where it still rings; the second value is the
+    number of samples within the record.
+    """
     count = min(padded_size(least), signal.padded)
     step = signal.period / count
     spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
+    samples = scipy.fft.irfft(spectrum.astype(np.complex64), count) / np.float32(step)
     within = int(signal.duration / step) + 1
-    samples = scipy.fft.irfft(spectrum.astype(np.complex64), count)[:, :within]
-    return Signal(samples / np.float32(step), step, signal.weighting, count, spectrum)
+    return Signal(samples, step, signal.weighting, count, spectrum), within
 
 
 def _octaves(periods: Float) -> list[slice]:
@@ -159,6 +163,7 @@ def _octaves(periods: Float) -> list[slice]:
 
 def largest(
     signal: Signal,
+    times: range,
     periods: Float,
     span: str,
     half_cycles: tuple[float | None, ...],
@@ -169,7 +174,9 @@ def largest(
     Parameters
     ----------
     signal : Signal
-        The records, at the times of the search.
+        The records.
+    times : range
+        Indices of the samples at whose times to search.
     periods : array, shape (periods,)
         T_p, ascending [s].
     span : str
@@ -182,7 +189,7 @@ def largest(
     Returns
     -------
     array, shape (2, signals, periods, half_cycles, kinds)
-        Squares, and times from the first sample [s].
+        Squares, and times from the first of these samples [s].
     """
     shape = _shape(span, half_cycles, signal.weighting.of_velocity)
     highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
@@ -197,7 +204,7 @@ def largest(
     count = len(half_cycles)
     found = np.empty((2, sizes[0], periods.size * count, kinds.size))
     split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
-    tops(products.reshape(split), signal.samples.shape[-1], kinds, found)
+    tops(products.reshape(split), times.start, times.stop, kinds, found)
     found = found.reshape(2, *sizes, count, kinds.size)
     found[0] *= periods[:, None, None] / signal.time_step**2
     found[1] *= signal.time_step

@@ -81,9 +81,9 @@ Samples = Float | NDArray[np.float32]
 
 #: A record is constant to round-off if its samples differ by less than this share of the peak.
 _CONSTANT: Final = 1e-9
-#: Largest peak of a record [m s-2]; the least is its inverse. Beyond them squares would overflow or
-#: underflow.
-_STRONGEST: Final = 1e100
+#: Largest peak of a record [m s-2]; the least is its inverse. Beyond them squares could overflow or
+#: underflow in single precision.
+_STRONGEST: Final = 1e15
 #: Number of points of the sum for a wavelet's squared velocity, which is smooth and zero at both
 #: ends.
 _VELOCITY_POINTS: Final = 4001

@@ -22,6 +22,9 @@ Float = NDArray[np.float64]
 #: Factor of the least energy, for safety: at the coarse times of the search, a few thousandths of a
 #: wavelet's energy are outside the times in which it is not zero.
 _SAFE: Final = 0.98
+#: Number of samples kept on either side of the times of the search. Without high frequencies a
+#: record that ends suddenly rings beyond its end, and wavelets there need what rings.
+_RINGING: Final = 8
 #: Room around a pulse, so that a maximum may move during refinement: factor of the period, shift in
 #: time relative to the period, and increase of the number of half cycles.
 _LONGER: Final = 1.15
@@ -34,17 +37,19 @@ _RISE: Final = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
 
 
 def strong_stretch(
-    signal: Signal, far: Float, floor: Float
-) -> tuple[Signal, NDArray[np.intp], Float]:
+    signal: Signal, within: int, far: Float, floor: Float
+) -> tuple[Signal, NDArray[np.intp], range, Float]:
     """Cut records to the times at which wavelets can explain at least an energy.
 
-    Returns the cut records that have such times, all of one length, their indices, and their first
-    times [s].
+    Returns the cut records that have such times, all of one length; their indices; the indices of
+    their samples at these times; and the first of these times [s].
 
     Parameters
     ----------
     signal : Signal
-        The records, at the times of the search.
+        The records, at the times of the search and, cyclically, beyond.
+    within : int
+        Number of samples at the times of the search.
     far : array, shape (2,)
         Two distances from the centre [s]: nearly all energy of the wavelet is within the first, and
         it is zero beyond the second.
@@ -52,22 +57,26 @@ def strong_stretch(
         The least energy of each record.
     """
     if not floor.any():
-        return signal, np.arange(floor.size), np.zeros(floor.size)
+        return signal, np.arange(floor.size), range(within), np.zeros(floor.size)
     half = math.ceil(far[0] / signal.time_step) + 1
     block = max(1, half // 4)
     ends = np.empty((floor.size, 2), dtype=np.intp)
-    strong_blocks(signal.samples, block, -(-half // block), _SAFE * floor / signal.time_step, ends)
+    least = _SAFE * floor / signal.time_step
+    strong_blocks(signal.samples, within, block, -(-half // block), least, ends)
     rows = np.flatnonzero(ends[:, 1])
     if rows.size == 0:
-        return signal, rows, np.zeros(0)
+        return signal, rows, range(0), np.zeros(0)
     longest = int((ends[rows, 1] - ends[rows, 0]).max())
-    first = np.minimum(ends[rows, 0], signal.samples.shape[1] - longest)
+    first = np.minimum(ends[rows, 0], within - longest)
+    times = range(_RINGING, _RINGING + longest)
+    size = times.stop + _RINGING
     padded = 2 * scipy.fft.next_fast_len(
-        -(-(longest + math.ceil(far[1] / signal.time_step)) // 2), real=True
+        -(-(size + math.ceil(far[1] / signal.time_step)) // 2), real=True
     )
-    samples = signal.samples[rows[:, None], first[:, None] + np.arange(longest)]
+    places = (first[:, None] + np.arange(-_RINGING, size - _RINGING)) % signal.padded
+    samples = signal.samples[rows[:, None], places]
     cut = padded_signal(samples, signal.time_step, signal.weighting, padded)
-    return cut, rows, first * signal.time_step
+    return cut, rows, times, first * signal.time_step
 
 
 def cut_around(

@@ -80,7 +80,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("a.v2c"), b"Corrected acceleration", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration'. Must be as in 'Corrected ...
+    rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration' is no heading of a ...
     """
     found = channels_of(path, text_of(path, data).split(b"\n"))
     for one in found:

@@ -154,7 +154,7 @@ def channels_of(path: Path, lines: list[bytes]) -> list[Channel]:
     --------
     >>> channels_of(Path("a.v2c"), [b"Corrected acceleration"])
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration'. Must be as in 'Corrected ...
+    rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration' is no heading of a ...
     """
     while lines and not lines[-1].strip():
         lines.pop()
