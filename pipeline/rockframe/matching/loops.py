@@ -93,7 +93,12 @@ def tops(products: Single, start: int, stop: int, kinds: NDArray[np.intp], found
 
 @compiled
 def strong_blocks(
-    samples: Single, within: int, block: int, half: int, floor: Float, ends: NDArray[np.intp]
+    samples: Single | Float,
+    within: int,
+    block: int,
+    half: int,
+    floor: Float,
+    ends: NDArray[np.intp],
 ) -> None:
     """Find the range of samples in which signals have enough energy.
 
