@@ -22,8 +22,8 @@ COLUMNS: dict[str, Any] = {
         (IsolatedDeck.lead_rubber, RUBBER, {"strength_ratio": -0.05}, "positive and finite"),
         (IsolatedDeck.lead_rubber, RUBBER, {"strength_ratio": math.nan}, "positive and finite"),
         (IsolatedDeck.lead_rubber, RUBBER, {"period": 0.0}, "positive and finite"),
-        (IsolatedDeck.lead_rubber, RUBBER, {"period": None}, "period, or effective_period"),
-        (IsolatedDeck.lead_rubber, RUBBER, {"effective_period": 2.0}, "period, or effective_per"),
+        (IsolatedDeck.lead_rubber, RUBBER, {"period": None}, "State period, or both"),
+        (IsolatedDeck.lead_rubber, RUBBER, {"effective_period": 2.0}, "State period, or both"),
         (IsolatedDeck.lead_rubber, RUBBER, {"yield_displacement": -0.01}, "0 or above"),
         (IsolatedDeck.lead_rubber, RUBBER, {"damping_ratio": 1.0}, "at least 0 and below 1"),
         (IsolatedDeck.friction_pendulum, {"friction": 0.06}, {"radius": -2.0}, "positive"),
@@ -47,7 +47,7 @@ def test_a_wrong_value(make: Any, valid: dict[str, Any], wrong: dict[str, Any], 
     assert "\n" not in str(raised.value)
     assert words in str(raised.value)
     assert "'mine'" in str(raised.value)
-    if words.startswith("period"):
+    if words.startswith("State period"):
         return
     assert f"Invalid {key} {value!r}" in str(raised.value)
 
