@@ -92,7 +92,7 @@ def test_intervals_of_a_curved_ground_do_not_matter() -> None:
         )
         return responses(one.with_vertical(other), SLENDER, [0.5, 0.8, 1.0], 3).excursions
 
-    coarse, fine = kept(400), kept(1600)
+    coarse, fine = kept(200), kept(1600)
     high = coarse[:, :, 2] > LEAST_DISTANCE + 0.01
     assert high.sum() >= 3
     assert_allclose(coarse[high], fine[high], rtol=0, atol=1e-5)

@@ -453,21 +453,27 @@ def _keep_excursion(
     node = _index(pool[q + AT] + asked[who, AHEAD])
     side = pool[q + _SIDE]
     rate = asked[who, P_HAT] * h
-    at_node = side * ahead[node, 0]
-    on = side * ahead[node + 1, 0] - at_node
-    slope = pool[q + A + WIDTH]  # slope of the scaled ground acceleration, times rate^2
+    scale = asked[who, SCALE]
+    first = scale * side * ahead[node, 0]
+    last = scale * side * ahead[node + 1, 0]
+    push = pool[q + A] - pool[q + _TURNED]  # the scaled ground acceleration, times rate^2
+    slope = pool[q + A + WIDTH]
     if len(lifts) > 0:
-        at_node += alpha * ahead[node, 1]
-        on += alpha * (ahead[node + 1, 1] - ahead[node, 1])
+        first += scale * alpha * ahead[node, 1]
+        last += scale * alpha * ahead[node + 1, 1]
+        push += alpha * (pool[q + V] - pool[q + P2])
         slope += alpha * pool[q + V + WIDTH]
     if len(curved) > 0:
         for k in range(2, 6):
             slope += pool[q + A + k * WIDTH]
             if len(lifts) > 0:
                 slope += alpha * pool[q + V + k * WIDTH]
-    # second derivative of I(t) over the interval: rate times (slope of I - slope of the ground)
-    bend = rate * asked[who, SCALE] * on - slope / rate
-    still = asked[who, SCALE] * (at_node + elapsed * on) - 0.5 * elapsed * (1.0 - elapsed) * bend
+    # I(t) is the cubic with its values and slopes, rate times (I - ground), at both nodes
+    on = last - first
+    begins = rate * first - push / rate - on
+    ends = rate * last - (push + slope) / rate - on
+    rest = 1.0 - elapsed
+    still = first + elapsed * (on + rest * (rest * begins - elapsed * ends))
     outwards = pool[q + OMEGA] / rate - still
     start = asked[who, START_TIME] + (pool[q + AT] - asked[who, FIRST] + elapsed) * h
     keep(excursions, who, start, side, outwards / alpha - 1.0)

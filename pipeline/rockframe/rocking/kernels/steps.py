@@ -40,7 +40,7 @@ MAX_GROUND_DEGREE: Final = 5
 #: relative error. With this limit the error stays below 1e-8 after 50 impacts in rough motions.
 MAX_STRIDE: Final = 0.03
 #: The same on ground of a degree above 1, as pulses are: with 25 intervals or more in each of its
-#: periods, small bounces are few. The distances of excursions then err by up to 5e-5 [alpha].
+#: periods, small bounces are few.
 MAX_SMOOTH_STRIDE: Final = 0.06
 HALF_PI: Final = math.pi / 2.0
 
