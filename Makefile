@@ -105,7 +105,7 @@ test-browser: $(EXTRAS)
 	@$(PYTEST) loadfile tests/report/test_browser.py tests/explorer/test_browser.py
 
 test-dask: $(EXTRAS)
-	@$(PYTEST) load tests/engines/test_dask.py tests/runs/test_dask_run.py
+	@$(BIN)/python -m pytest -q tests/engines/test_dask.py tests/runs/test_dask_run.py
 
 test-workflow: $(MADE) $(WORKFLOW)/.made
 	@$(BIN)/python -m pytest -q -m workflow tests/workflow
