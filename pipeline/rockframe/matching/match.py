@@ -52,7 +52,7 @@ class PulseMatch:
     Parameters
     ----------
     pulse : Pulse
-        The pulse. Its time is zero at the first sample of the record.
+        The pulse. Its time counts from the first sample of the record.
     match_index : float
         Cosine of the angle between record and wavelet, from 0 to 1 [1]: the square root of the
         share of energy that the pulse explains. With the weighting ``velocity`` it is that of their

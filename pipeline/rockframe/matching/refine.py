@@ -268,9 +268,7 @@ def _newton_move(
     """
     low, high = bounds
     start = _variables(here)
-    x = np.minimum(
-        np.maximum(start, low + step), high - step
-    )  # so that neighbours are within bounds
+    x = np.minimum(np.maximum(start, low + step), high - step)  # neighbours are within bounds
     axes = _AXES[x.size]
     # the curvature needs the point itself too: the series of `here` is around another time
     offsets = axes[: 2 * x.size if bend is not None else None]
