@@ -37,8 +37,12 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
-from rockframe.rocking.margins.first_overturning import first_overturnings
-from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
+from rockframe.rocking.margins.first_overturning import (
+    LARGEST_SCALE,
+    first_overturnings,
+    largest_scale_of,
+    least_scale_of,
+)
 from rockframe.rocking.scenario_packing import Prepared
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, bundled_records, read_structures

@@ -21,8 +21,8 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from rockframe.matching.likeness import _Surrogates as Surrogates
-from rockframe.matching.resolution import prepared
 from rockframe.matching.search import ladder, search
+from rockframe.matching.signal import prepared
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.results.records import write_records

@@ -8,9 +8,8 @@ import pytest
 from rockframe.matching.likeness import PulseVerdict, likeness
 from rockframe.matching.match import match_pulses
 from rockframe.matching.refine import crest
-from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
-from rockframe.matching.signal import Weighting
+from rockframe.matching.signal import Weighting, period_range, prepared
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 from rockframe.wavelets.pulse import Pulse

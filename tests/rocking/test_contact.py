@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from rockframe.frame import RockingFrame
-from rockframe.rocking.contact import with_contact
+from rockframe.rocking.contact import impact_friction_demand, with_contact
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.impulses import impact_friction_demand
 from rockframe.rocking.reactions import column_forces, reactions
 from rockframe.rocking.response import respond
 from rockframe.units import GRAVITY

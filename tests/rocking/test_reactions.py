@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.rocking.contact import impact_friction_demand, impact_impulses, least_spacing
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.impulses import impact_friction_demand, impact_impulses, least_spacing
 from rockframe.rocking.portrait import barrier_rate, restoring_moment, trajectory
 from rockframe.rocking.reactions import (
     ColumnForces,

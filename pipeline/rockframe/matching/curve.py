@@ -10,9 +10,8 @@ import pywt
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
-from rockframe.matching.signal import require_record
+from rockframe.matching.signal import period_range, prepared, require_record
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
 

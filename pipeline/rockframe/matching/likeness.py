@@ -21,9 +21,8 @@ import scipy
 from numpy.typing import NDArray
 
 from rockframe.matching.match import PulseMatch
-from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import ladder, search
-from rockframe.matching.signal import Samples, Weighting, require_record
+from rockframe.matching.signal import Samples, Weighting, period_range, prepared, require_record
 from rockframe.options.pulse import PulseOptions
 
 Float = NDArray[np.float64]

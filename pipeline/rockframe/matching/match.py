@@ -22,9 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.matching.refine import Refined, crest, refine
-from rockframe.matching.resolution import period_range, prepared
 from rockframe.matching.search import Heights, ladder, search
-from rockframe.matching.signal import Signal, Weighting, require_record
+from rockframe.matching.signal import Signal, Weighting, period_range, prepared, require_record
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import RICKERS, WAVELETS, phase_and_amplitude
 from rockframe.wavelets.pulse import Pulse

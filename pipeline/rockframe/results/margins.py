@@ -11,7 +11,7 @@ import xarray as xr
 from rockframe.results.schema import RESPONSE_NC
 from rockframe.results.schema.response import ISLANDS, ROBUST
 from rockframe.rocking import Margin, Strip
-from rockframe.rocking.margins.strip import strip_of
+from rockframe.rocking.stated_verdict import strip_of
 
 
 def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:

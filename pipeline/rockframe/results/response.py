@@ -20,8 +20,8 @@ from rockframe.results.schema import RESPONSE, RESPONSE_NC
 from rockframe.results.schema.response import ABUTMENT, FateUnderPulse
 from rockframe.results.writing import Origin
 from rockframe.rocking import ToPulse
-from rockframe.rocking.margins.strip import Strip
 from rockframe.rocking.response import Response
+from rockframe.rocking.stated_verdict import Strip
 
 _HISTORIES: Final = ("theta", "u", "v")
 #: Optional parts of a response.

@@ -18,10 +18,9 @@ from rockframe.results.schema import (
 )
 from rockframe.results.schema.spectra import Overturning
 from rockframe.rocking.response import Verdict
-from rockframe.rocking.spectra.minimum import OverturningSpectrum
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
-from rockframe.rocking.spectra.scan import islands
+from rockframe.rocking.spectra.scan import OverturningSpectrum, islands
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:

@@ -5,6 +5,10 @@ from rockframe.rocking.batch import Scenarios as Scenarios
 from rockframe.rocking.batch import respond_many as respond_many
 from rockframe.rocking.batch import respond_scenarios as respond_scenarios
 from rockframe.rocking.contact import ContactDemand as ContactDemand
+from rockframe.rocking.contact import Impulses as Impulses
+from rockframe.rocking.contact import impact_friction_demand as impact_friction_demand
+from rockframe.rocking.contact import impact_impulses as impact_impulses
+from rockframe.rocking.contact import least_spacing as least_spacing
 from rockframe.rocking.contact import with_contact as with_contact
 from rockframe.rocking.design import DIMENSIONS as DIMENSIONS
 from rockframe.rocking.design import Design as Design
@@ -13,10 +17,6 @@ from rockframe.rocking.design import smallest as smallest
 from rockframe.rocking.excitation import GroundAcceleration as GroundAcceleration
 from rockframe.rocking.histories import NEAR as NEAR
 from rockframe.rocking.histories import Histories as Histories
-from rockframe.rocking.impulses import Impulses as Impulses
-from rockframe.rocking.impulses import impact_friction_demand as impact_friction_demand
-from rockframe.rocking.impulses import impact_impulses as impact_impulses
-from rockframe.rocking.impulses import least_spacing as least_spacing
 from rockframe.rocking.margins.ensemble import chosen_ensemble as chosen_ensemble
 from rockframe.rocking.margins.margins import Margin as Margin
 from rockframe.rocking.margins.margins import margins as margins
@@ -25,7 +25,6 @@ from rockframe.rocking.margins.robust import RobustMargin as RobustMargin
 from rockframe.rocking.margins.robust import robust_margins as robust_margins
 from rockframe.rocking.margins.sensitivity import Sensitivity as Sensitivity
 from rockframe.rocking.margins.sliver_search import FirstOverturning as FirstOverturning
-from rockframe.rocking.margins.strip import Strip as Strip
 from rockframe.rocking.portrait import barrier_rate as barrier_rate
 from rockframe.rocking.portrait import restoring_moment as restoring_moment
 from rockframe.rocking.portrait import trajectory as trajectory
@@ -46,11 +45,12 @@ from rockframe.rocking.screening import ScreeningBatch as ScreeningBatch
 from rockframe.rocking.screening import margins_of as margins_of
 from rockframe.rocking.screening import peaks_of as peaks_of
 from rockframe.rocking.screening import responses_of as responses_of
-from rockframe.rocking.spectra.minimum import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.spectra.overturning import overturning_spectrum as overturning_spectrum
 from rockframe.rocking.spectra.rocking import RockingSpectrum as RockingSpectrum
 from rockframe.rocking.spectra.rocking import rocking_spectrum as rocking_spectrum
+from rockframe.rocking.spectra.scan import OverturningSpectrum as OverturningSpectrum
 from rockframe.rocking.stated_verdict import MARGIN_LEGEND as MARGIN_LEGEND
 from rockframe.rocking.stated_verdict import VERDICT_RULE as VERDICT_RULE
 from rockframe.rocking.stated_verdict import StatedVerdict as StatedVerdict
+from rockframe.rocking.stated_verdict import Strip as Strip
 from rockframe.rocking.stated_verdict import VerdictKind as VerdictKind

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
@@ -223,16 +223,7 @@ def respond_many(
     shape = (len(motions), len(frames), factors.size)
     ground, frame, scale = (axis.ravel() for axis in np.indices(shape))
     found = respond_scenarios(motions, frames, ground, frame, factors[scale])
-    return Peaks(
-        verdict=found.verdict.reshape(shape),
-        peak_rotation=found.peak_rotation.reshape(shape),
-        peak_rotation_ratio=found.peak_rotation_ratio.reshape(shape),
-        peak_velocity=found.peak_velocity.reshape(shape),
-        impact_velocity=found.impact_velocity.reshape(shape),
-        uplift_time=found.uplift_time.reshape(shape),
-        overturning_time=found.overturning_time.reshape(shape),
-        impacts=found.impacts.reshape(shape),
-    )
+    return Peaks(*(getattr(found, field.name).reshape(shape) for field in fields(Peaks)))
 
 
 def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:

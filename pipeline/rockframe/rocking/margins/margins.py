@@ -17,13 +17,17 @@ from rockframe.notebook import Shown
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins.first_overturning import first_overturnings
+from rockframe.rocking.margins.first_overturning import (
+    LARGEST_SCALE,
+    first_overturnings,
+    largest_scale_of,
+    least_scale_of,
+)
 from rockframe.rocking.margins.robust import RobustMargin, robust_margins
-from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
 from rockframe.rocking.margins.sensitivity import Sensitivity, sensitivities
 from rockframe.rocking.margins.sliver_search import FirstOverturning
-from rockframe.rocking.margins.strip import Strip, strip_of
 from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
+from rockframe.rocking.stated_verdict import Strip, strip_of
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:

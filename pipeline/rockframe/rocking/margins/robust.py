@@ -21,8 +21,12 @@ from rockframe.record import Record
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.ensemble import draws, members
-from rockframe.rocking.margins.first_overturning import advance
-from rockframe.rocking.margins.scale_limits import LARGEST_SCALE, largest_scale_of, least_scale_of
+from rockframe.rocking.margins.first_overturning import (
+    LARGEST_SCALE,
+    advance,
+    largest_scale_of,
+    least_scale_of,
+)
 from rockframe.rocking.response import Verdict, as_ground, refuse_flight
 from rockframe.rocking.scenario_packing import Prepared
 from rockframe.wavelets.pulse import Pulse

@@ -23,8 +23,8 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.steps import MAX_GROUND_DEGREE
-from rockframe.rocking.spectra.minimum import OverturningSpectrum
-from rockframe.rocking.spectra.scan import Scan, scan
+from rockframe.rocking.spectra.refining import concatenated
+from rockframe.rocking.spectra.scan import OverturningSpectrum, Scan, scan
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -255,11 +255,9 @@ def _stretched(unit: GroundAcceleration, period: float) -> GroundAcceleration:
 
 def _together(parts: Sequence[Scan]) -> Scan:
     starts = np.cumsum([0, *(len(part.verdict) for part in parts[:-1])])
-    return Scan(
-        np.concatenate([part.verdict for part in parts]),
-        np.concatenate([part.impacts for part in parts]),
-        np.concatenate([part.line + start for part, start in zip(parts, starts, strict=True)]),
-        np.concatenate([part.lower for part in parts]),
-        np.concatenate([part.upper for part in parts]),
-        np.concatenate([part.impacts_at_lower for part in parts]),
+    return concatenated(
+        [
+            replace(part, line=part.line + start)
+            for part, start in zip(parts, starts.tolist(), strict=True)
+        ]
     )

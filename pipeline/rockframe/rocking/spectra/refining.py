@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,12 @@ from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
+Arrays = TypeVar("Arrays", bound="DataclassInstance")
 
 #: Number of intervals on either side of a flip that are divided, and the number of their parts.
 _AROUND: Final = 3
@@ -90,9 +94,7 @@ class Points:
 
     def and_(self, other: Points) -> Points:
         """Return the points of both, sorted by line and amplitude."""
-        both = Points(
-            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FIELDS)
-        )
+        both = concatenated([self, other])
         return both.take(np.lexsort((both.amplitude, both.line)))
 
 
@@ -176,13 +178,11 @@ def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
     )
 
 
-def join(parts: Sequence[Flips]) -> Flips:
-    """Concatenate flips."""
-    return Flips(
-        np.concatenate([part.line for part in parts]),
-        np.concatenate([part.fallen for part in parts]),
-        np.concatenate([part.standing for part in parts]),
-        np.concatenate([part.impacts for part in parts]),
+def concatenated(parts: Sequence[Arrays]) -> Arrays:
+    """Concatenate dataclasses of arrays, field by field."""
+    names = [field.name for field in fields(parts[0])]
+    return type(parts[0])(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
     )
 
 
