@@ -1,14 +1,22 @@
-"""The size and shape of the package: lines of code, modules, wide folders, circles of imports.
+"""The size and shape of the package: ``python -m tests.benchmarks.house``.
 
-Lines of code are those without docstrings, comments and blank lines: ``python -m
-tests.benchmarks.house``.
+It prints the lines of code (without docstrings, comments and blank lines), wide folders, circles of
+imports, the number of modules in which code runs for a record on its way from file to table, and
+the time of ``rockframe --help``.
 """
 
 from __future__ import annotations
 
 import ast
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
 from collections import Counter
 from pathlib import Path
+from types import FrameType
 
 PACKAGE = Path(__file__).resolve().parents[2] / "pipeline" / "rockframe"
 #: A folder with more modules than this is wide.
@@ -66,6 +74,52 @@ def in_circles(edges: dict[str, set[str]]) -> list[str]:
     return sorted(name for name in edges if name in reached(name))
 
 
+def on_the_way(folder: Path) -> set[str]:
+    """Return the modules in which a function runs from a record's file to the table.
+
+    The readers of formats are not included: a record passes through one of them.
+    """
+    from rockframe import ingest_stage, pulse_stage, respond_stage
+    from rockframe.stages.table import table_stage
+
+    found: set[str] = set()
+
+    def note(frame: FrameType, event: str, _argument: object) -> None:
+        name = str(frame.f_globals.get("__name__"))
+        if event == "call" and name.startswith("rockframe.") and frame.f_code.co_name != "<module>":
+            found.add(name)
+
+    file = PACKAGE.parents[1] / "records" / "ridgecrest2019" / "Ridgecrest2019-CCC.V1"
+    records, pulses, response = (
+        folder / f"{name}.nc" for name in ("records", "pulses", "response")
+    )
+    threading.setprofile(note)
+    sys.setprofile(note)
+    ingest_stage([file], records, workers=0)
+    pulse_stage(records, pulses)
+    respond_stage(records, response, pulses_path=pulses)
+    table_stage(records, pulses, response, folder / "table.csv")
+    sys.setprofile(None)
+    threading.setprofile(None)
+    return {name for name in found if not name.startswith("rockframe.ingest.formats")}
+
+
+def help_time(runs: int = 7) -> float:
+    """Return the shortest time of ``rockframe --help`` [s], with compiled bytecode in its place."""
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    took = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "rockframe", "--help"],
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            check=True,
+        )
+        took.append(time.perf_counter() - start)
+    return min(took)
+
+
 def main() -> None:
     """Print the numbers."""
     paths = sorted(PACKAGE.rglob("*.py"))
@@ -80,6 +134,9 @@ def main() -> None:
     print(f"lines of code: {total} in {len(paths)} files")
     print(f"folders with more than {WIDEST} modules: {wide or 'none'}")
     print(f"modules in circles of imports: {', '.join(in_circles(imports(modules))) or 'none'}")
+    with tempfile.TemporaryDirectory() as folder:
+        print(f"modules on the way of a record: {len(on_the_way(Path(folder)))}, besides readers")
+    print(f"rockframe --help: {help_time():.2f} s")
 
 
 if __name__ == "__main__":
