@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit, checked_page
-from rockframe.paper.claims import all_claims
+from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
+from rockframe.paper.claims import all_claims, checked_page
 from rockframe.paper.pulses import record_claims
 from rockframe.paper.table1 import paper_records
 from rockframe.results.tables.rows import Row

@@ -127,7 +127,7 @@ def _write(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
 ) -> None:
     from rockframe.cli.figures.table import FIGURES
-    from rockframe.paper.claim import checked_page
+    from rockframe.paper.claims import checked_page
     from rockframe.paper.table1 import paper_record_of, paper_records
     from rockframe.provenance import whole_file
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.paper.claim import Claim, Finding, judged
-from rockframe.paper.parameters import BRIDGE
+from rockframe.paper.claim import Check, Finding, check, judged
+from rockframe.paper.frames import BRIDGE
 from rockframe.rocking import GroundAcceleration, respond, restoring_moment
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -29,80 +29,42 @@ _RATE: Final = -0.8
 _STEP: Final = 1e-4
 
 
-def motion_claims() -> list[Claim]:
-    """Return the claims about kinematics and the equation of motion, section 3."""
+def motion_checks() -> dict[str, Check]:
+    """Check the claims about kinematics and the equation of motion, section 3."""
     residual, frequency = _kinematic_residual(), _frequency_difference()
-    return [
-        Claim(
-            name="eq-7-11",
-            where="eqs (7) to (11)",
-            says="rates of the beam's displacements are the derivatives of (7) and (10)",
-            printed="eqs (8), (9), (11)",
-            ours=f"largest difference from finite differences {residual:.1e}",
-            finding=judged(residual < 1e-6),
-            remark="relative to the largest of each",
-        ),
-        Claim(
-            name="eq-26",
-            where="eqs (17), (22), (25), (26)",
-            says="the frame rocks as one column with p̂, for any number of columns",
-            printed="p̂² = (1 + 2γ)/(1 + 3γ) p²",
-            ours=f"largest relative difference from (22) for N = 2, 5, 12: {frequency:.1e}",
-            finding=judged(frequency < 1e-13),
-        ),
-        _energy_claim(),
-        _sign_claim(),
-        _similarity_claim(),
-    ]
+    push = GroundAcceleration.from_samples([0.0, 4.0, 4.0], 0.2)
+    theta = float(respond(BRIDGE, push).theta[-1])
+    return {
+        "eq-7-11": check(residual < 1e-6, worst=residual),
+        "eq-26": check(frequency < 1e-13, worst=frequency),
+        "energy": _energy_check(),
+        "sign": check(theta < 0.0, theta=theta),
+        "eq-47": _similarity_check(),
+    }
 
 
-def misprint_claims() -> list[Claim]:
-    """Return the claims about misprinted equations, with values of both forms."""
+def misprint_checks() -> dict[str, Check]:
+    """Check the misprinted equations, with values of both forms."""
     alpha = BRIDGE.slenderness
-    printed_24 = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
-    meant_24 = _work_slope(math.cos(alpha - _THETA), math.sin(alpha - _THETA))
+    printed = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
+    meant = _work_slope(math.cos(alpha - _THETA), math.sin(alpha - _THETA))
     slope = _slope(lambda theta: _work(theta, BRIDGE), _THETA)
-    return [
-        _lift_claim(),
-        Claim(
-            name="eq-23",
-            where="eq (23)",
-            says="the work for positive rotation has the factor m_b + (N / m_c) m_c",
-            printed=f"over m_c = 1, for N = 2, γ = 4: {8.0 + 2.0:g}",
-            ours=f"{8.0 + 0.5 * 2.0:g}, from m_b + (N / 2) m_c of eq (18)",
-            finding=Finding.MISPRINT,
-            remark="as printed it adds a mass to a number",
-        ),
-        Claim(
-            name="eq-24",
-            where="eq (24)",
-            says="dW/dθ for positive rotation, with the argument α + θ",
-            printed=f"{printed_24:.4f}",
-            ours=f"{meant_24:.4f} with α - θ; by differences of (7), (10): {slope:.4f}",
-            finding=_misprint(printed_24, slope, meant_24),
-            remark="over N m_c g R, of the bridge at θ = α/2 and 0.1 g",
-        ),
-        _uplift_claim(),
-    ]
+    return {
+        "eq-12": _lift_check(),
+        "eq-23": check(Finding.MISPRINT, printed=8.0 + 2.0, meant=8.0 + 0.5 * 2.0),
+        "eq-24": _misprint(printed, slope, meant),
+        "eq-34": _uplift_check(),
+    }
 
 
-def impact_claims() -> list[Claim]:
-    """Return the claims about impacts, section 5."""
+def impact_checks() -> dict[str, Check]:
+    """Check eq (43) against the solution of eqs (37) to (41), section 5."""
     worst = 0.0
     for gamma in (0.0, 0.3, 1.0, 4.0, 100.0):
         for alpha in np.radians([5.0, 10.0, 14.0, 30.0]):
             frame = RockingFrame(height=5.0, width=5.0 * math.tan(alpha), mass_ratio=gamma)
             worst = max(worst, abs(_impact(alpha, gamma) - frame.restitution))
-    return [
-        Claim(
-            name="eq-43",
-            where="eqs (37) to (43)",
-            says="the restitution follows from angular momentum and the beam's impulses",
-            printed="√r = (1 - (3/2) sin² α + 3γ cos 2α)/(1 + 3γ)",
-            ours=f"largest difference from (37) to (41), solved for N = 2: {worst:.1e}",
-            finding=judged(worst < 1e-13),
-        )
-    ]
+    return {"eq-43": check(worst < 1e-13, worst=worst)}
 
 
 def _kinematic_residual() -> float:
@@ -139,22 +101,12 @@ def _printed_rates(side: float) -> tuple[float, float, float, float]:
     )
 
 
-def _lift_claim() -> Claim:
+def _lift_check() -> Check:
     """Check eq (12) for theta > 0, where one of its signs contradicts (11)."""
     _, right = _differences(BRIDGE.vertical_displacement, 1.0)
     printed = _printed_rates(1.0)[3]
     meant = printed + 4.0 * BRIDGE.size * math.sin(BRIDGE.slenderness - _TURNED) * _RATE
-    return Claim(
-        name="eq-12",
-        where="eq (12)",
-        says="the beam's vertical acceleration, with + before sin(α ± θ) for either sign of θ",
-        printed=f"{printed:.4f} m/s²",
-        ours=f"{meant:.4f} m/s² with ± before it, the derivative of (11); by differences of (10): "
-        f"{right:.4f}",
-        finding=_misprint(printed, right, meant),
-        remark=f"of the bridge at θ = {_TURNED:g}, {_OMEGA:g} rad/s, {_RATE:g} rad/s²; right for "
-        "θ < 0; the sign may have been lost in the scan that was read",
-    )
+    return _misprint(printed, right, meant, theta=_TURNED, rate=_OMEGA, acceleration=_RATE)
 
 
 def _frequency_difference() -> float:
@@ -169,7 +121,7 @@ def _frequency_difference() -> float:
     return worst
 
 
-def _energy_claim() -> Claim:
+def _energy_check() -> Check:
     ground = GroundAcceleration.from_samples(np.zeros(2001), 0.005)
     response = respond(BRIDGE, ground, initial_rotation=0.8 * BRIDGE.slenderness)
     energy = 0.5 * response.omega**2 + BRIDGE.effective_frequency_parameter**2 * (
@@ -178,73 +130,37 @@ def _energy_claim() -> Claim:
     flights = np.split(energy, np.searchsorted(response.time, response.impact_times))
     drift = max(np.ptp(flight) for flight in flights if flight.size) / energy[0]
     moment = restoring_moment(BRIDGE, np.array([1e-15, BRIDGE.slenderness]))
-    return Claim(
-        name="energy",
-        where="section 2, Figure 4",
-        says="energy is lost in impacts alone; the moment falls from its largest to zero at θ = α",
-        printed="no area enclosed; m g R sin α at uplift",
-        ours=f"largest change of energy between impacts {drift:.1e} of all; moment over that of "
-        f"uplift {moment[0]:.6f} at θ = 0, {abs(moment[1]):.6f} at α",
-        finding=judged(drift < 1e-12 and abs(moment[0] - 1.0) < 1e-12 and abs(moment[1]) < 1e-12),
-        command="rockframe figure moment-rotation --output moment.png",
-    )
+    first, last = moment[0], abs(moment[1])
+    holds = drift < 1e-12 and abs(first - 1.0) < 1e-12 and last < 1e-12
+    return check(bool(holds), drift=drift, first=first, last=last)
 
 
-def _sign_claim() -> Claim:
-    push = GroundAcceleration.from_samples([0.0, 4.0, 4.0], 0.2)
-    theta = float(respond(BRIDGE, push).theta[-1])
-    return Claim(
-        name="sign",
-        where="section 3; eqs (30) to (34)",
-        says="a positive ground acceleration starts a negative rotation",
-        printed="θ < 0; yet (30) to (34) take θ > 0 with a positive acceleration",
-        ours=f"θ = {theta:.4f} rad after a positive push",
-        finding=judged(theta < 0.0),
-        remark="the acceleration of (30) to (34) is a magnitude",
-    )
-
-
-def _similarity_claim() -> Claim:
+def _similarity_check() -> Check:
     """Compare two sizes of frame with the same five products of eq (47)."""
     scale = 0.3
     small = RockingFrame(height=scale * 9.6, width=scale * 1.6, mass_ratio=4.0)
     full = respond(BRIDGE, Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.6))
     reduced = respond(small, Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.6 * math.sqrt(scale)))
     apart = float(np.abs(full.theta - reduced.theta).max())
-    return Claim(
-        name="eq-47",
-        where="eqs (46), (47)",
-        says="the rotation depends on ω_p/p, tan α, γ and a_p/g alone",
-        printed="five products",
-        ours=f"a frame of {scale:g} of the bridge's size under the pulse of the same products: "
-        f"rotations differ by {apart:.1e} rad",
-        finding=judged(apart < 1e-11),
-    )
+    return check(apart < 1e-11, scale=scale, apart=apart)
 
 
-def _uplift_claim() -> Claim:
+def _uplift_check() -> Check:
     """Check eq (34) at theta > 0, where the printed equation treats the columns as unrotated."""
     alpha, gamma = BRIDGE.slenderness, BRIDGE.mass_ratio
     beam = alpha - _THETA
     printed = (2.0 * gamma * math.sin(beam) + math.sin(alpha)) / (
         2.0 * gamma * math.cos(beam) + math.cos(alpha)
     )
-    meant = math.tan(beam)
-    return Claim(
-        name="eq-34",
-        where="eq (34)",
-        says="equilibrium of a rotated frame, with α of the columns unrotated",
-        printed=f"{printed:.5f} g",
-        ours=f"{meant:.5f} g with α - θ throughout",
-        finding=_misprint(printed, meant, meant),
-        remark="of the bridge at θ = α/2; at θ = 0, which is all that is used, both are g tan α",
-    )
+    return _misprint(printed, math.tan(beam), math.tan(beam))
 
 
-def _misprint(printed: float, right: float, meant: float) -> Finding:
+def _misprint(printed: float, right: float, meant: float, **others: float) -> Check:
     """Return MISPRINT if the printed value is wrong and the intended value is right."""
     near = abs(meant - right) <= 1e-6 * abs(right)
-    return Finding.MISPRINT if near and abs(printed - right) > 1e-3 * abs(right) else judged(near)
+    wrong = near and abs(printed - right) > 1e-3 * abs(right)
+    found = Finding.MISPRINT if wrong else judged(near)
+    return check(found, printed=printed, right=right, meant=meant, **others)
 
 
 def _work(theta: float, frame: RockingFrame) -> float:

@@ -22,7 +22,7 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
-    from rockframe.paper.pulse_table import PaperPulse
+    from rockframe.paper.pulses import PaperPulse
     from rockframe.record import Record
     from rockframe.results.tables.columns import Column
 
@@ -138,7 +138,7 @@ def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> N
 def show_paper(options: argparse.Namespace) -> int:
     """Match the paper's records with every wavelet and weighting, and print the comparison."""
     from rockframe.matching.signal import Weighting
-    from rockframe.paper.pulse_table import overall_distances, paper_pulses
+    from rockframe.paper.pulses import overall_distances, paper_pulses
 
     records, status = _records(options)
     pulses = paper_pulses(records, list(Weighting))
@@ -169,7 +169,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 
 def _show_paper(pulses: Sequence[PaperPulse]) -> None:
     """Print a table for each weighting, and the overall distance of each wavelet and weighting."""
-    from rockframe.paper.pulse_table import overall_distances
+    from rockframe.paper.pulses import overall_distances
     from rockframe.results.tables.columns import Column
 
     def over(ours: str, printed: str) -> Callable[[Mapping[str, Any], str], str]:
