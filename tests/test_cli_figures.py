@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rockframe.cli.figures.table import FIGURES
+from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
 from rockframe.figures.captioned import Captioned
 from rockframe.wavelets.pulse import Pulse

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from rockframe.cli.figures.table import FIGURES
+from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
 from rockframe.wavelets.pulse import Pulse
 

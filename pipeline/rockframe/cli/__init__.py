@@ -1,1 +1,1 @@
-"""The command line: one module per command. Slow imports are made only when a command runs."""
+"""The command line. The module of a command is imported only when the command runs."""

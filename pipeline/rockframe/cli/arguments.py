@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.console import show_rejections
-from rockframe.cli.options import Once, add_options, chosen, path
+from rockframe.cli.options import Once, add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import ExecutionOptions, ReadingOptions
 from rockframe.options.ingest import IngestOptions
@@ -57,6 +57,13 @@ def add_records(parser: argparse.ArgumentParser) -> None:
         metavar="PATH",
         help="record files or folders, or one records.nc "
         "(default: the bundled 2019 Ridgecrest records)",
+    )
+
+
+def add_output(parser: argparse.ArgumentParser) -> None:
+    """Add ``--output`` of a stage."""
+    parser.add_argument(
+        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
 
 
@@ -135,8 +142,7 @@ def records_file(
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "records.nc"
         ingested = ingest_stage(given, made, ingest, workers=workers)
-        show_rejections(ingested.rejections)
-        yield made, 1 if ingested.rejections else 0
+        yield made, show_rejections(ingested.rejections)
 
 
 def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:

@@ -162,11 +162,12 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def show_rejections(rejections: Sequence[Rejection | Entry]) -> None:
-    """Print one line for each rejected file to stderr."""
+def show_rejections(rejections: Sequence[Rejection | Entry]) -> int:
+    """Print one line for each rejected file to stderr. Return the exit status."""
     for rejection in rejections:
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"
         print(f"rockframe: rejected: {where}: {rejection.reason}", file=sys.stderr)
+    return 1 if rejections else 0
 
 
 @contextmanager

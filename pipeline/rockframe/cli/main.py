@@ -28,36 +28,36 @@ from rockframe.errors import RockframeError, RockframeWarning
 
 #: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {
-    "table1": ("runs.table1", "run all stages and print the paper's Table 1 for the records"),
-    "init": ("runs.run", "write a commented study file and its schema for editors"),
-    "run": ("runs.run", "run all stages of a study, or resume an interrupted run"),
-    "status": ("runs.run", "show the progress of the run in a folder"),
-    "step": ("runs.run", "perform one step of a run (for workflows)"),
+    "table1": ("table1", "run all stages and print the paper's Table 1 for the records"),
+    "init": ("run", "write a commented study file and its schema for editors"),
+    "run": ("run", "run all stages of a study, or resume an interrupted run"),
+    "status": ("run", "show the progress of the run in a folder"),
+    "step": ("run", "perform one step of a run (for workflows)"),
     "show": ("show", "show what happened to one record, from its file to its verdicts"),
-    "verify": ("runs.verify", "verify the files of a run against its manifest"),
-    "fetch": ("stages.fetch", "download and verify records of an event from an FDSN data centre"),
+    "verify": ("results", "verify the files of a run against its manifest"),
+    "fetch": ("stages.ingest", "download and verify records of an event from an FDSN data centre"),
     "ingest": ("stages.ingest", "read and check record files, and write records.nc"),
     "pulse": ("stages.pulse", "find the acceleration pulse (a_p, T_p) of each record"),
     "respond": ("stages.respond", "compute the rocking response of structures to records"),
     "screen": ("stages.screen", "screen structures by many records at many scales"),
     "compare": (
-        "stages.compare",
+        "stages.respond",
         "compare bridges that rock with restrained, hybrid, isolated and fixed ones",
     ),
     "spectrum": (
         "stages.spectrum",
         "compute overturning spectra of pulses, or rocking spectra of records",
     ),
-    "table": ("stages.draw", "write the table of records, pulses and responses"),
-    "draw": ("stages.draw", "draw the results of stages: records with their responses, and curves"),
-    "figure": ("figures.figure", "draw one figure with its caption"),
-    "report": ("stages.draw", "write an HTML page of a run that works without a network"),
+    "table": ("results", "write the table of records, pulses and responses"),
+    "draw": ("results", "draw the results of stages: records with their responses, and curves"),
+    "figure": ("figure", "draw one figure with its caption"),
+    "report": ("results", "write an HTML page of a run that works without a network"),
     "explore": (
         "explore",
         "show the response in a browser while the structure and the motion change",
     ),
     "paper": ("paper", "check the paper's numbers and claims, and draw its figures"),
-    "formats": ("stages.draw", "list the supported formats of records"),
+    "formats": ("results", "list the supported formats of records"),
 }
 #: Exit status of an internal error, as in sysexits.h.
 _FAULT: Final = 70

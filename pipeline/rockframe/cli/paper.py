@@ -13,7 +13,7 @@ from rockframe.cli.arguments import (
     refuse_folder_of_records,
 )
 from rockframe.cli.console import show_json, show_rejections, show_table
-from rockframe.cli.figures.figure import add_grid
+from rockframe.cli.figure import add_grid
 from rockframe.cli.options import add_options, chosen, finish, folder_to_write
 from rockframe.errors import require_known
 from rockframe.options.ingest import IngestOptions
@@ -78,8 +78,7 @@ def run_paper(options: argparse.Namespace) -> int:
     else:
         _show(claims, False)
         print(f"{folder / 'paper-checked.md'}")
-    show_rejections(ingested.rejections)
-    return 1 if ingested.rejections else 0
+    return show_rejections(ingested.rejections)
 
 
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[Row]]:
@@ -106,8 +105,7 @@ def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[
 
 def _draw(folder: Path, grid: int) -> dict[str, str]:
     """Draw all figures of `rockframe figure`; return the title and caption of each by its path."""
-    from rockframe.cli.figures.figure import add_figure
-    from rockframe.cli.figures.table import FIGURES
+    from rockframe.cli.figure import FIGURES, add_figure
     from rockframe.figures.captioned import save_captioned
 
     parser = argparse.ArgumentParser()
@@ -126,7 +124,7 @@ def _draw(folder: Path, grid: int) -> dict[str, str]:
 def _write(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
 ) -> None:
-    from rockframe.cli.figures.table import FIGURES
+    from rockframe.cli.figure import FIGURES
     from rockframe.paper.claims import checked_page
     from rockframe.paper.table1 import paper_record_of, paper_records
     from rockframe.provenance import whole_file

@@ -72,8 +72,7 @@ def _find(options: argparse.Namespace) -> int:
         show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})
     else:
         _show(rows, str(options.output))
-    show_rejections(rejections)
-    return 1 if rejections else 0
+    return show_rejections(rejections)
 
 
 #: Least width for all columns of the table [characters].

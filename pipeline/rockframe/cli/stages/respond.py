@@ -1,4 +1,4 @@
-"""rockframe respond: compute the rocking response of structures to records."""
+"""rockframe respond and compare: the response of structures, and of other systems, to records."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import argparse
 import math
 import textwrap
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from rockframe.cli.arguments import (
     add_batch,
+    add_output,
     add_structures,
     chosen_batch,
     chosen_engine,
     chosen_structures,
 )
 from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows, table_width
-from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.cli.options import add_options, chosen, path
+from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.respond import RespondOptions
 
@@ -37,9 +40,7 @@ _HEADS: Final = {
 def add_respond(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the file to write."""
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
-    parser.add_argument(
-        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
-    )
+    add_output(parser)
     add_structures(parser, one=False)
     add_options(parser, RespondOptions)
     parser.add_argument(
@@ -80,8 +81,7 @@ def run_respond(options: argparse.Namespace) -> int:
         show_rows(f"Responses in {options.output}", columns, rows)
         if chosen(options, RespondOptions).margins != "none":
             print(margin_notes())
-    show_rejections(rejections)
-    return 1 if rejections else 0
+    return show_rejections(rejections)
 
 
 def response_columns(first: Mapping[str, str]) -> list[Column]:
@@ -115,3 +115,54 @@ def margin_notes() -> str:
     width = max(40, min(table_width(), 120))
     held = (each.replace(" %", "\u00a0%") for each in (MARGIN_LEGEND, VERDICT_RULE))
     return "\n".join(textwrap.fill(each, width) for each in held).replace("\u00a0", " ")
+
+
+def add_compare(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: records, structures with their rivals, and the file to write."""
+    from rockframe.study.structures import Rival
+
+    parser.add_argument("records", type=path, help="output of `rockframe ingest`")
+    parser.add_argument(
+        "--against",
+        nargs="+",
+        choices=get_args(Rival),
+        help="rivals of the free frame, as stated in the file of structures (default: all that it "
+        "states)",
+    )
+    add_output(parser)
+    parser.add_argument(
+        "--figures",
+        type=Path,
+        metavar="FOLDER",
+        help="folder for figures of the records with the largest drifts",
+    )
+    add_structures(parser)
+
+
+def run_compare(options: argparse.Namespace) -> int:
+    """Run the stage, print the table, and draw the figures."""
+    from rockframe.results.compare import COMPARISON, comparison_rows
+    from rockframe.stages.compare import compare_stage
+    from rockframe.stages.figures import figures_stage
+
+    if options.structures is None:
+        raise ParameterError("--structures missing. Must be a file with [compare] tables.")
+    with progress_bar("comparing") as progress:
+        rejections = compare_stage(
+            options.records,
+            options.output,
+            options.structures,
+            against=options.against,
+            structure=options.structure,
+            progress=progress,
+        )
+    drawn = figures_stage([options.output], options.figures) if options.figures else {}
+    rows = comparison_rows(options.output)
+    if options.json:
+        rejected = [vars(rejection) for rejection in rejections]
+        show_json({"comparison": rows, "rejected": rejected, "output": str(options.output)})
+    else:
+        show_rows(f"Bridges in {options.output}", COMPARISON, rows)
+    for file in drawn:
+        print(options.figures / file)
+    return show_rejections(rejections)

@@ -8,6 +8,7 @@ import sys
 from rockframe.cli.arguments import (
     FILTERS,
     add_format,
+    add_output,
     add_reading,
     add_structures,
     chosen_engine,
@@ -15,7 +16,7 @@ from rockframe.cli.arguments import (
     records_file,
 )
 from rockframe.cli.console import progress_bar, show_rejections
-from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.cli.options import add_options, chosen, path
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.respond import ScreenOptions
@@ -29,9 +30,7 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="output of `rockframe ingest`, or record files and folders",
     )
-    parser.add_argument(
-        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
-    )
+    add_output(parser)
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
     add_format(parser)
     add_structures(parser, one=False)
@@ -69,5 +68,4 @@ def run_screen(options: argparse.Namespace) -> int:
         )
         return 130
     show(options.output, done, as_json=options.json)
-    show_rejections(done.rejections)
-    return 1 if done.rejections else status
+    return show_rejections(done.rejections) or status

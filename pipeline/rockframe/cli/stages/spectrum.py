@@ -8,9 +8,9 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import chosen_engine
+from rockframe.cli.arguments import add_output, chosen_engine
 from rockframe.cli.console import show_json, show_rows
-from rockframe.cli.options import add_options, chosen, file_to_write, flag, path
+from rockframe.cli.options import add_options, chosen, flag, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 def add_spectrum(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: a pulse or records, frames, and the file to write."""
-    parser.add_argument(
-        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
-    )
+    add_output(parser)
     parser.add_argument(
         "--records",
         type=path,

@@ -103,8 +103,7 @@ def run_table1(options: argparse.Namespace) -> int:
     else:
         show(rows, comparisons, said)
         print(f"{count} files in {folder}")
-    show_rejections(rejections)
-    return 1 if rejections else 0
+    return show_rejections(rejections)
 
 
 def _validate(options: argparse.Namespace) -> None:

@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from rockframe.cli.arguments import stated_records
-from rockframe.cli.figures.inputs import chosen_records, title_of
+from rockframe.cli.figures_of_frames import chosen_records, title_of
 from rockframe.errors import ParameterError
 from rockframe.figures import pulse_search
 from rockframe.figures.captioned import Captioned

@@ -1,32 +1,104 @@
-"""Figures of frames: their parameters, responses, joints, spectra and maps."""
+"""Figures of frames, and the records and structures that figures show."""
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+import xarray as xr
 
 from rockframe.cli.arguments import chosen_structures, stated_records
 from rockframe.cli.console import show_rejections
-from rockframe.cli.figures.inputs import chosen_records, pair_of, structure_of, title_of
-from rockframe.errors import ParameterError
+from rockframe.components.pairing import vertical_beside
+from rockframe.errors import ParameterError, require_known
 from rockframe.figures import joints, parameters, portraits, spectra
 from rockframe.figures.captioned import Captioned
 from rockframe.figures.response_grid import draw_response_grid
 from rockframe.figures.stability_map import draw_stability_map
+from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions
+from rockframe.paper.table1 import paper_record_of
+from rockframe.record import Record
 from rockframe.results.plots.curves import restitution_dataset, size_dataset, stability_dataset
 from rockframe.results.plots.joints import joints_dataset, portrait_dataset
-from rockframe.results.records import open_records
+from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import open_response
 from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
-from rockframe.rocking import overturning_spectrum, rocking_spectrum
-from rockframe.stages.respond import respond_stage
+from rockframe.rocking import (
+    GroundAcceleration,
+    Verdict,
+    overturning_spectrum,
+    respond,
+    rocking_spectrum,
+)
+from rockframe.stages.common import horizontal
+from rockframe.stages.respond import choose_structures, respond_stage, with_vertical
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The record, structure and motion of a figure, and the exit status."""
+
+    record: Record
+    frame: RockingFrame
+    motion: GroundAcceleration | None
+    status: int
+
+
+def pair_of(options: argparse.Namespace) -> Pair:
+    """Return the record and the structure of a figure that shows one record."""
+    frame = structure_of(options)
+    if options.record and len(options.record) > 1:
+        raise ParameterError(
+            f"Invalid number of records, {len(options.record)}. Must be one for this figure."
+        )
+    with stated_records(options) as (given, status), open_records(given) as file:
+        record = _largest_rotation(file, chosen_records(options, file), frame)
+        beside = vertical_beside(file) if options.vertical else {}
+    motion = with_vertical(record, beside) if options.vertical else None
+    return Pair(record, frame, motion, status)
+
+
+def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
+    """Return the names of the requested records, or of all horizontal records."""
+    known = horizontal(file)
+    for name in options.record or ():
+        require_known("record", name, known)
+    return list(options.record or known)
+
+
+def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
+    """Return the record with the largest rotation without overturning, or the first."""
+    best, furthest = file.read(names[0]), 0.0
+    for name in names if len(names) > 1 else ():
+        record = file.read(name)
+        response = respond(frame, record)
+        if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
+            best, furthest = record, response.peak_rotation
+    return best
+
+
+def structure_of(options: argparse.Namespace) -> RockingFrame:
+    """Return the requested structure, or the first: by default the paper's bridge bent."""
+    return choose_structures(chosen_structures(options), options.structure)[0]
+
+
+def title_of(record: Record) -> str:
+    """Return the names of event and record in two lines."""
+    printed = paper_record_of(record.source_file)
+    if printed is not None:
+        return f"{printed.event}\n{printed.record}"
+    place = "/".join(part for part in (record.station, record.component) if part)
+    return "\n".join(part for part in (record.event, place or record.record_id) if part)
+
 
 #: Largest number of histories on a page.
 _MOST_RECORDS: Final = 12
@@ -94,20 +166,16 @@ def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     return drawn, 1 if missing else status
 
 
-def draw_moment_rotation(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the restoring moment over the rotation."""
+def _draw_portrait(
+    draw: Callable[[xr.Dataset], Captioned], options: argparse.Namespace
+) -> tuple[Captioned, int]:
+    """Draw the rotation of a structure under a record, with its moment or its rate."""
     pair = pair_of(options)
-    return portraits.draw_moment_rotation(
-        portrait_dataset(pair.record, pair.frame, pair.motion)
-    ), pair.status
+    return draw(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
-def draw_phase_portrait(options: argparse.Namespace) -> tuple[Captioned, int]:
-    """Draw the rate of rotation over the rotation."""
-    pair = pair_of(options)
-    return portraits.draw_phase_portrait(
-        portrait_dataset(pair.record, pair.frame, pair.motion)
-    ), pair.status
+draw_moment_rotation = partial(_draw_portrait, portraits.draw_moment_rotation)
+draw_phase_portrait = partial(_draw_portrait, portraits.draw_phase_portrait)
 
 
 def draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:

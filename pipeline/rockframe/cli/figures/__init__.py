@@ -1,1 +1,0 @@
-"""The command `figure`, and the figures that it draws."""

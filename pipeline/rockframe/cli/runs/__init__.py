@@ -1,1 +1,0 @@
-"""Commands that perform or check runs, one module each."""
