@@ -1,4 +1,4 @@
-"""Where the shared records are, and small files of each format made of given numbers."""
+"""Fixtures: the folder of shared records, and small PEER and CSMIP V1 files of given samples."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ V1 = Callable[..., bytes]
 
 @pytest.fixture(scope="session")
 def shared_records() -> Path:
-    """Real files of many formats; they may not be redistributed and are absent in a plain clone."""
+    """Return the folder of real files, which may not be redistributed; skip if it is absent."""
     folder = ROOT.parent / "shared" / "records"
     if not folder.is_dir():
         pytest.skip("no folder 'shared/records' beside the repository")
@@ -40,12 +40,12 @@ def _at2(
 
 @pytest.fixture(scope="session")
 def at2() -> At2:
-    """Return a PEER AT2 file, three samples on line 5 unless told otherwise."""
+    """Return a function that makes a PEER AT2 file (default: three samples, on line 5)."""
     return _at2
 
 
 def v1_channel(label: str = " 90 Deg", samples: Sequence[float] = (0.1, -0.2, 0.3)) -> list[str]:
-    """The lines of one channel of a CSMIP V1 file."""
+    """Return the lines of one channel of a CSMIP V1 file."""
     count = len(samples)
     text = "".join(f"{sample:9.6f}" for sample in samples)
     integers = [0] * 100
@@ -80,11 +80,11 @@ def _v1(*channels: list[str], end: str = "\r\n") -> bytes:
 
 @pytest.fixture(scope="session")
 def v1() -> V1:
-    """Return a CSMIP V1 file of the given channels, or of one with three samples on line 29."""
+    """Return a function that makes a CSMIP V1 file (default: one with 3 samples, on line 29)."""
     return _v1
 
 
 @pytest.fixture(scope="session")
 def channel() -> Callable[..., list[str]]:
-    """Return the lines of a channel, to be damaged."""
+    """Return the function that makes the lines of one channel, so that tests can damage them."""
     return v1_channel

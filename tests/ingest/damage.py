@@ -1,4 +1,4 @@
-"""Good files and damaged copies of them, each with what must become of it."""
+"""Good files, damaged copies of them, and the expected outcome of reading each copy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Case:
-    """A damaged file: the words of its refusal, or none if it must read as the good one."""
+    """A damaged file and the words of its rejection; no words if it must read as the good one."""
 
     damage: str
     name: str
@@ -23,13 +23,13 @@ class Case:
 
 
 def numbers(count: int) -> list[str]:
-    """Samples as PEER prints them."""
+    """Return samples as PEER prints them."""
     samples = np.random.default_rng(7).normal(0.0, 0.1, count)
     return [f"{sample:.7E}" for sample in samples]
 
 
 def good_at2() -> bytes:
-    """203 samples, five a line, the last line short."""
+    """Return a PEER file of 203 samples, five a line, the last line short."""
     values = numbers(203)
     rows = ["".join(f"{v:>16}" for v in values[i : i + 5]) for i in range(0, 203, 5)]
     header = [
@@ -42,7 +42,7 @@ def good_at2() -> bytes:
 
 
 def good_table() -> bytes:
-    """203 rows of time and acceleration, their number stated."""
+    """Return a table of 203 rows of time and acceleration, with their number in a comment."""
     rows = [f"{0.005 * i:.3f},{value}" for i, value in enumerate(numbers(203))]
     return "\n".join(["# npts: 203", "time_s,acc_g", *rows, ""]).encode()
 
@@ -55,7 +55,7 @@ def zipped(name: str, data: bytes) -> bytes:
 
 
 def bomb() -> bytes:
-    """A gzip that expands to one gigabyte: the same member 64 times."""
+    """Return a gzip file that expands to one gigabyte: the same member 64 times."""
     return gzip.compress(bytes(1 << 24), mtime=0) * 64
 
 
@@ -65,7 +65,7 @@ def without_line(data: bytes, number: int) -> bytes:
 
 
 def edited(data: bytes, number: int, old: bytes, new: bytes) -> bytes:
-    """Replace the first occurrence in a line that must have it."""
+    """Replace the first `old` in a line, which must contain it."""
     lines = data.split(b"\n")
     assert old in lines[number - 1], lines[number - 1]
     lines[number - 1] = lines[number - 1].replace(old, new, 1)
@@ -73,7 +73,7 @@ def edited(data: bytes, number: int, old: bytes, new: bytes) -> bytes:
 
 
 def token_of(data: bytes, number: int) -> bytes:
-    """The last number of a line."""
+    """Return the last number of a line."""
     return re.split(rb"[,\s]+", data.split(b"\n")[number - 1].strip())[-1]
 
 
@@ -82,7 +82,7 @@ def with_token(data: bytes, number: int, new: bytes) -> bytes:
 
 
 def dressed(kind: str, data: bytes) -> list[Case]:
-    """Damage that befalls any text."""
+    """Return copies with the damage that can happen to any text file."""
     name = f"good.{kind}"
     lf = data.replace(b"\r\n", b"\n")
     text = lf.decode("ascii")
@@ -121,7 +121,7 @@ def dressed(kind: str, data: bytes) -> list[Case]:
 
 
 def at2_cases() -> list[Case]:
-    """Damaged PEER files; a long function because it is a table."""
+    """Return damaged PEER files. The function is long because it is a table."""
     good = good_at2()
 
     def size(old: bytes, new: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""The real files that tests read, by name: more may lie beside them."""
+"""The real files that tests read, listed by name because their folder may contain others."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ CLAIMED = {
 
 
 def files_of(folder: str, ending: str = "") -> list[str]:
-    """Names, behind the folder, of its files that a format claims."""
+    """Return the names (with the folder) of the files in a folder that a format claims."""
     return [
         name
         for name, known in CLAIMED.items()

@@ -55,7 +55,7 @@ def test_a_link_to_itself_costs_one_row(tmp_path: Path) -> None:
 def test_a_closed_folder_costs_one_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forbidden: str
 ) -> None:
-    # As root nothing is closed, so the system's answer is made here.
+    # Root may open every folder, so the test raises the system's error itself.
     (tmp_path / "a.csv").write_text(TABLE)
     (tmp_path / "closed").mkdir()
     (tmp_path / "closed" / "catalogue.csv").write_text(HEADER)

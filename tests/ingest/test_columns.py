@@ -1,4 +1,4 @@
-"""Numbers in fixed columns are those that `float` reads, whatever their form."""
+"""Numbers in fixed columns read exactly as `float` reads them, in every printed form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FORMS = ("9.6f", "12.3f", "15.7E", "+12.5f", "16.13f", "25.15f")
 
 
 def printed(values: list[float], form: str, *, leading_zero: bool) -> tuple[list[bytes], int]:
-    """Numbers three to a line, as Fortran prints them, and the width of each."""
+    """Return lines of three numbers each, as Fortran prints them, and the width of a number."""
     width = int(form.strip("+").split(".")[0])
     fields = [format(value, form).rjust(width) for value in values]
     if not leading_zero:

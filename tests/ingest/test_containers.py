@@ -99,7 +99,7 @@ def test_links_and_devices() -> None:
 
 def test_encrypted() -> None:
     data = bytearray(zipped(("x.csv", TABLE)))
-    data[6] |= 1  # the flag stands in the member's own header and in the directory
+    data[6] |= 1  # the flag is set in the member's own header and in the directory
     data[data.index(b"PK\x01\x02") + 8] |= 1
     [member] = contents(Path("a.zip"), bytes(data))
     assert member.refusal == "encrypted. Must be readable without a password."
@@ -188,7 +188,7 @@ def test_a_corrupted_inner_archive_costs_only_itself() -> None:
 
 
 def test_what_lies_beside_the_accelerations_is_unread(shared_records: Path, tmp_path: Path) -> None:
-    """PEER packs velocities with the records, macOS its own files."""
+    """PEER adds velocity files to its archives, and macOS adds hidden files."""
     velocity = shared_records / "formats" / "peer_at2" / "RSN88_SFERN_FSD172.VT2"
     inside = ("PEER/RSN88.VT2", velocity.read_bytes()), ("__MACOSX/._x.csv", b"\0")
     data = zipped(*inside, ("x.csv", TABLE), ("PEER/README.txt", b"Read me."))
@@ -201,13 +201,13 @@ def test_what_lies_beside_the_accelerations_is_unread(shared_records: Path, tmp_
         "PEER/README.txt": "document: not a record.",
     }
     assert sum(isinstance(o, Rejection) for o in outcomes) == 0
-    # Asked for by its own name, it is a mistake.
+    # The same file is rejected when the user names it.
     [outcome] = collect([velocity])
     assert isinstance(outcome, Rejection)
 
 
 def test_commands_take_archives_alike(shared_records: Path, tmp_path: Path) -> None:
-    """All commands read records by the stage of `ingest`; a ZIP in a ZIP, a spectrum beside it."""
+    """`ingest` reads a ZIP in a ZIP; all commands read records through the same stage."""
     folder = shared_records / "formats" / "csmip"
     path = tmp_path / "download.zip"
     names = ("CE89146.V2", "CE89146.V3")
@@ -248,7 +248,7 @@ def gzip_of_zeros(size: int) -> bytes:
 
 @pytest.fixture(scope="module")
 def bomb() -> bytes:
-    """A gzip of a megabyte that expands to one gigabyte."""
+    """Return a gzip file of one megabyte that expands to one gigabyte."""
     return gzip_of_zeros(1 << 30)
 
 

@@ -19,7 +19,7 @@ WHAT = {
     1: "Uncorrected acceleration ",
     2: "Corrected acceleration  ",
 }
-#: Indices of the lines above the sections, and of the samples.
+#: Indices of the line above each section, and of the first line of samples.
 INTEGERS, REALS, COMMENTS, HEADING, SAMPLES = 13, 24, 45, 48, 49
 
 
@@ -33,7 +33,7 @@ def channel(
     integers: dict[int, int] | None = None,
     reals: dict[int, float] | None = None,
 ) -> Lines:
-    """The lines of a channel; samples of V1 and V2 on line 50, in (8F10.3)."""
+    """Return the lines of a channel; samples of V1 and V2 start on line 50, in (8F10.3)."""
     count = len(samples)
     peak = max(range(count), key=lambda k: abs(samples[k]))
     at = f"{0.005 * peak:.3f}"
@@ -158,7 +158,7 @@ def test_raw_is_refused(reals: dict[int, float], message: str) -> None:
 
 @pytest.mark.parametrize(
     ("bits", "full_scale"),
-    # Archives state the span of both signs, or that of one, as 2.5 V for +-2.5 V.
+    # Archives state the full range (5 V for +-2.5 V) or half of it (2.5 V).
     [(24, 13.4), (24, 6.71), (-999, 13.4), (16, 0.0524), (16, 13.4)],
 )
 def test_the_full_scale_is_that_of_all_counts(bits: int, full_scale: float) -> None:
@@ -216,7 +216,7 @@ def test_velocity_alone_is_refused() -> None:
 def test_a_channel_of_another_quantity_than_its_title_is_refused(
     quantity: str, code: int, message: str
 ) -> None:
-    # Taken for velocity it would be passed over, and nobody would miss it.
+    # A channel that counts as velocity would be skipped without notice.
     other = channel(quantity=quantity, label="Up", integers={2: code})
     with pytest.raises(InputError, match=message):
         read_bytes(PATH, cosmos(channel(), other))

@@ -24,7 +24,7 @@ def _block(samples: Sequence[float]) -> Lines:
 
 
 def channel(label: str = "90 DEG", samples: Sequence[float] = (1.0, -2.5, 0.5)) -> Lines:
-    """The lines of one channel; acceleration on line 47, velocity on 49, displacement on 51."""
+    """Return the lines of one channel: acceleration on line 47, velocity 49, displacement 51."""
     count = len(samples)
     peak = max(range(count), key=lambda k: abs(samples[k]))
     integers = [0] * 100

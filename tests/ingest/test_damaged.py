@@ -1,7 +1,7 @@
-"""Damaged files: each reads bit for bit as the good one, or is refused in words; none reads wrong.
+"""Each damaged file reads with exactly the samples of the good one, or is rejected with a reason.
 
-What no reader can see is not here: another digit in a number, a table without a stated count that
-ends with a whole row. Crashes and hangs of a reader are in test_isolation.
+Damage that no reader can detect is left out: another digit in a number, or a table without a
+stated count that ends with a complete row. test_isolation covers crashes and hangs of a reader.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Damaged files of the archives' formats: each reads bit for bit as the good one, or is refused.
+"""Damaged files of the archives' formats: each reads exactly as the good one, or is rejected.
 
-The good ones are small and made here; a header line that says nothing of the samples may be lost.
+The good files are small and made here. Losing a header line that does not describe the samples
+is harmless.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ COUNTS = [int(value) for value in RNG.normal(0.0, 5e4, 83)]
 TENTHS = tuple(round(float(value), 1) for value in RNG.normal(0.0, 300.0, 83))
 ROWS = tuple((a, b, c) for a, b, c in RNG.normal(0.0, 5.0, (40, 3)).round(6).tolist())
 
-#: Name, good file, lines of its header.
+#: Name and data of the good file, and the number of its header lines.
 TEXTS: dict[str, tuple[str, bytes, int]] = {
     "cosmos": ("a.V2c", test_cosmos.cosmos(test_cosmos.channel(ONE)), 49),
     "cosmos V0": (
@@ -115,7 +116,7 @@ def test_dress_makes_no_difference(kind: str) -> None:
 def wrong(
     name: str, data: bytes, good: list[tuple[float, bytes]], units: str | None = None
 ) -> bool:
-    """Whether a damaged file reads, and not as the good one, or is refused without a word."""
+    """Return True if a file reads with other samples, or is rejected without a reason."""
     try:
         return samples(read_bytes(name, data, ReadOptions(units))) != good
     except InputError as error:
@@ -183,7 +184,7 @@ def test_miniseed_records(tmp_path: Path) -> None:
             flipped = bytearray(data)
             flipped[at + place] ^= 0xFF
             cases.append((f"byte {place} of record {k} flipped", bytes(flipped)))
-    # What ends with a whole record is a shorter file, as the README says.
+    # A file that ends with a complete record is a shorter file, as the README says.
     shorter = data[: int(0.5 * len(data)) // size * size]
     assert len(read_bytes(path, shorter)[0].acceleration) < len(COUNTS * 30)
     assert [damage for damage, copy in cases if wrong(str(path), copy, good)] == []

@@ -120,6 +120,6 @@ def test_damaged(old: str, new: str, message: str) -> None:
 
 
 def test_the_quantity_may_be_in_lower_case() -> None:
-    """As in the RawAcc files of AFAD."""
+    """RawAcc files of AFAD write the quantity in lower case."""
     [record] = read_bytes(PATH, esm().replace("TYPE: ACCELERATION", "TYPE: acceleration").encode())
     assert record.acceleration.size == len(SAMPLES)

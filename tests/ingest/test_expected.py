@@ -1,4 +1,4 @@
-"""Every real file at hand reads as the shared table says, or is refused."""
+"""Every real file reads with the numbers of the shared table, or is rejected."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rockframe.record import Orientation, Record
 
 
 def signed_peak(record: Record) -> float:
-    """Sample of largest absolute value [g]."""
+    """Return the sample of largest absolute value [g]."""
     return float(record.acceleration[np.abs(record.acceleration).argmax()]) / 9.81
 
 
@@ -27,7 +27,7 @@ def facts(records: list[Record]) -> list[tuple[int, float, float]]:
 
 
 def close(rows: list[tuple[int, float, float]]) -> list[Any]:
-    """The table prints six decimals of a peak."""
+    """Return rows with peaks that may differ by 1e-6, because the table prints six decimals."""
     return [(samples, step, pytest.approx(peak, abs=1e-6)) for samples, step, peak in rows]
 
 
@@ -66,7 +66,7 @@ def test_csmip_v1(shared_records: Path, table: dict[str, list[tuple[int, float, 
 
 
 def of_standard_gravity(facts_in_g: list[tuple[int, float, float]]) -> list[Any]:
-    """The table gives peaks of files in cm/s2 in the conventional g, 980.665 cm/s2."""
+    """Convert peaks of files in cm/s2: the table uses the conventional g, 980.665 cm/s2."""
     return close([(samples, step, peak * 9.80665 / 9.81) for samples, step, peak in facts_in_g])
 
 

@@ -15,7 +15,7 @@ from rockframe.record import Orientation, Record
 from rockframe.signals.processing import BandPass, correct
 
 STANDARD_GRAVITY = 9.80665
-#: Samples before the motion, whose mean the table takes for the offset.
+#: Number of samples before the motion; the table subtracts their mean as the offset.
 QUIET = 1000
 Facts = tuple[int, float, float]
 
@@ -30,7 +30,7 @@ def expected(shared_records: Path, name: str) -> list[Facts]:
 
 
 def signed_peak(record: Record, unit: float, quiet: int | None = 0) -> float:
-    """Peak over `unit`, without the mean of the first `quiet` samples (None: of all)."""
+    """Return the peak over `unit`, minus the mean of the first `quiet` samples (None: of all)."""
     samples = record.acceleration
     offset = samples[:quiet].mean() if quiet != 0 else 0.0
     return float((samples - offset)[np.abs(samples - offset).argmax()]) / unit
@@ -68,7 +68,7 @@ def test_sac(shared_records: Path, ending: str, units: str, unit: float) -> None
 @pytest.mark.parametrize(
     ("name", "unit", "options"),
     [
-        # The table takes its numbers for m/s2; by their size (0.76 g) they are in cm/s2.
+        # The table treats the numbers as m/s2; their size (0.76 g) shows that they are in cm/s2.
         ("CHV1-20140203E.txt", 9.81, ReadOptions(units="m/s2")),
         ("tabasFN.txt", 9.81, ReadOptions(units="g", time_step=0.02)),
     ],
@@ -105,8 +105,8 @@ def test_folder_of_miniseed(shared_records: Path) -> None:
 
 
 def test_the_same_motion_as_miniseed_and_as_v1(shared_records: Path) -> None:
-    """0.302 % of the peak apart at most: the V1 was made with another sensitivity (0.27 %), and
-    its g is 9.81 m/s2 here (0.03 %).
+    """The two differ by at most 0.302 % of the peak: the V1 was made with another sensitivity
+    (0.27 %), and its g is 9.81 m/s2 here (0.03 %).
     """
     counts = [
         read_file(shared_records / "formats" / "miniseed" / f"CI.CLC..{code}.mseed")[0]
@@ -126,7 +126,7 @@ def test_the_same_motion_as_miniseed_and_as_v1(shared_records: Path) -> None:
 
 
 def test_full_response_against_sensitivity(shared_records: Path) -> None:
-    """The stages as stated pass 0.1 to 1.6 % more from 1 to 10 Hz than the sensitivity says."""
+    """From 1 to 10 Hz, the stages amplify 0.1 to 1.6 % more than the stated sensitivity."""
     path = shared_records / "formats" / "miniseed" / "CI.CLC..HNE.mseed"
     [alone], [full] = read_file(path), read_file(path, ReadOptions(water_level=60.0))
     assert full.processing == (

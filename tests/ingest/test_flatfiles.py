@@ -1,4 +1,4 @@
-"""Catalogues of archives fill in what their records do not say."""
+"""Catalogues of archives fill in metadata that the records do not contain."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def catalogues(shared_records: Path) -> Path:
 
 
 def as_delivered(text: str) -> str:
-    """The table as PEER writes it: names in plain quotes, fields separated by comma and blank."""
+    """Return the table as PEER writes it: names in plain quotes, comma and blank as separator."""
     lines = [line.rstrip(",") for line in text.split("\n")]
     return "\n".join(lines).replace('" ""', ' "').replace('"""', '"').replace(",", ", ")
 
@@ -105,7 +105,7 @@ def test_catalogues_in_an_archive_apply_to_their_folder(tmp_path: Path, at2: At2
 def test_own_catalogues_override_the_others_wherever_they_are(
     tmp_path: Path, at2: At2, *, packed: bool
 ) -> None:
-    """A value of `catalogue.csv` is the user's word; what it leaves empty, the others fill."""
+    """Values of `catalogue.csv` override the other catalogues, which fill in its empty fields."""
     others = (
         f"Result ID,Earthquake Name,Magnitude,Horizontal-1 Acc. Filename\n1,Landers,7.28,{HERE}\n"
     )

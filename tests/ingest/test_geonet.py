@@ -24,7 +24,7 @@ def component(
     others: int | None = None,
     bearing: int = 196,
 ) -> Lines:
-    """The lines of one component at 0.02 s; of V2A unless `kind` and `others` say otherwise."""
+    """Return the lines of a component at 0.02 s: V2A, or V1A by `kind` "Unc" and 0 `others`."""
     count, peak = len(samples), max(samples, key=abs)
     rest = count if others is None else others
     integers = [0] * 40
@@ -167,7 +167,7 @@ def test_csmip_is_another_format() -> None:
 
 
 def with_time(time: float, prepended: int = 0) -> bytes:
-    """The usual file, its first component's peak stated at another time."""
+    """Return the usual file with another stated time of the peak of its first component."""
     lines = component()
     lines[13] = lines[13].replace("0.02 sec", f"{time:.2f} sec")
     lines[19] = lines[19][:8] + f"{prepended:8d}" + lines[19][16:]

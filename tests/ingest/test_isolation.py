@@ -18,7 +18,7 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.stages.ingest import ingest_stage
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
-#: A reader that does what the name of the file says; workers import it from the test's folder.
+#: A reader that behaves as the file's name says; workers import it from the test's folder.
 READER = """
 import os, time
 from rockframe.ingest.reading import read_outcome as real
@@ -51,7 +51,7 @@ def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     import bad_reader  # type: ignore[import-not-found]
 
-    # The package has a function of the module's name.
+    # The package has a function with the module's name, so the module is taken from sys.modules.
     monkeypatch.setattr(
         sys.modules["rockframe.ingest.reading.collect"], "read_outcomes", bad_reader.read_outcomes
     )
@@ -59,7 +59,7 @@ def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def many(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let small inputs have several workers."""
+    """Use several workers even for small inputs."""
     monkeypatch.setattr("rockframe.ingest.reading.isolation._BYTES_A_WORKER", 1)
 
 
@@ -80,7 +80,7 @@ def test_a_bad_file_is_a_row_and_the_others_are_read(folder: Path) -> None:
 
 @pytest.mark.usefixtures("bad_reader", "many")
 def test_a_file_that_takes_too_long_is_a_row_and_the_next_has_its_turn(tmp_path: Path) -> None:
-    """Files that never end: what is read in time on an idle machine may not be on a busy one."""
+    """All files hang, because even a good file might exceed the limit on a busy machine."""
     files = [tmp_path / f"hang-{number}.csv" for number in range(3)]
     for file in files:
         file.write_text(TABLE)
@@ -191,7 +191,7 @@ def test_interrupt_leaves_no_orphan() -> None:
     )
     assert parent.stdout is not None
     parent.stdout.readline()
-    os.killpg(parent.pid, signal.SIGINT)  # as a terminal does
+    os.killpg(parent.pid, signal.SIGINT)  # as a terminal does on Ctrl+C
     parent.wait(10)
     parent.stdout.close()
     with pytest.raises(ProcessLookupError):
@@ -220,7 +220,7 @@ def test_attempt_is_what_workers_import() -> None:
 
 
 def test_killed_worker_is_no_fault_of_the_file(tmp_path: Path) -> None:
-    """Killed from outside while it reads: the file is read again."""
+    """A file whose worker was killed from outside is read again."""
     marks = [tmp_path / f"killed-{k}" for k in range(2)]
     dies = (
         "[open({0!r}, 'x').close(), __import__('os').kill(__import__('os').getpid(), 9)] "

@@ -16,7 +16,7 @@ COUNTS = (100, -300, 200, 400)
 
 
 def knet(counts: tuple[int, ...] = COUNTS, direction: str = "E-W", peak: str | None = None) -> str:
-    """A file at 2 Hz of which each count is 0.001 gal."""
+    """Return a file at 2 Hz in which each count is 0.001 gal."""
     gal = 0.001 * np.array(counts)
     stated = f"{np.abs(gal - gal.mean()).max():.3f}" if peak is None else peak
     rows = [
@@ -52,7 +52,7 @@ def test_facts() -> None:
     [record] = read_bytes(PATH, knet().encode())
     assert (record.record_id, record.component, record.azimuth) == (f"{PATH}", "EW", 90.0)
     assert (record.station, record.network, record.magnitude) == ("AOM017", "BO", 7.2)
-    # Japan is nine hours ahead, and the recorder adds 15 s of its own.
+    # Record Time is in Japanese time (UTC+9), and the recorder adds 15 s to it.
     assert record.start_time == "2008-06-13T23:44:03.000000Z"
     assert (record.time_step, record.uncorrected) == (0.5, True)
 

@@ -59,7 +59,7 @@ def channel_xml(
 
 
 def stage_xml(number: int, gain: str, enters: str, leaves: str) -> str:
-    """A stage that does nothing but multiply."""
+    """Return a stage that only multiplies by a gain."""
     return f"""<Stage number="{number}"><Coefficients>
 <InputUnits><Name>{enters}</Name></InputUnits><OutputUnits><Name>{leaves}</Name></OutputUnits>
 <CfTransferFunctionType>DIGITAL</CfTransferFunctionType></Coefficients>
@@ -77,7 +77,7 @@ def station_xml(*channels: str) -> str:
 
 @pytest.fixture
 def write(tmp_path: Path) -> Write:
-    """Write a miniSEED file with StationXML beside it; `None` writes none."""
+    """Return a function that writes a miniSEED file and its StationXML (`None`: without)."""
 
     def _write(data: bytes | None = None, xml: str | None = "") -> Path:
         path = tmp_path / "CI.CLC..HNE.mseed"
@@ -167,7 +167,7 @@ def test_no_station_xml(write: Write) -> None:
 
 @pytest.mark.parametrize("deeper", [False, True])
 def test_station_xml_in_the_archive(tmp_path: Path, *, deeper: bool) -> None:
-    """As a data centre packs it; miniSEED and SAC find it in the same way."""
+    """miniSEED and SAC files find StationXML in the archive that a data centre packed."""
     from .test_containers import tarred, zipped
     from .test_sac import SCALE, sac
 
@@ -189,7 +189,7 @@ def test_station_xml_in_the_archive(tmp_path: Path, *, deeper: bool) -> None:
 
 
 def test_station_xml_beside_the_archive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In its own folder, wherever the program was started."""
+    """StationXML is searched in the archive's folder, not in the working directory."""
     from .test_containers import zipped
 
     (tmp_path / "in").mkdir()
@@ -351,7 +351,7 @@ def test_water_level(level: float) -> None:
 
 
 def long(write: Write) -> tuple[Path, bytes]:
-    """A file of many records, with its StationXML; its bytes."""
+    """Return the path of a file of many records, with StationXML next to it, and its bytes."""
     counts = (1000 * np.random.default_rng(1).standard_normal(3000)).astype(int)
     data = mseed(trace(counts))
     return write(data), data

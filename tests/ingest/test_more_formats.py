@@ -1,7 +1,7 @@
-"""Formats whose real files may not be kept here: they are read from the shared folder.
+"""Formats whose real files may not be redistributed: the tests read them from the shared folder.
 
-Numbers in the table are those that the files print; peaks of files that print none were taken from
-their columns with awk.
+The numbers in the tables are printed in the files. Where a file prints no peak, it was taken from
+the columns with awk.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ UNEVEN: dict[str, tuple[float, float, tuple[float, ...]]] = {
     "usc/017m30lw.s0c": (34.696, 0.004, (-2.869,)),
     "usc/274o42ah.m0a": (24.841, 0.005, (-0.551,)),
 }
-#: Number of lines of the header, of the files whose damaged copies are read.
+#: Number of header lines of the files whose damaged copies are read.
 HEADERS: dict[str, int] = {
     "usc/274o42pv.s0b": 46,
     "usc/274o42ah.m0a": 27,
@@ -84,7 +84,7 @@ def test_the_samples_are_those_that_the_file_states(folder: Path, name: str) -> 
 
 @pytest.mark.parametrize("name", UNEVEN)
 def test_digitised_film_is_interpolated(folder: Path, name: str) -> None:
-    """Straight lines between the points never exceed them, and pass near each peak."""
+    """Linear interpolation never exceeds the points, and passes near each peak."""
     length, step, peaks = UNEVEN[name]
     for record, peak in zip(read_file(folder / name), peaks, strict=True):
         assert record.time_step == step
@@ -106,7 +106,7 @@ def test_no_damaged_copy_reads_wrong(folder: Path, name: str) -> None:
     good = samples(read_bytes(name, data))
     cases = list(harmful(data, HEADERS[name]))
     assert len(cases) > 80
-    # UNAM's files are large, and most of their header says nothing of the samples.
+    # UNAM's files are large, and most of their header does not describe the samples.
     few = cases[::6] if name.startswith("unam") else cases
     assert [damage for damage, copy in few if wrong(name, copy, good)] == []
     for dress, copy in harmless(data):

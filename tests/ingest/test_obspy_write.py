@@ -1,4 +1,4 @@
-"""Written as AT2 and read again: the samples to the digits written, and the header's facts."""
+"""A stream written as AT2 reads back with the same samples (to the digits written) and header."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rockframe.ingest import read_bytes, read_file
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
-#: Half a unit of the last of eight digits.
+#: Half a unit in the last of eight digits.
 HALF_DIGIT = 0.5e-7
 NAMES = st.text(st.characters(codec="latin-1", categories=("L", "N", "Zs")), max_size=20).map(
     lambda text: " ".join(text.split())

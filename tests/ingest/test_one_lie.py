@@ -1,4 +1,4 @@
-"""Real files with one thing changed that their headers state elsewhere too: each is refused."""
+"""Real files with one changed value that the file also states elsewhere: each is rejected."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AFAD = "afad/20170720223109_0921.txt"
 
 @dataclass(frozen=True)
 class Lie:
-    """The first match of a pattern in a file is replaced; the words of the refusal."""
+    """Replaces the first match of a pattern in a file; `words` are those of the rejection."""
 
     file: str
     pattern: bytes
@@ -160,7 +160,7 @@ def test_samples_in_other_units_are_refused(file: str, scale: float, shared_reco
 
 
 def rescaled(line: bytes, scale: float) -> bytes:
-    """A line that is one sample, times a factor, as wide as before."""
+    """Multiply the sample of a line that holds only one, at the same width; keep other lines."""
     if not re.fullmatch(rb" *-?\d+\.\d+(e[-+]\d+)?\r?", line):
         return line
     value, width = scale * float(line), len(line.rstrip())

@@ -1,4 +1,4 @@
-"""A raw volume, processed here, is the archive's own corrected volume of the same record."""
+"""A raw volume corrected here agrees with the archive's corrected volume of the same record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SENSOR = 1.0 / 0.0109, 0.67
 
 
 def delayed(samples: Float, step: float, delay: float) -> Float:
-    """The samples so much later [s], by their Fourier transform."""
+    """Return the samples delayed by `delay` [s], a phase shift of their Fourier transform."""
     frequency = np.fft.rfftfreq(samples.size, step)
     turned = np.fft.rfft(samples) * np.exp(-2j * np.pi * frequency * delay)
     return np.fft.irfft(turned, samples.size)
@@ -30,7 +30,7 @@ def peak(samples: Float) -> float:
 
 
 def pair(shared_records: Path, channel: int) -> tuple[Float, Record]:
-    """Raw acceleration with the archive's band-pass, and the archive's record."""
+    """Return the raw acceleration with the archive's band-pass, and the archive's record."""
     folder = shared_records / "formats" / "csmip"
     raw = read_file(folder / "CE89146.V1")[channel]
     theirs = read_file(folder / "CE89146.V2")[channel]
@@ -44,8 +44,8 @@ def pair(shared_records: Path, channel: int) -> tuple[Float, Record]:
 )
 def test_agree(shared_records: Path, channel: int, correlation: float, difference: float) -> None:
     ours, theirs = pair(shared_records, channel)
-    # The archive took out the sensor's response, whose delay at low frequencies is
-    # 2 damping / (2 pi frequency) = 2.3 ms, close to half a step; the raw volume keeps it.
+    # The archive removed the sensor's response, whose delay at low frequencies is
+    # 2 damping / (2 pi frequency) = 2.3 ms, close to half a step; the raw volume still has it.
     frequency, damping = SENSOR
     early = delayed(ours, theirs.time_step, -damping / (np.pi * frequency))
     early = early[: theirs.acceleration.size]
@@ -62,7 +62,7 @@ def test_agree_less_without_the_sensor_delay(shared_records: Path, channel: int)
 
 @pytest.mark.parametrize(("channel", "code"), [(0, "HNE"), (1, "HNN"), (2, "HNZ")])
 def test_one_recording_from_two_archives(shared_records: Path, channel: int, code: str) -> None:
-    """CI.CLC as miniSEED with StationXML, and as V1 with a nominal sensitivity: one gain apart."""
+    """Only a gain differs between CI.CLC as miniSEED and as V1 with a nominal sensitivity."""
     counted = read_file(shared_records / "formats" / "miniseed" / f"CI.CLC..{code}.mseed")[0]
     nominal = read_file(shared_records / "ridgecrest2019" / "CICLC.v1")[channel]
     later = 19503  # samples: 03:19:23.0383 after 03:16:08.0, stated to a tenth of a second

@@ -92,7 +92,7 @@ def test_names_are_unique() -> None:
 def test_identifiers_are_sound_and_differ(stem: str, components: list[str]) -> None:
     ids = record_ids(Path(stem + ".V1"), components)
     assert all(is_record_id(record_id) for record_id in ids)
-    # Figures are called by it, and a name may have 255 bytes.
+    # File names of figures contain the identifier, and a file name has at most 255 bytes.
     assert all(len(record_id.encode()) <= 192 for record_id in ids)
     assert len({record_id.casefold() for record_id in ids}) == len(components)
 

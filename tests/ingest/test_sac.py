@@ -17,7 +17,7 @@ from rockframe.record import Orientation
 PATH = Path("CJ.T001230.HNE.sac")
 IN_G = ReadOptions(units="g")
 SAMPLES = (0.125, -0.25, 0.5)
-#: Bytes of header fields: floats, integers.
+#: Byte offsets of header fields: first floats, then integers.
 DEPMAX, SCALE, DEPMEN, CMPAZ, CMPINC = (4 * place for place in (2, 3, 56, 57, 58))
 NZYEAR, NVHDR, NPTS, IFTYPE, IDEP, LEVEN = (4 * (70 + place) for place in (0, 6, 9, 15, 16, 35))
 
@@ -28,7 +28,7 @@ def sac(
     fields: dict[int, float] | None = None,
     name: bytes = b"HNE",
 ) -> bytes:
-    """A file at 0.02 s; `fields` are integers or floats by their byte."""
+    """Return a file at 0.02 s; `fields` maps the byte offset of a header field to its value."""
     floats = [-12345.0] * 70
     floats[0], floats[1], floats[2], floats[5] = 0.02, min(samples), max(samples), 0.0
     floats[57], floats[58] = 90.0, 90.0
@@ -58,7 +58,7 @@ def obspy_stream(data: bytes, **changes: Any) -> Any:
 def test_facts(order: str) -> None:
     [record] = read_bytes(PATH, sac(order=order), IN_G)
     assert record.acceleration.tolist() == [9.81 * sample for sample in SAMPLES]
-    # The step of the header, which is in single precision.
+    # The header states the step in single precision.
     assert record.time_step == 0.019999999552965164
     assert (record.record_id, record.component) == ("CJ.T001230.HNE", "HNE")
     assert (record.station, record.network, record.event) == ("T001230", "CJ", "")
@@ -196,7 +196,7 @@ def test_an_unset_time_stays_unknown() -> None:
 
 
 def test_years_have_four_digits() -> None:
-    """As the search for StationXML needs them."""
+    """The search for StationXML needs years of four digits."""
     early = sac(fields={NZYEAR: 995})
     assert read_bytes(PATH, early, IN_G)[0].start_time == "0995-07-06T03:19:52.000000Z"
     with pytest.raises(InputError, match=r"no StationXML of CJ\.T001230\.\.HNE at 0995"):
@@ -204,7 +204,7 @@ def test_years_have_four_digits() -> None:
 
 
 def test_counts_with_a_station_xml(tmp_path: Path) -> None:
-    """Data centres write counts, and the sensitivity in SCALE."""
+    """Data centres write counts into SAC files, and the sensitivity into SCALE."""
     from .test_miniseed import channel_xml, station_xml
 
     xml = station_xml(channel_xml(rate="50.0")).replace("CLC", "T001230").replace("CI", "CJ")

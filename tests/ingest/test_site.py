@@ -1,4 +1,4 @@
-"""Where a sensor stood is taken from what headers say, and never guessed."""
+"""The site of a sensor is taken from the header; it is unknown if the header is silent."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ FREE, BUILT, BORED, UNKNOWN = (
         ("Bay Bridge - Deck", BUILT),
         ("LA - Hollywood Stor FF", FREE),
         ("Bear Valley #12 downhole", BORED),
-        ("Roof and free-field of Hospital", UNKNOWN),  # of both
-        ("Santa Monica Pier", UNKNOWN),  # a place
+        ("Roof and free-field of Hospital", UNKNOWN),  # names both
+        ("Santa Monica Pier", UNKNOWN),  # the name of a place
         ("Angeles Crest Hwy", UNKNOWN),
         ("Pacoima Dam (upper left abut)", UNKNOWN),  # rock beside the dam
         ("El Centro Array #4", UNKNOWN),

@@ -19,7 +19,7 @@ UNDEFINED = 1.7e38
 
 
 def field(value: float) -> str:
-    """A number in Fortran's 1PE10.4E1."""
+    """Return a number in Fortran's 1PE10.4E1."""
     mantissa, _, exponent = f"{value:.4E}".partition("E")
     return f"{mantissa}E{int(exponent):+d}".rjust(10)
 
@@ -43,7 +43,7 @@ def smc(
     reals: dict[int, float] | None = None,
     comments: Sequence[str] = ("|", "|ref - a report"),
 ) -> Lines:
-    """The lines of a file of one component; samples on line 30 unless told otherwise."""
+    """Return the lines of a file of one component; samples start on line 30 by default."""
     whole = dict.fromkeys(range(1, 49), -32768) | {13: 90, 14: 360, 16: len(comments)}
     whole |= {17: len(values) if count is None else count} | (integers or {})
     real = dict.fromkeys(range(1, 51), UNDEFINED) | {2: rate, 6: 7.1, 17: 89.0} | (reals or {})
@@ -69,7 +69,7 @@ def joined(lines: Lines) -> bytes:
 
 
 def pairs(times: Sequence[float], values: Sequence[float]) -> Lines:
-    """An uncorrected file of times and accelerations, without a sampling rate."""
+    """Return an uncorrected file of times and accelerations, without a sampling rate."""
     together = [value for pair in zip(times, values, strict=True) for value in pair]
     kind = "1 UNCORRECTED ACCELEROGRAM"
     return smc(together, kind=kind, count=len(values), rate=UNDEFINED)

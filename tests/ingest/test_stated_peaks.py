@@ -1,4 +1,4 @@
-"""Headers that state a peak: its size, sign and time are those of the samples, or it is refused."""
+"""A peak stated in a header must have the size, sign and time of the samples' peak."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_no_peak_stated_is_no_peak_compared(at2: Callable[..., bytes]) -> None:
 
 
 def with_peak(lines: Lines, peak: str, real: str = "") -> bytes:
-    """A channel of 0.1, -0.2, 0.3 g at 0.00, 0.01, 0.02 s with peaks in text and real header."""
+    """Return a channel of 0.1, -0.2, 0.3 g with peaks in the text and in the real header."""
     lines = [*lines]
     lines[11] = f"Units of uncor data are sec and g.         Max  = {peak}"
     lines[20] = "  .0050000" * 6 + (real or "  .0000000  .0000000")
