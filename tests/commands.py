@@ -1,4 +1,4 @@
-"""What the tests of several commands type."""
+"""Helpers for the tests of several commands."""
 
 from __future__ import annotations
 

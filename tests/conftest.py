@@ -1,4 +1,4 @@
-"""What several tests need: the expected values, and where the shared material is."""
+"""Fixtures that several test files use."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from rockframe.options.respond import ScreenOptions
 from rockframe.wavelets.pulse import Pulse
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-SHARED = REPOSITORY.parent / "shared"  # beside the repository; absent in a plain clone
-#: Programs of their own; some need an extra.
+SHARED = REPOSITORY.parent / "shared"  # next to the repository; absent in a plain clone
+#: Standalone programs, not tests; some need an extra of the package.
 collect_ignore = ["benchmarks", "fuzz"]
 EXPECTED = Path(__file__).resolve().parent / "expected"
-#: Chromium as root, on a machine without a screen, that asks nobody for anything.
+#: Run Chromium as root, without a screen and without network requests of its own.
 SWITCHES: Final = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
@@ -33,16 +33,16 @@ SWITCHES: Final = (
 # No test depends on how long an example takes: the machine may be busy.
 settings.register_profile("any machine", deadline=None)
 settings.load_profile("any machine")
-# Tables are as wide as where there is no terminal, whatever terminal the tests are started from.
+# Print tables at the width used without a terminal, whatever terminal runs the tests.
 os.environ.pop("COLUMNS", None)
-# A shell that starts the tests in its background has Ctrl-C ignored, by their processes too.
+# A shell makes background jobs ignore Ctrl-C, and the processes that tests start inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
 def expected() -> Callable[[str], Any]:
-    """Load tests/expected/NAME.json."""
+    """Return a function that loads tests/expected/NAME.json."""
 
     def load(name: str) -> Any:
         return json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8"))
@@ -52,13 +52,13 @@ def expected() -> Callable[[str], Any]:
 
 @pytest.fixture(scope="session")
 def bundled_records() -> Path:
-    """The records that come with the repository."""
+    """The folder of the records that come with the repository."""
     return REPOSITORY / "records" / "ridgecrest2019"
 
 
 @pytest.fixture(scope="session")
 def peer_records() -> Path:
-    """The paper's own records, which may not be redistributed."""
+    """The folder of the paper's own records, which may not be redistributed."""
     beside = SHARED / "records" / "table1"
     folder = Path(os.environ.get("ROCKFRAME_PEER_RECORDS", beside))
     if not folder.is_dir():
@@ -68,7 +68,7 @@ def peer_records() -> Path:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """Chromium, headless."""
+    """A headless Chromium."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: make test-browser")
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
@@ -81,19 +81,19 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def own_addresses() -> str:
-    """Pattern of what a page may ask for: itself."""
+    """The pattern of the addresses that a page may request: its own file and its blobs."""
     return r"(file:.*\.html|blob:)"
 
 
 @pytest.fixture
 def complaints() -> list[str]:
-    """What the page complained of; a test that expects it takes it out."""
+    """Console messages, errors and dialogs of the page; a test removes those that it expects."""
     return []
 
 
 @pytest.fixture
 def page(browser: Any, own_addresses: str, complaints: list[str]) -> Iterator[Any]:
-    """A page that says at the end whether it complained or asked for anything but itself."""
+    """A browser page that, at teardown, must have no complaints and no other requests."""
     context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
     page = context.new_page()
     page.on("console", lambda message: complaints.append(message.text))
@@ -109,13 +109,13 @@ def page(browser: Any, own_addresses: str, complaints: list[str]) -> Iterator[An
 
 @pytest.fixture(scope="session")
 def overlaps() -> str:
-    """Script that finds what lies on each other in a page."""
+    """A script that finds texts and controls of a page that overlap or cross its edge."""
     return (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
 
 
 @pytest.fixture
 def motion(tmp_path: Path) -> Path:
-    """A text record that states nothing but its numbers: one column of g."""
+    """A text record without metadata: one column of accelerations in g."""
     pulse = Pulse(wavelet="antisymmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
     path = tmp_path / "motion.csv"
     np.savetxt(path, pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
@@ -124,7 +124,7 @@ def motion(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def screen(tmp_path: Path) -> Callable[..., xr.Dataset]:
-    """Screen records; without margins unless they are asked for."""
+    """Return a function that screens records, by default without margins."""
     from tests.screening import stored, structures
 
     from rockframe.results.screening.screen import read_screening

@@ -1,4 +1,4 @@
-"""Records for tests of screening: sines and pulses of known strength, at stations of their own."""
+"""Records for the tests of screening: sines of known amplitude at made-up stations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STEP = 0.01
 
 
 def sine(name: str, amplitude: float, **facts: object) -> Record:
-    """Four cycles of 1 Hz after a rest."""
+    """Return a record of four cycles at 1 Hz after 1 s of rest."""
     time = STEP * np.arange(600)
     shape = np.where((time > 1.0) & (time < 5.0), np.sin(2.0 * np.pi * time), 0.0)
     return Record(
@@ -32,7 +32,7 @@ def sine(name: str, amplitude: float, **facts: object) -> Record:
 
 
 def site(count: int) -> list[Record]:
-    """Sines from weak to strong."""
+    """Return sines of increasing amplitude, magnitude and vs30."""
     return [
         sine(f"s{n:02d}", 0.5 + 0.4 * n, magnitude=5.0 + 0.1 * n, vs30=200.0 + 20.0 * n)
         for n in range(count)
@@ -40,7 +40,7 @@ def site(count: int) -> list[Record]:
 
 
 def three(name: str, upward: float = 0.5) -> list[Record]:
-    """Two horizontals and a vertical of one station."""
+    """Return two horizontals and a vertical of one station."""
     east = sine(f"{name}-e", 3.0, station=name, azimuth=90.0)
     north = sine(f"{name}-n", 4.0, station=name, azimuth=0.0)
     up = sine(f"{name}-z", upward, station=name, orientation=Orientation.VERTICAL)
@@ -48,7 +48,7 @@ def three(name: str, upward: float = 0.5) -> list[Record]:
 
 
 def stored(records: Iterable[Record], folder: Path) -> Path:
-    """The records as the ingest stage writes them."""
+    """Write the records as the ingest stage does; return the path of the file."""
     path = folder / "records.nc"
     write_records(((r, None) for r in records), path, input_sha256={}, parameters={})
     return path
@@ -69,12 +69,12 @@ width_m = 0.45
 
 
 def structures(folder: Path, text: str = STRUCTURES) -> Path:
-    """A file of two structures."""
+    """Write a file of structures, by default two; return its path."""
     path = folder / "structures.toml"
     path.write_text(text, encoding="utf-8")
     return path
 
 
 def names(records: Sequence[Record]) -> list[str]:
-    """Identifiers."""
+    """Return the identifiers of the records."""
     return [record.record_id for record in records]

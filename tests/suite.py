@@ -1,4 +1,4 @@
-"""What holds for the suite as a whole; part of ``make check``."""
+"""Checks of the test suite itself; part of ``make check``."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tests.conftest import REPOSITORY
 
 
 def collected() -> subprocess.Popen[str]:
-    """Start to list the names of all tests."""
+    """Start a process that lists the names of all tests."""
     words = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
     return subprocess.Popen(words, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True)
 
 
 def test_two_processes_collect_the_same_tests() -> None:
-    """At another time and with other hashes: workers that differ in one name refuse to run."""
+    """Names must not depend on time or string hashes: pytest-xdist needs equal names everywhere."""
     first = collected()
     time.sleep(2.0)
     one, other = [process.communicate()[0] for process in (first, collected())]
@@ -26,7 +26,7 @@ def test_two_processes_collect_the_same_tests() -> None:
 
 
 def test_shared_files_are_named_one_by_one() -> None:
-    """A test that takes whatever lies there breaks when a file is added."""
+    """A test that reads every file of a shared folder breaks when a file is added."""
     for path in sorted((REPOSITORY / "tests").rglob("*.py")):
         for line in path.read_text(encoding="utf-8").splitlines():
             taken = any(f".{way}(" in line for way in ("iterdir", "glob", "rglob"))

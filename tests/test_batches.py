@@ -1,4 +1,4 @@
-"""A stage done batch by batch gives what it gives for all records at once."""
+"""Stages run in batches: the merged files equal those of one run over all records."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def run(*words: object) -> int:
 
 @pytest.fixture(scope="module")
 def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Six horizontal ones, the first and the last with a vertical."""
+    """Six horizontal records; the first two and the last two have a vertical."""
     return stored(
         [*three("a"), *site(2), *three("z", 0.2)],
         tmp_path_factory.mktemp("batches"),
@@ -34,14 +34,14 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def options(verb: str, records: Path) -> list[object]:
-    """Two structures: five take longer and are no other code."""
+    """Return options for a quick run; five structures would take longer and run the same code."""
     few = ["--structures", structures(records.parent), "--margins", "first"]
     return few if verb == "respond" else ["--surrogates", "19"]
 
 
 @pytest.fixture(scope="module")
 def wholes(records: Path) -> dict[str, Path]:
-    """What each verb makes of all records at once."""
+    """The file that each command writes for all records at once."""
     made = {verb: records.with_name(f"{verb}-whole.nc") for verb in VERBS}
     for verb, whole in made.items():
         assert run(verb, records, "--output", whole, *options(verb, records)) == 0
@@ -49,7 +49,7 @@ def wholes(records: Path) -> dict[str, Path]:
 
 
 def in_batches(verb: str, records: Path, count: int, *words: str) -> tuple[Path, list[Path]]:
-    """The merged file, and those it is made of."""
+    """Run a command in batches; return the merged file and the files of the batches."""
     folder = records.parent / f"{verb}-{count}"
     parts = [folder / f"{k}.nc" for k in range(1, count + 1)]
     for k, part in enumerate(parts, 1):
@@ -61,7 +61,7 @@ def in_batches(verb: str, records: Path, count: int, *words: str) -> tuple[Path,
 
 
 def equal(one: Path, other: Path) -> None:
-    """All variables and attributes, to the last bit."""
+    """Assert that all variables and attributes are equal, to the last bit."""
     with netCDF4.Dataset(one) as a, netCDF4.Dataset(other) as b:
         assert set(a.variables) == set(b.variables)
         assert a.__dict__ == b.__dict__
@@ -74,7 +74,7 @@ def equal(one: Path, other: Path) -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("count", [2, 7])  # of six horizontal records: one batch of 7 is empty
+@pytest.mark.parametrize("count", [2, 7])  # one batch of 7 is empty: there are six records
 def test_batches_together_are_the_whole(
     records: Path, wholes: dict[str, Path], verb: str, count: int
 ) -> None:
@@ -94,7 +94,7 @@ def test_without_histories_the_verdicts_are_the_same(
 
 
 def test_what_no_batch_could_do_is_said(records: Path) -> None:
-    """Periods that no record is long enough for: each batch is empty, and says why."""
+    """No record is long enough for these periods: each batch is empty, so merging fails."""
     parts = [records.with_name(f"none-{k}.nc") for k in (1, 2)]
     for k, part in enumerate(parts, 1):
         words = ("--periods", "500", "900", "--batch", f"{k}/2")
@@ -120,7 +120,7 @@ def test_a_batch_that_is_none_is_refused(
     words = ("--batch", batch, "--output", records.with_name("no.nc"))
     try:
         status = run("pulse", records, *words)
-    except SystemExit as end:  # argparse's way out
+    except SystemExit as end:  # argparse exits this way
         status = int(str(end.code))
     assert status == 2
     assert "Invalid batch" in capsys.readouterr().err
@@ -132,7 +132,7 @@ def test_a_batch_that_is_none_is_refused(
 def test_batch_that_is_missing_or_not_in_its_place_is_said(
     records: Path, order: tuple[int, ...], wanted: str
 ) -> None:
-    """Put together without it, its records would be lost without a word."""
+    """A merge without the missing batch would silently lose its records."""
     parts = []
     for k in (1, 2, 3):
         part = records.with_name(f"apart-{k}.nc")

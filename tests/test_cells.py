@@ -1,4 +1,4 @@
-"""Cells of CSV tables: no text is a formula, every text comes back, numbers are decimal."""
+"""Cells of CSV tables: no text is a formula, every text is read back, numbers are decimal."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from rockframe.ingest import CatalogueEntry, read_catalogue
 from rockframe.ingest.metadata.catalogue import write_catalogue
 from rockframe.results.tables.entries import Entry, rejections_of, rows_of, write_entries
 
-#: What a spreadsheet takes for the beginning of a formula.
+#: Characters at which a spreadsheet starts a formula.
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
 #: Texts that often begin like formulas, quoted or not.
 TEXTS = st.text() | st.builds("".join, st.lists(st.sampled_from(["'", *FORMULA, "1", "a", " "])))
-#: A cell of a table cannot end what UTF-8 cannot hold.
+#: Printable texts only: UTF-8 cannot encode a lone surrogate.
 WRITTEN = TEXTS.filter(lambda text: text.isprintable())
 
 
@@ -98,7 +98,7 @@ def test_a_file_named_like_a_formula_is_one_in_no_list(tmp_path: Path) -> None:
 
 
 def test_every_table_of_the_package_is_written_in_one_place() -> None:
-    """A writer of its own would be one that forgets."""
+    """A second writer of CSV tables could forget to quote formulas."""
     package = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
     writing = {
         path.name

@@ -1,4 +1,4 @@
-"""The commands as a stranger types them: what is printed, what is written, what is refused."""
+"""The commands as a user types them: what they print, write and refuse."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rockframe.ingest import FORMATS
 from rockframe.paper.table1 import paper_record_of
 from rockframe.wavelets.pulse import Pulse
 
-#: What is asked of a run of which only the records matter.
+#: Options for a quick run when only the records matter.
 ONE = ("--structure", "bridge-bent", "--margins", "none", "--surrogates", "0")
 
 
@@ -106,7 +106,7 @@ def test_table1_rows_are_records_by_structures(table1: Path) -> None:
 
 
 def test_table1_has_margins(table1: Path) -> None:
-    """What stands needs a stronger motion to fall; what falls does not."""
+    """A structure that overturns does so at a scale below 1; the bridge bent needs more than 1."""
     with (table1 / "table.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     for row in rows:
@@ -134,7 +134,7 @@ def test_the_beam_makes_the_slender_frame_safer(table1: Path) -> None:
 
 
 def test_every_recorded_number_is_as_before(table1: Path) -> None:
-    """A change on purpose is recorded again, and listed in the changelog."""
+    """An intended change is recorded again and listed in the changelog."""
     recorded = json.loads((RECORDED / "numbers.json").read_text(encoding="utf-8"))
     found = numbers(table1)
     assert set(recorded.pop("files")) <= set(found.pop("files"))
@@ -148,7 +148,7 @@ def test_every_recorded_number_is_as_before(table1: Path) -> None:
 
 
 def test_no_recorded_name_is_lost() -> None:
-    """Of commands, options, keys of studies, and in Python; more may come."""
+    """Commands, options, study keys and Python names may be added, but none may disappear."""
     recorded = json.loads((RECORDED / "names.json").read_text(encoding="utf-8"))
     found = names()
     for verb, options in recorded.pop("commands").items():
@@ -158,7 +158,7 @@ def test_no_recorded_name_is_lost() -> None:
 
 
 def test_json_keeps_its_recorded_keys_and_types(tmp_path: Path) -> None:
-    """Of each command, for the bundled records; more may come."""
+    """Each command may add keys to its JSON for the bundled records, but not drop any."""
     recorded = json.loads((RECORDED / "json.json").read_text(encoding="utf-8"))
     found = shapes(tmp_path)
     for verb, before in recorded.items():
@@ -200,7 +200,7 @@ def test_a_verdict_needs_no_heavy_import_to_explain_itself() -> None:
 def test_a_record_that_is_not_the_papers_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The name of the paper's record, but another motion under it."""
+    """The file has the name of one of the paper's records but contains another motion."""
     pulse = Pulse(wavelet="antisymmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
     time = 0.01 * np.arange(801)
     path = tmp_path / "RSN77_SFERN_PUL164.csv"
@@ -219,8 +219,8 @@ def test_a_record_that_is_not_the_papers_says_so(
         assert [row["quantity"] for row in csv.DictReader(stream)] == [
             "pga_g",
             "pgv_m_s",
-            *("a_p_g", "T_p_s"),  # of the best wavelet
-            *("a_p_g", "T_p_s"),  # of that of Mavroeidis and Papageorgiou
+            *("a_p_g", "T_p_s"),  # of the selected pulse
+            *("a_p_g", "T_p_s"),  # of the wavelet of Mavroeidis and Papageorgiou
         ]
 
 
@@ -271,7 +271,7 @@ def test_a_record_too_short_for_a_pulse_is_listed_and_the_others_go_on(
 def test_uncorrected_text_is_corrected_when_it_is_said_to_be(motion: Path) -> None:
     output = motion.with_name("records.nc")
     words = ("--units", "g", "--time-step", "0.01", "--output", output)
-    hum = 1e-4 * np.sin(np.arange(2403))  # ground that rests wholly is a gap
+    hum = 1e-4 * np.sin(np.arange(2403))  # a stretch of constant samples would be a gap
     long = np.tile(np.loadtxt(motion), 3) + 0.05 + hum
     np.savetxt(motion, long, fmt="%.8f")
     assert run("ingest", motion, "--uncorrected", *words) == 0

@@ -1,4 +1,4 @@
-"""`rockframe figure` and `rockframe paper` as a stranger types them."""
+"""`rockframe figure` and `rockframe paper` as a user types them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.wavelets.pulse import Pulse
 
 @pytest.fixture(scope="module")
 def motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of two text records that state nothing but their numbers."""
+    """A folder of two text records without metadata."""
     folder = tmp_path_factory.mktemp("figures") / "motions"
     folder.mkdir()
     for name, a_p in (("weak", 0.3), ("strong", 0.45)):
@@ -40,7 +40,7 @@ def stated(motions: Path) -> tuple[str | Path, ...]:
 
 @pytest.fixture(scope="module")
 def paper(motions: Path) -> tuple[Path, list[dict[str, str]]]:
-    """What `paper` writes of them, and the claims that it prints."""
+    """The folder that `paper` writes for these motions, and the claims that it prints."""
     folder, printed = motions.with_name("paper"), StringIO()
     with redirect_stdout(printed):
         assert run("paper", "--output", folder, *stated(motions), "--json") == 0
@@ -55,7 +55,7 @@ def test_each_figure_is_drawn_with_its_caption(
     name: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """The same bytes as among those of the paper."""
+    """The file is byte-identical to the one that `paper` writes."""
     output = tmp_path / "figure.png"
     bent = ("--spacing", "12", "--beam-centre", "1") if name == "joints" else ()
     assert run("figure", name, "--output", output, *bent, *stated(motions), "--json") == 0
@@ -148,7 +148,7 @@ def test_the_paper_checked_again_is_the_same(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """All but its figures, each of which another test draws again."""
+    """The figures are copied here, because another test draws each of them again."""
 
     def drawn_before(drawn: Captioned, path: Path) -> None:
         path.parent.mkdir(exist_ok=True)

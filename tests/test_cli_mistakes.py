@@ -1,4 +1,4 @@
-"""What the commands refuse: one line, the right exit status, and nothing half-written."""
+"""Mistakes on the command line: one line, the right exit status and no partial output."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def typed(*words: str | Path) -> tuple[str, ...]:
 def test_ingest_never_replaces_its_input(
     motion: Path, capsys: pytest.CaptureFixture[str], name: str, words: str
 ) -> None:
-    """`motion.nc` would put its list of inputs into `motion.csv`."""
+    """The output `motion.nc` comes with its list of inputs, `motion.csv`."""
     read = motion.rename(motion.with_name(name))
     before = read.read_bytes()
     stated = ("--units", "g", "--time-step", "0.01", "--output", motion.with_name("motion.nc"))
@@ -122,7 +122,7 @@ def test_ingest_never_replaces_its_input(
 def test_what_is_written_must_fit_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A table is no workbook: refused before there is anything, for every option that writes."""
+    """Every --output option checks the ending of the name before anything is written."""
     monkeypatch.chdir(tmp_path)
     verbs = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
     writing = [
@@ -179,7 +179,7 @@ def test_a_format_without_its_package_is_refused_before_reading(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Else the work is done, and its list is missing."""
+    """Otherwise the command would do all its work and then fail to write its table."""
     monkeypatch.setitem(sys.modules, package, None)
     output = motion.with_name("made.nc" if verb == "ingest" else "made")
     stated = ("--units", "g", "--time-step", "0.01", "--format", table_format)
@@ -302,7 +302,7 @@ def test_number_of_workers_and_0_for_reading_files_alone(
 def test_number_of_thousands_of_digits_is_one_short_line(
     option: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Python converts no text of more than 4,300 digits."""
+    """Python does not convert text of more than 4,300 digits to an integer."""
     with pytest.raises(SystemExit, match="2"):
         run("pulse", "records.nc", option, "9" * 5000)
     error = capsys.readouterr().err
@@ -373,7 +373,8 @@ def test_ensembles_that_cannot_be(
     capsys.readouterr()
     assert run(verb, *asked, "--output", output) == 2
     lines = capsys.readouterr().err.splitlines()
-    (error,) = (line for line in lines if not line.startswith("rockframe: warning: "))  # of width
+    # The structure is so wide that there are warnings as well.
+    (error,) = (line for line in lines if not line.startswith("rockframe: warning: "))
     assert told in error
     assert not output.exists()
 

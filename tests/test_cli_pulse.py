@@ -1,4 +1,4 @@
-"""`rockframe pulse` as a stranger types it."""
+"""`rockframe pulse` as a user types it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rockframe screen` as a stranger types it: what it prints and keeps, and what it refuses."""
+"""`rockframe screen` as a user types it: what it prints, writes and refuses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rockframe.results.screening.screen import read_screening
 
 @pytest.fixture(scope="module")
 def bundled(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> Path:
-    """The bundled records, screened by the command, with their figures."""
+    """The folder of a screening of the bundled records, with its figures."""
     folder = tmp_path_factory.mktemp("bundled")
     words = ["screen", str(bundled_records), "--output", str(folder / "screen.nc")]
     assert main([*words, "--structure", "slender-frame", "--margins", "none"]) == 0
@@ -97,7 +97,7 @@ def test_mistakes_are_one_line(
     told = capsys.readouterr().err
     assert status == 2
     assert told.count("\n") == 1
-    if message != "ask":  # of the scheduler: Dask may not be installed
+    if message != "ask":  # the message for --scheduler differs where Dask is not installed
         assert message in told
     assert not output.exists()
 
@@ -115,7 +115,7 @@ def test_values_that_are_none(
 
 
 def test_values_meet_both_ends_and_one() -> None:
-    """Or a scale of 1 would be looked for in the file and not be found."""
+    """With rounding errors, a scale of 1 would not be found in the file."""
     assert numbers("0.1:3:30")[9] == 1.0
     assert all(numbers(f"0.2:2:{count}")[-1] == 2.0 for count in range(2, 50))
     assert numbers("2.5") == [2.5]

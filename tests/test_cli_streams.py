@@ -1,4 +1,4 @@
-"""Closed or full streams, few open files, Python without docstrings: a line and a status."""
+"""Closed or full streams, few open files, python -OO: one line and the right exit status."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ needs_full = pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
 needs_sh = pytest.mark.skipif(sys.platform == "win32", reason="needs a shell of POSIX")
 SAYS_SO = "rockframe: error: standard output: cannot be written: No space left on device.\n"
 
-#: Commands that print something of a finished run, with the folder in which it is.
+#: Commands that print something about a finished run; {0} is the folder that contains it.
 OF_A_RUN = [
     "status {0}/run",
     "show {0}/run motion-0",
@@ -33,14 +33,14 @@ OF_A_RUN = [
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A home with a study, and its run in `run`."""
+    """A folder with a study and its finished run in `run`."""
     home = tmp_path_factory.mktemp("streams")
     assert small.run(small.make_study(home, 1, small.FEW), home / "run") == 0
     return home
 
 
 def shell(line: str, *words: str | Path, python: tuple[str, ...] = ()) -> tuple[int, str]:
-    """Run a command as a line of a shell, `"$@"`, has it; its status and what it says of errors."""
+    """Run a command where the shell line has `"$@"`; return its status and standard error."""
     command = [sys.executable, *python, "-m", "rockframe.cli.main", *map(str, words)]
     done = subprocess.run(["sh", "-c", line, "sh", *command], capture_output=True, text=True)
     return done.returncode, done.stderr
@@ -72,7 +72,7 @@ def test_output_that_cannot_be_written_is_an_error(
 def test_closed_output_is_output_that_nobody_wants(
     home: Path, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As a service closes it: the work is done."""
+    """A service may close the streams; the command still does its work."""
     monkeypatch.setattr(sys, "stdout", None)
     monkeypatch.setattr(sys, "stderr", None)
     assert run(*command.format(home).split()) == 0
@@ -86,7 +86,7 @@ def test_closed_output_is_output_that_nobody_wants(
     ["<&- >&- 2>&-", *(pytest.param(one, marks=pytest.mark.faults) for one in (">&-", "2>&-"))],
 )
 def test_closed_streams_reach_no_file_and_no_worker(motion: Path, closed: str) -> None:
-    """The next file that is opened would get the number of a stream, and what is printed."""
+    """The next file opened would get the number of a closed stream, and printed text with it."""
     output = motion.with_name("records.nc")
     words = ("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", output)
     assert shell(f'exec "$@" {closed}', *words) == (0, "")
@@ -108,7 +108,7 @@ def test_table_that_nobody_reads_to_its_end_is_no_error(tmp_path: Path) -> None:
 
 @needs_sh
 def test_few_open_files_are_one_line(motion: Path) -> None:
-    """Python itself needs five; each worker needs three more."""
+    """Python itself needs five open files, and each worker three more."""
     words = ("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", "records.nc")
     status, said = shell('ulimit -n 7; exec "$@"', *words)
     assert (status, said.count("\n")) == (2, 1)

@@ -1,4 +1,4 @@
-"""Columns that are not prismatic: their shape, and the frames that stand on them."""
+"""Columns that are not prismatic: their shape, and frames with such columns."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rockframe.units import GRAVITY
 SECTION = st.sampled_from(["rectangular", "circular"])
 LENGTH = st.floats(0.5, 20.0)
 WIDTH = st.floats(0.2, 2.0)
-#: A column of the temple of Apollo at Bassae, roughly, under an epistyle.
+#: Roughly the columns of the temple of Apollo at Bassae, under an epistyle.
 TEMPLE = RockingFrame(
     height=5.9,
     width=1.1,
@@ -48,7 +48,7 @@ def test_a_tapered_column_is_the_sum_of_its_slices(
     top = share * width
 
     def slices(power_of_z: int, gyration: float) -> float:
-        """Integrate the mass of slices with z^n, and with their own squared radius of gyration."""
+        """Integrate the area of slices times z^n, or times their own squared radius of gyration."""
 
         def of(z: float) -> float:
             across = width + (top - width) * z / height
@@ -68,7 +68,7 @@ def test_a_tapered_column_is_the_sum_of_its_slices(
 
 def test_a_hollow_column_is_the_outer_less_the_inner_one() -> None:
     def about_corner(section: str, width: float) -> float:
-        """Inertia of a solid column over its mass, about the corner of the outer one."""
+        """Return the inertia per mass of a solid column about the corner of the outer column."""
         squared = inertia_ratio_of(section, 9.0, width) * (9.0**2 + width**2) / 4.0
         return squared + 0.25 * (2.0**2 - width**2)
 
@@ -102,7 +102,7 @@ def test_the_moment_on_still_ground_is_the_slope_of_the_potential_energy() -> No
     theta, step = np.linspace(0.01, 0.3, 7), 1e-5
 
     def potential(theta: np.ndarray) -> np.ndarray:
-        """Per mass of a column: its own weight, and its share of the beam."""
+        """Return the potential energy of a column and its share of the beam, per column mass."""
         column = TEMPLE.centre.lift(theta)
         return np.asarray(GRAVITY * (column + TEMPLE.mass_ratio * TEMPLE.beam.lift(theta)))
 
@@ -113,12 +113,13 @@ def test_the_moment_on_still_ground_is_the_slope_of_the_potential_energy() -> No
 
 
 def test_an_impact_keeps_the_angular_momentum_that_the_paper_says() -> None:
-    """Of a column about its new corner, with the impulse of the beam taken from its momentum."""
+    """The angular momentum of a column about its new corner changes only by the beam's impulse."""
     b, top, h = 0.5 * TEMPLE.width, 0.5 * TEMPLE.top_contact_width, TEMPLE.centre_height
     inertia, gamma, height = TEMPLE.inertia_ratio * TEMPLE.size**2, TEMPLE.mass_ratio, TEMPLE.height
-    # Before: about the right corner at rate 1 (clockwise); the centre moves with (h, -b), the seat
-    # of the beam, on the left of the axis by b_t, with (height, -(b + b_t)). After: about the left
-    # corner at rate e, (h, b) and (height, b + b_t), the seat now on the right of the axis.
+    # Before: rotation about the right corner at rate 1 (clockwise). The centre has the velocity
+    # (h, -b); the seat of the beam, left of the axis by b_t, has (height, -(b + b_t)). After:
+    # rotation about the left corner at rate e, with e (h, b) and e (height, b + b_t); the seat is
+    # now right of the axis.
     own = inertia - b**2 - h**2
     before = own + h * h - b * b + gamma * (height * height - (b + top) ** 2)
     after = inertia + gamma * (height**2 + (b + top) ** 2)
@@ -126,7 +127,7 @@ def test_an_impact_keeps_the_angular_momentum_that_the_paper_says() -> None:
 
 
 def test_a_tapered_frame_moves_as_lagrange_says() -> None:
-    """DOP853 on the equation from kinetic and potential energy, before any impact."""
+    """DOP853 solves the equation from the kinetic and potential energy; no impact occurs."""
     rng = np.random.default_rng(5)
     samples = 6.0 * np.exp(-(((np.arange(200) * 0.01) - 0.4) ** 2) / 0.02)
     samples += rng.normal(0.0, 0.2, samples.size)
@@ -172,7 +173,7 @@ def test_forces_of_two_tapered_columns_are_those_of_the_frame() -> None:
 
 
 def test_impulses_stop_what_moves() -> None:
-    """The vertical impulse at the base turns the momentum of column and beam upwards."""
+    """The vertical impulse at the base reverses the downward momentum of column and beam."""
     impulses = impact_impulses(TEMPLE, 0.3)
     reach = 0.5 * (TEMPLE.width + TEMPLE.top_contact_width)
     turned = 0.3 * (1.0 + TEMPLE.restitution)

@@ -162,7 +162,7 @@ PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
 def test_each_wrong_value_of_a_table_is_named_with_its_place(
     tmp_path: Path, text: str, said: str
 ) -> None:
-    """Line, key, value, constraint; found when the file is read, before anything is computed."""
+    """The error states line, key, value and constraint, and is raised when the file is read."""
     with pytest.raises(InputError) as wrong:
         read_structures(structures(tmp_path, BENT + text))
     assert f"bridge.toml:{said}" in str(wrong.value)
@@ -170,7 +170,7 @@ def test_each_wrong_value_of_a_table_is_named_with_its_place(
 
 @pytest.mark.parametrize("tendon", ["", TENDON.replace("prestress_n = 1.0e5", "prestress_n = 9e6")])
 def test_the_strength_said_to_be_enough_is_enough(tmp_path: Path, tendon: str) -> None:
-    """Also after rounding, and with the force that a tendon adds."""
+    """The rounded strength in the message is enough, also with the force that a tendon adds."""
     with pytest.raises(InputError) as wrong:
         read_structures(structures(tmp_path, BENT + PIVOT.replace("30.0e6", "1.0e6") + tendon))
     enough = str(wrong.value).split("larger; ")[1].split(" Pa")[0]
@@ -185,7 +185,7 @@ def test_ties_without_a_mass_are_refused(tmp_path: Path) -> None:
 def test_a_column_yields_where_both_its_ends_reach_their_moment(
     records: Path, tmp_path: Path
 ) -> None:
-    """2 M / H is the shear of a column then; it stays there, for nothing hardens."""
+    """The shear of the column is then 2 M / H and stays constant, because nothing hardens."""
     fixed = (
         "[compare.fixed]\nmodulus_pa = 30.0e9\ndamping_ratio = 0.0\nmoment_capacity_nm = 1.5e6\n"
     )
@@ -203,7 +203,7 @@ def test_a_column_yields_where_both_its_ends_reach_their_moment(
 def test_structures_with_other_rivals_do_not_share_a_table(
     records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Their models would stand under each other's names."""
+    """In a shared table, models would be listed under the names of other models."""
     two = (
         BENT + TENDON + BENT.replace('"bent"', '"other"') + "[structure.isolated]\nperiod_s = 3.0\n"
     )
@@ -213,7 +213,7 @@ def test_structures_with_other_rivals_do_not_share_a_table(
 
 
 def test_pivots_crush_under_the_tendon_of_each_variant(records: Path, tmp_path: Path) -> None:
-    """Where a tendon is stated does not matter, and the free bridge has none."""
+    """The table that states the tendon does not matter, and the free bridge has no tendon."""
     drifts = []
     for text in (TENDON, TENDON.replace("structure.tendon", "compare.restrained")):
         output = tmp_path / "compare.nc"
@@ -224,7 +224,7 @@ def test_pivots_crush_under_the_tendon_of_each_variant(records: Path, tmp_path: 
 
 
 def test_restrained_structures_are_screened(records: Path, tmp_path: Path) -> None:
-    """A frame that a tendon holds overturns at no scale; the free one does."""
+    """With a tendon the frame overturns at no scale; without it, it does."""
     stiff = TENDON.replace("1.0e-3", "2.0e-3")
     both = structures(tmp_path, BENT + BENT.replace('"bent"', '"tied"') + stiff)
     output = tmp_path / "screen.nc"
@@ -237,7 +237,7 @@ def test_restrained_structures_are_screened(records: Path, tmp_path: Path) -> No
 
 
 def test_pivots_move_inwards_by_half_the_block(tmp_path: Path) -> None:
-    """N / (strength depth) is the length of the block; its middle bears the column."""
+    """The block is N / (strength depth) long, and the column rests on its middle."""
     (bent,) = read_structures(structures(tmp_path, BENT + PIVOT))
     (whole,) = read_structures(structures(tmp_path, BENT))
     assert whole.column_mass is not None
@@ -255,7 +255,7 @@ def test_edges_that_do_not_crush_change_nothing() -> None:
 
 
 def test_a_file_states_what_crushing_costs(records: Path, tmp_path: Path) -> None:
-    """Before and after, beside a structure that does not crush; the page has what the file has."""
+    """The rows have values before and after crushing; those before are blank without crushing."""
     both = structures(tmp_path, BENT.replace('"bent"', '"whole"') + BENT + PIVOT)
     output = tmp_path / "response.nc"
     assert run("respond", records, "--structures", both, "--margins", "none",
@@ -272,14 +272,14 @@ def test_a_file_states_what_crushing_costs(records: Path, tmp_path: Path) -> Non
 
 
 def test_crushed_columns_are_not_varied(tmp_path: Path) -> None:
-    """Each height would have other pivots."""
+    """Each height would need other pivots."""
     (bent,) = read_structures(structures(tmp_path, BENT + PIVOT))
     with pytest.raises(ParameterError, match="rocks on pivots that crush"):
         Design(dimension="height", lowest=5.0, highest=9.0).candidates(bent)
 
 
 def test_ties_of_other_sizes_keep_their_sections_and_forces(tmp_path: Path) -> None:
-    """A tendon is as long as the column is high; bars are at the same share of the width."""
+    """A tendon is as long as the column is high; dissipaters keep their share of the width."""
     (bent,) = read_structures(structures(tmp_path, BENT + TENDON + DISSIPATER))
     larger = Design(dimension="height", lowest=9.6, highest=19.2, steps=2).candidates(bent)[1]
     wider = Design(dimension="width", lowest=1.6, highest=2.4, steps=2).candidates(bent)[1]

@@ -1,4 +1,4 @@
-"""Two horizontals: which belong together, and what a rotation keeps."""
+"""Pairs of horizontal records: how they are found, and what a rotation preserves."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_azimuths_are_named_from_0_to_360_degrees(azimuth: float, name: str) -> 
 
 
 def test_azimuth_is_clockwise_from_north_and_positive_in_its_direction() -> None:
-    """A push to the north-east, recorded as north and east."""
+    """A motion to the north-east has equal north and east components."""
     north, east = (component(a, record_id=f"c{a:g}") for a in (0.0, 90.0))
     push = np.array([1.0, 0.0, -2.0])
     pair = HorizontalPair(replace(north, acceleration=push), replace(east, acceleration=push))

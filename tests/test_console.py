@@ -1,4 +1,4 @@
-"""Tables in terminals that are narrower than they are."""
+"""Tables in terminals that are narrower than the table."""
 
 from __future__ import annotations
 
