@@ -21,7 +21,7 @@ SMALL = RockingFrame(height=0.6, width=0.2)
 
 
 def noise(seed: int, samples: int, strength: float) -> Float:
-    """White noise in m s-2."""
+    """Return white noise [m s-2]."""
     return strength * GRAVITY * np.random.default_rng(seed).uniform(-1.0, 1.0, samples)
 
 

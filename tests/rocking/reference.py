@@ -53,7 +53,7 @@ def solve(
 ) -> Solution:
     """Integrate over a ground acceleration [g] that is a polynomial in each interval.
 
-    It stops after `most_impacts`, leaving NaN.
+    The integration stops after `most_impacts`; later nodes are NaN.
     """
     ground = np.atleast_2d(np.asarray(coefficients, dtype=np.float64))
     column = _Column(alpha, p_hat, restitution)
@@ -111,7 +111,7 @@ def _interval(
 
 
 def _equation(column: _Column, row: Float, side: float) -> Callable[[float, Float], list[float]]:
-    """Eq (26) on one side, as a first-order system."""
+    """Return eq (26) on one side, as a first-order system."""
     powers = [float(c) for c in row[::-1]]
     p2 = column.p_hat**2
 
@@ -151,7 +151,7 @@ def _depart(
     omega: float,
     side: float,
 ) -> tuple[float, float, float]:
-    """Step away from theta = 0, the zero of the event function, to find the landing."""
+    """Step away from theta = 0, where the event function is zero, to find the landing."""
     span = min(end - now, 1e-3)
     if omega:
         span = min(span, 0.5 * abs(omega / equation(now, np.array([0.0, omega]))[1]))
@@ -200,7 +200,7 @@ def _steps(
     landed = bool(solution.t_events[0].size)
     before, time = float(solution.t[-2]), float(solution.t[-1])
     level = 0.0 if landed else side * 0.5 * math.pi
-    for _ in range(3):  # the dense output is less exact than the steps: Newton on the steps
+    for _ in range(3):  # Newton on the steps, which are more exact than the dense output
         _, reached, rate, _ = _steps(
             column, equation, before, time, float(solution.y[0, -2]), float(solution.y[1, -2])
         )

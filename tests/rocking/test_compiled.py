@@ -22,7 +22,7 @@ from rockframe.rocking.kernels.compiled import compiled
 
 
 def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
-    """Numba compares the time and size of one file; a function inlined from another may differ."""
+    """Numba checks the time and size of one file only, but functions are inlined from others."""
     sources = sys.modules[compiled.__module__]._SOURCES  # noqa: SLF001
     texts = {path: path.read_text() for path in Path(kernel.__file__).parent.glob("*.py")}
     using = {path for path, text in texts.items() if "@compiled\n" in text or "@inlined\n" in text}
@@ -48,7 +48,7 @@ def twice(x: float) -> float:
 
 
 def again() -> Any:
-    """Return the function as in a new process: nothing is compiled yet."""
+    """Return the function as a new process sees it, not compiled yet."""
     twice.__qualname__ = "twice"
     return compiled(twice)
 
@@ -97,7 +97,7 @@ compiled(twice)(1.0)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends itself a signal")
 def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
-    """It arrives in a function called from C, where Python prints the error and continues."""
+    """The signal arrives in a function called from C, where Python prints errors and goes on."""
     script = tmp_path / "script.py"
     script.write_text(_INTERRUPTED)
     ran = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
@@ -105,7 +105,7 @@ def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")
 
 
-@pytest.mark.faults  # it compiles everything anew
+@pytest.mark.faults  # compiles everything again
 def test_the_bits_do_not_depend_on_the_processor(bundled_records: Path, tmp_path: Path) -> None:
     """Each operation is rounded separately on every processor: multiply-add is not fused."""
     record = bundled_records / "Ridgecrest2019-CCC.V1"

@@ -40,7 +40,7 @@ def test_a_push_that_begins_at_once() -> None:
 
 
 def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> None:
-    """At a slenderness of 0.001 the error of the linear theory is about 0.001, too."""
+    """At a slenderness of 0.001 the error of the linear theory is also about 0.001."""
     frame = RockingFrame(height=4.0, width=4e-3)
     period = math.tau / (3.0 * frame.frequency_parameter)
     pulse = Pulse(wavelet="symmetric_ricker", a_p=frame.uplift_acceleration, T_p=period)
@@ -55,7 +55,7 @@ def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> 
 
 
 def test_the_highest_are_kept() -> None:
-    """Compared with impacts of the scalar kernel, and with the integral over fine steps."""
+    """Distances agree with impacts of the scalar kernel and with an integral over fine steps."""
     ground = GroundAcceleration.from_samples(noise(5, 500, 0.6), 0.02)
     response = respond(SLENDER, ground)
     p = SLENDER.effective_frequency_parameter
@@ -77,7 +77,7 @@ def test_the_highest_are_kept() -> None:
 
 
 def test_intervals_of_a_curved_ground_do_not_matter() -> None:
-    """Also with vertical acceleration: between nodes, the integral has the correct curvature."""
+    """Between nodes the integral has the correct curvature, also with vertical acceleration."""
     across, upwards = (
         Pulse(wavelet=name, a_p=strength * GRAVITY, T_p=1.0)
         for name, strength in (("symmetric_ricker", 0.4), ("antisymmetric_ricker", 0.1))

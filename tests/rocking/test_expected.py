@@ -1,4 +1,4 @@
-"""Numbers computed elsewhere, by other integrators and in closed form: tests/expected/README.md."""
+"""Responses agree with other integrators and with closed forms: tests/expected/README.md."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ bridge_cases = pytest.mark.parametrize("number", range(13))
 
 @pytest.fixture
 def case(number: int, expected: Expected) -> dict[str, Any]:
-    """One pulse on the paper's bridge."""
+    """Return one pulse on the paper's bridge."""
     values: dict[str, Any] = expected("a_bridge")["cases"][number]
     return values
 
@@ -52,7 +52,7 @@ def histories(case: dict[str, Any]) -> tuple[Float, Float, Float]:
 
 
 def at(response: Response, times: Float) -> NDArray[np.intp]:
-    """Nodes at given times; the times must be nodes."""
+    """Return the nodes at given times; the times must be nodes."""
     nodes = np.searchsorted(response.time, times - 1e-9)
     assert_allclose(response.time[nodes], times, rtol=0, atol=1e-12)
     return nodes
@@ -70,7 +70,7 @@ def test_bridge_rotation(case: dict[str, Any]) -> None:
     pulse = pulse_of(case)
     times, theta, omega = histories(case)
     response = respond(BENT, pulse, free_rocking=10.0 * pulse.T_p)
-    standing = np.abs(theta) < 0.5 * math.pi  # one value is given beyond it
+    standing = np.abs(theta) < 0.5 * math.pi  # one expected value lies beyond it
     nodes = at(response, times[standing])
     assert_allclose(response.theta[nodes], theta[standing], rtol=0, atol=1e-9)
     assert_allclose(response.omega[nodes], omega[standing], rtol=0, atol=1e-9)
@@ -119,7 +119,7 @@ def test_bridge_overturning_time_against_dop853(case: dict[str, Any]) -> None:
     assert_allclose(response.overturning_time, found.overturning_time, rtol=0, atol=1e-9)
 
 
-# The same, sampled
+# The same pulses as samples
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -153,7 +153,7 @@ def test_sampled_pulse(number: int, expected: Expected) -> None:
 
 @pytest.fixture
 def swing(row: int, expected: Expected) -> tuple[dict[str, Any], Response]:
-    """One release from rest, and the response to it."""
+    """Return one release from rest, and the response to it."""
     values = expected("d_free_rocking_bridge")["rows"][row]
     still = GroundAcceleration.from_samples(np.zeros(1601), 0.01)
     start = float(values["theta0_over_alpha"]) * BENT.slenderness
@@ -191,26 +191,26 @@ def test_free_rocking_amplitudes(swing: tuple[dict[str, Any], Response]) -> None
     turning = alpha - np.arccos(math.cos(alpha) + after**2 / (2.0 * p2))
     assert_allclose(turning[: amplitudes.size] / alpha, amplitudes, rtol=1e-11)
     between = np.searchsorted(response.time, response.impact_times[:4])
-    for i, amplitude in enumerate(amplitudes):  # nodes are 0.01 s apart, peaks flat
+    for i, amplitude in enumerate(amplitudes):  # nodes are 0.01 s apart, but peaks are flat
         reached = np.abs(response.theta[between[i] : between[i + 1]]).max()
         assert_allclose(reached / alpha, amplitude, rtol=1e-3)
 
 
 # Overturning in closed form, for columns so slender that their equation is linear
 
-ALPHA = 1e-4  # the equation differs from the linear one by parts of alpha^2
+ALPHA = 1e-4  # the equation differs from the linear one by terms of order alpha^2
 MARGIN = 1e-6  # relative distance from the edge at which the verdict must have changed
 
 
 def overturns(ground: GroundAcceleration, amplitude: float, restitution: float) -> bool:
-    """Verdict for an amplitude in units of g tan(alpha), time in units of 1/p."""
+    """Return True if it overturns; the amplitude is in g tan(alpha), the time in 1/p."""
     scaled = amplitude * math.tan(ALPHA) * ground.coefficients
     outcome = integrate(scaled, ground.time_step, alpha=ALPHA, restitution=restitution)
     return outcome.verdict == kernel.OVERTURNED
 
 
 def sine(frequency: float, half_cycles: int) -> GroundAcceleration:
-    """One sine pulse of unit amplitude from time 0."""
+    """Return a sine of unit amplitude that starts at time 0."""
     return GroundAcceleration.from_function(
         lambda t: np.sin(frequency * t),
         0.0,
@@ -273,7 +273,7 @@ def test_first_overturning(number: int, expected: Expected) -> None:
     assert verdict(1.0 + 1e-9) is Verdict.OVERTURNED
 
 
-# The same through a frame and the pulses of textbooks
+# The same with a frame and with the pulses of textbooks
 
 #: A column so large and slender that the linear theory holds: p of 1 rad/s, alpha of 1e-4.
 BLOCK = RockingFrame(

@@ -29,7 +29,7 @@ any_frame = pytest.mark.parametrize("frame", [BENT, STOCKY, SLENDER, SMALL])
 
 
 def energy(frame: RockingFrame, response: Response) -> Float:
-    """Energy over moment of inertia, zero at rest upright [s-2]."""
+    """Return the energy over the moment of inertia, zero at rest upright [s-2]."""
     p2 = frame.effective_frequency_parameter**2
     alpha = frame.slenderness
     height = np.cos(alpha - np.abs(response.theta)) - math.cos(alpha)
@@ -156,10 +156,10 @@ def test_the_sense_of_rotation_is_kept_at_impacts(seed: int, frame: RockingFrame
 
 
 def quarter_period(frame: RockingFrame, theta_0: float) -> float:
-    """Exact time from rest at theta_0 to the impact: the integral of 1 / omega."""
+    """Return the exact time from rest at theta_0 to the impact: the integral of 1 / omega."""
     alpha, p_hat = frame.slenderness, frame.effective_frequency_parameter
 
-    def integrand(x: float) -> float:  # theta = theta_0 (1 - x^2) takes the singularity out
+    def integrand(x: float) -> float:  # theta = theta_0 (1 - x^2) removes the singularity
         half = 0.5 * theta_0 * x * x
         drop = 2.0 * math.sin(alpha - theta_0 + half) * math.sin(half)
         return 2.0 * theta_0 * x / math.sqrt(2.0 * drop)

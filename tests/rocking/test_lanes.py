@@ -1,8 +1,8 @@
 """The vectorised kernel compared with the scalar one, on ten thousand scenarios of every kind.
 
-Small bounces magnify differences from one to the next, up to a billionfold in rough motions: there
-both kernels are right, and differ. So what the scalar kernel itself makes of scales that differ by
-1e-13 is set beside what the lanes make of the same scale.
+Small bounces magnify differences from one to the next, up to a billionfold in rough motions. The
+two kernels then differ although both are right. Therefore the difference between the kernels is
+compared with the change of the scalar kernel's result when the scale changes by 1e-13.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ COUNT = 10_000
 
 
 def noise(seed: int, samples: int, step: float, window: int) -> GroundAcceleration:
-    """White noise of 1 g, smoothed over a window of samples."""
+    """Return white noise of 1 g, smoothed over a window of samples."""
     white = np.random.default_rng(seed).normal(size=samples)
     smooth = np.convolve(white, np.hanning(window + 2)[1:-1], "same")
     return GroundAcceleration.from_samples(GRAVITY * smooth / np.abs(smooth).max(), step)
 
 
 def motions() -> list[GroundAcceleration]:
-    """Return rough and smooth records of four time steps, and pulses; some move vertically."""
+    """Return rough and smooth records of four time steps, and pulses; some are also vertical."""
     steps, windows = (0.0025, 0.005, 0.01, 0.02), (1, 5, 21)
     found = [noise(k, 400, steps[k % 4], windows[k % 3]) for k in range(12)]
     found += [
@@ -75,7 +75,7 @@ class Asked:
     found: dict[float, tuple[NDArray[np.int8], Float]] = field(default_factory=dict)
 
     def scalar(self, factor: float = 1.0) -> tuple[NDArray[np.int8], Float]:
-        """Verdicts and summaries of the scalar kernel, the scales times a factor."""
+        """Return verdicts and summaries of the scalar kernel at the scales times a factor."""
         if factor not in self.found:
             self.found[factor] = self._computed(factor)
         return self.found[factor]
@@ -168,7 +168,7 @@ def test_same_impacts(asked: Asked) -> None:
 
 
 def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
-    """A push, then a weak constant push: the frame bounces hundreds of times until it rests."""
+    """Under a weak constant push the frame bounces hundreds of times until it rests."""
     column = FRAMES[2]
     push = np.full((1500, 1), 0.1 * column.uplift_acceleration)
     push[:10] = 2.0 * column.uplift_acceleration
@@ -182,7 +182,7 @@ def test_bounces_that_die_out_are_counted_as_if_followed() -> None:
 
 
 def test_a_bounce_that_is_summed_up_may_be_the_highest() -> None:
-    """A tiny uplift, while the ground pushes almost enough to uplift the other side."""
+    """After a tiny uplift, the ground pushes almost enough to uplift the other side."""
     column = FRAMES[2]
     push = np.full((40, 1), -0.999 * column.uplift_acceleration)
     push[0] = (1.0 + 1e-9) * column.uplift_acceleration

@@ -88,8 +88,8 @@ def test_the_first_edge_under_pulses(expected: Callable[[str], Any], number: int
     assert_allclose(found.critical_scale, math.nan if first is None else first, rtol=1.01e-6)
 
 
-#: Records and structures that overturn in a sliver below the edge that a scan in steps of 0.5 %
-#: finds, as another solver found it by a scan in steps of 1e-4: its ends, and that edge.
+#: Record, structure, ends of a sliver in which it overturns, and the edge above the sliver that a
+#: scan in steps of 0.5 % finds. Another solver found the slivers in steps of 1e-4.
 SLIVERS = (
     ("Ridgecrest2019-CCC-090", "slender-column", 0.60499, 0.60552, 0.6886),
     ("Ridgecrest2019-CLC-360", "slender-column", 0.88765, 0.88840, 0.9702),
@@ -159,7 +159,7 @@ def test_undecided_by_the_restitution() -> None:
 
 
 def test_undecided_by_one_amplitude_in_twenty(ridgecrest: dict[str, Record]) -> None:
-    """The frame overturns, and stands at 10 of 201 scales within 1 %, which are not adjacent."""
+    """The frame overturns, but stands at 10 of 201 scales within 1 %, which are not adjacent."""
     motion = ridgecrest["Ridgecrest2019-TOW2-090"]
     frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}["slender-column"]
     fallen = respond_many([motion], [frame], np.linspace(0.99, 1.01, 201)).verdict
@@ -232,7 +232,7 @@ def test_a_continuous_pulse_has_no_time_step_to_change() -> None:
 
 def test_finer_samples_lie_on_the_band_limited_function() -> None:
     time = 0.5 * np.arange(400)
-    for frequency in (0.05, 0.4, 0.8):  # half the sampling rate is 1
+    for frequency in (0.05, 0.4, 0.8):  # half the sampling rate is 1 Hz
         coarse = GroundAcceleration.from_samples(np.cos(math.tau * frequency * time), 0.5)
         finer = resampled(coarse)
         inner = slice(100, -100)
@@ -271,7 +271,7 @@ def test_refused_largest_scale(largest: float) -> None:
 
 
 def test_one_archives_copy_of_a_record_decides_nothing(peer_records: Path) -> None:
-    """The paper's column stands by 0.03 %; another archive's copy of the record overturns it."""
+    """The paper's column stands by 0.03 %; another archive's copy of the record reverses this."""
     (record,) = read_file(peer_records / "northridge1994_Jensen-022.csv")
     of_frame, of_column = margins([record], [BENT, COLUMN])[0]
     assert of_column.undecided_by == Sensitivity.AMPLITUDE

@@ -1,4 +1,4 @@
-"""Pulses of every wavelet as ground motion: exact between the nodes, kinks on them."""
+"""Pulses of every wavelet as ground motion: exact between the nodes, with nodes at the kinks."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_ends_of_a_finite_pulse_are_nodes() -> None:
 
 
 def test_a_frame_under_a_pulse_and_under_its_samples() -> None:
-    """The response to dense samples of a pulse is that to the pulse."""
+    """Dense samples of a pulse give the same response as the pulse."""
     pulse = Pulse(wavelet="mavroeidis_papageorgiou", a_p=4.0, T_p=1.3, phase=1.0, half_cycles=1.37)
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     motion = GroundAcceleration.from_pulse(pulse)

@@ -1,4 +1,4 @@
-"""Forces at the joints: limits and identities, Newton and Euler of the parts, expected numbers."""
+"""Forces at the joints: limits, identities, Newton and Euler of each part, expected numbers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SPACING, BEAM_CENTRE = 12.0, 1.0
 def state(
     frame: RockingFrame, theta: float, omega: float, across: float, upwards: float
 ) -> tuple[Response, GroundAcceleration]:
-    """A frame in one state, for two nodes."""
+    """Return a frame in one state at two nodes, and the ground motion."""
     ground = GroundAcceleration.from_samples([across, across], 0.01).with_vertical(
         GroundAcceleration.from_samples([upwards, upwards], 0.01)
     )
@@ -107,7 +107,7 @@ def test_restoring_moment_is_the_slope_of_the_potential() -> None:
     theta = np.linspace(0.01, 2.0 * BENT.slenderness, 50)
     step = 1e-5
     lift = BENT.vertical_displacement(theta + step) - BENT.vertical_displacement(theta - step)
-    weight = BENT.mass_ratio + 0.5  # of the beam, and of the columns at half the lift
+    weight = BENT.mass_ratio + 0.5  # the columns rise half as much as the beam
     slope = weight * lift / (2.0 * step)
     uplift = (1.0 + 2.0 * BENT.mass_ratio) * BENT.size * math.sin(BENT.slenderness)
     assert_allclose(restoring_moment(BENT, theta), slope / uplift, atol=1e-9)
@@ -139,7 +139,7 @@ def test_angular_acceleration_is_the_one_the_kernel_integrates() -> None:
     assert_allclose(stated, rate, atol=1e-9)
 
 
-# Newton and Euler of each part, its momentum summed over four mass points
+# Newton and Euler of each part; its momentum is the sum over four mass points
 
 
 def placed(frame: RockingFrame, axis: float, theta: float) -> tuple[Float, Float, Float]:
@@ -191,7 +191,7 @@ def test_momentum_of_the_parts(
     total = reactions(response, ground)
     each = column_forces(response, ground, spacing=SPACING, beam_centre=BEAM_CENTRE)
     rate = float(angular_acceleration(frame, theta, omega, across, upwards))
-    felt = np.array([across, upwards + GRAVITY])  # what the ground and gravity add
+    felt = np.array([across, upwards + GRAVITY])  # acceleration of the ground and of gravity
     corners, loads = [], []
     for i, axis in enumerate((-0.5 * SPACING, 0.5 * SPACING)):
         points, pivot, corner = placed(frame, axis, theta)
@@ -205,7 +205,7 @@ def test_momentum_of_the_parts(
         loads.append(load)
     beam = 2.0 * frame.mass_ratio * (rates(frame, 0.0, theta, omega, rate)[4] + felt) / GRAVITY
     assert_allclose(-np.sum(loads, axis=0), beam, atol=1e-5)
-    # the beam does not turn: the contact points moved with it, its centre above their middle
+    # The beam does not turn, so its centre moves as the contact points do.
     middle = placed(frame, 0.0, theta)[2]
     moved = frame.horizontal_displacement(theta)
     beam_centre = np.array([float(moved), middle[1] + BEAM_CENTRE])
@@ -231,7 +231,7 @@ def test_impulses_are_the_change_of_momentum_of_the_beam() -> None:
 
 
 def test_impulses_turn_each_column_as_eq_43_says() -> None:
-    """Angular momentum of a column about its new pivot, eq (41), for any mass ratio."""
+    """The angular momentum of a column about its new pivot follows eq (41), at any mass ratio."""
     for frame in (BENT, STOCKY, RockingFrame(height=3.0, width=0.4)):
         omega = 0.7
         b, h = 0.5 * frame.width, 0.5 * frame.height
@@ -265,7 +265,7 @@ def case(number: int, expected: Expected) -> dict[str, Any]:
 
 
 def computed(case: dict[str, Any]) -> tuple[Response, GroundAcceleration, ColumnForces]:
-    """Nodes at every thousandth of the period from 3 periods before to 6 after the centre."""
+    """Return response, ground and forces at thousandths of the period, from -3 to 6 periods."""
     pulse = Pulse(wavelet=f"{case['pulse']}_ricker", a_p=case["a_p_g"] * GRAVITY, T_p=case["T_p_s"])
     ground = GroundAcceleration.from_function(
         pulse.acceleration, -3.0 * pulse.T_p, 6.0 * pulse.T_p, intervals=9000, degree=5

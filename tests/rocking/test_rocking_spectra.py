@@ -1,4 +1,4 @@
-"""Rocking spectra: known peaks, similarity, and the rate at its largest."""
+"""Rocking spectra: known peaks, similarity, and the largest rate."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_the_largest_rate_is_that_of_the_history() -> None:
 
 
 def test_time_scales_with_the_period_of_the_columns() -> None:
-    """With twice the pulse's period and 2 pi / p, the rotation is equal and the rate half."""
+    """Doubling the pulse's period and 2 pi / p keeps the rotation and halves the rate."""
     once = spectrum()
     slow = Pulse(wavelet=PULSE.wavelet, a_p=PULSE.a_p, T_p=2.0)
     twice = spectrum(slow, column_periods=[6.0, 8.0, 12.0])

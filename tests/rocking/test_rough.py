@@ -1,7 +1,7 @@
-"""Rough ground: halving the intervals of the same straight lines must not change the response.
+"""Rough ground: dividing the intervals of the same straight lines must not change the response.
 
-The small bounces after an uplift magnify relative errors from one to the next, so that this is
-where a step too long for the ground shows first.
+The small bounces after an uplift magnify relative errors from one to the next, so a step that is
+too long for the ground shows here first.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ STOCKY = RockingFrame(height=2.0, width=1.5)
 
 
 def noise(seed: int, strength_g: float) -> Float:
-    """White noise of 400 samples [m s-2]."""
+    """Return white noise of 400 samples [m s-2]."""
     uniform = np.random.default_rng(seed).uniform(-1.0, 1.0, 400)
     return np.asarray(strength_g * GRAVITY * uniform, dtype=np.float64)
 
 
 def finer(samples: Float, times: int) -> Float:
-    """The same straight lines, each interval divided."""
+    """Return samples of the same straight lines, with each interval divided."""
     positions = np.arange((samples.size - 1) * times + 1) / times
     return np.interp(positions, np.arange(samples.size), samples)
 
 
 def largest_difference(frame: RockingFrame, samples: Float, step: float, times: int) -> float:
-    """Largest difference of theta before impact 50, over its peak."""
+    """Return the largest difference of theta before impact 50, over its peak."""
     plain = respond(frame, GroundAcceleration.from_samples(samples, step))
     fine: Response = respond(
         frame, GroundAcceleration.from_samples(finer(samples, times), step / times)

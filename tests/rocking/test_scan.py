@@ -1,4 +1,4 @@
-"""The scan over amplitude: all edges, thin slivers, and the same bits whatever the other lines."""
+"""The scan over amplitude finds all edges and slivers, and no line depends on the others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def column(degrees: float, mass_ratio: float) -> RockingFrame:
 
 
 def ground(wavelet: str, frame: RockingFrame, frequency_ratio: float) -> GroundAcceleration:
-    """A pulse of amplitude g tan(alpha)."""
+    """Return a pulse of amplitude g tan(alpha)."""
     period = math.tau / (frequency_ratio * frame.frequency_parameter)
     return GroundAcceleration.from_pulse(
         Pulse(wavelet=wavelet, a_p=frame.uplift_acceleration, T_p=period)
@@ -56,7 +56,7 @@ def verdict(frame: RockingFrame, motion: GroundAcceleration, amplitude: float) -
 
 
 def test_a_sliver_of_a_ten_thousandth_is_found() -> None:
-    """The sliver is from 2.31493 to 2.31504; the step of the scan is forty times its width."""
+    """The sliver extends from 2.31493 to 2.31504; the step of the scan is 45 times as long."""
     frame = column(10.0, 0.25)
     found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.2, 2.4, 0.005))
     known = [2.30049, 2.30192, 2.30423, 2.30519, 2.30887, 2.30943, 2.31493, 2.31504]

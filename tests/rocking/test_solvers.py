@@ -28,13 +28,13 @@ FRAMES = {
     "slender": RockingFrame(height=20.0, width=0.6, mass_ratio=1.0),
     "small": RockingFrame(height=0.1, width=0.03),
 }
-#: Until then the histories are compared; each bounce magnifies the last bit of a sample.
+#: Histories are compared up to this impact, because each bounce magnifies last-bit differences.
 MOST_IMPACTS = 50
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Responses of kernel and reference solver, until the 40th impact or overturning."""
+    """Responses of kernel and reference solver, until impact MOST_IMPACTS or overturning."""
 
     kernel: Outcome
     reference: Solution
@@ -80,9 +80,9 @@ def compare(
 
 
 def last_bit_effect(frame: RockingFrame, samples: Float, time_step: float) -> float:
-    """Largest relative change of theta when each sample [g] is off by its last bit.
+    """Return the largest relative change of theta when each sample [g] changes by its last bit.
 
-    No solver in double precision can be held to less.
+    No solver in double precision can be more accurate.
     """
 
     def theta(ground: Float) -> Float:
@@ -104,12 +104,12 @@ def last_bit_effect(frame: RockingFrame, samples: Float, time_step: float) -> fl
 
 
 def noise(seed: int, samples: int, strength: float) -> Float:
-    """White noise in g."""
+    """Return white noise [g]."""
     return strength * np.random.default_rng(seed).uniform(-1.0, 1.0, samples)
 
 
 def uncorrected_channel(path: Path, channel: int) -> Float:
-    """Samples [g] of one channel of a CSMIP V1 file: 8f9.6 after the line that counts them."""
+    """Return samples [g] of a channel of a CSMIP V1 file: 8f9.6 after the line that counts them."""
     lines = path.read_text(encoding="ascii").splitlines()
     heads = [i for i, line in enumerate(lines) if "Accelerogram points" in line]
     head = heads[channel]

@@ -30,7 +30,7 @@ PULSE = {"symmetric": SYMMETRIC, "antisymmetric": ANTISYMMETRIC}
 def spectrum(
     pulse: Pulse, degrees: float, mass_ratio: float, frequency_ratio: float, amplitudes: Float
 ) -> OverturningSpectrum:
-    """A spectrum of one line."""
+    """Return a spectrum of one line."""
     return overturning_spectrum(
         [pulse], [math.radians(degrees)], [mass_ratio], [frequency_ratio], amplitudes
     )
@@ -38,7 +38,7 @@ def spectrum(
 
 @pytest.mark.parametrize("number", range(36))
 def test_every_edge_of_figure_9(number: int, expected: Expected) -> None:
-    """All edges from 1 to 60 g tan(alpha), and the numbers of impacts before overturning."""
+    """All edges from 1 to 60 g tan(alpha) agree, and the number of impacts before overturning."""
     known = expected("b_fig9")["rows"][number]
     found = spectrum(
         PULSE[known["pulse"]],
@@ -57,7 +57,7 @@ def test_every_edge_of_figure_9(number: int, expected: Expected) -> None:
 
 @pytest.mark.parametrize("number", range(12))
 def test_a_pulse_cut_short(number: int, expected: Expected) -> None:
-    """Cut at one period, the pulse moves the first edge by up to 1 %; at two it is complete."""
+    """A pulse cut at one period moves the first edge by up to 1 %; cut at two, it is complete."""
     known = expected("b3_window_truncation")[number]
     frame = column_of(math.radians(known["alpha_deg"]), known["gamma"])
     period = math.tau / known["omega_p_over_p"]
@@ -93,7 +93,7 @@ def test_above_5_the_temples_frame_still_stands(pulse: Pulse, least: float) -> N
 
 @pytest.mark.parametrize("pulse", [SYMMETRIC, ANTISYMMETRIC])
 def test_the_gain_of_the_beam_grows_above_4(pulse: Pulse) -> None:
-    """A beam of four times the columns' mass: less than half up to 4, and more than twice at 6."""
+    """At mass ratio 4, the gain is below 50 % at a frequency ratio of 4 and above 100 % at 6."""
     found = overturning_spectrum(
         [pulse], [math.radians(10.0)], [0.0, 4.0], [4.0, 5.0, 6.0], np.arange(1.0, 40.0, 0.05)
     )

@@ -31,7 +31,7 @@ NONE: Tie = (0.0, 0.0, math.inf, -math.inf, ELASTIC)
 TENDON: Tie = (1.2, 0.02, math.inf, -math.inf, ELASTIC)
 YIELDING: Tie = (1.2, 0.02, 0.06, 0.0, CABLE)
 DISSIPATER: Tie = (3.0, 0.0, 0.04, -0.04, PLASTIC)
-STRONG: Tie = (8.0, 0.0, 0.3, -0.3, PLASTIC)  # stronger than gravity and tendon: it keeps it open
+STRONG: Tie = (8.0, 0.0, 0.3, -0.3, PLASTIC)  # stronger than gravity: it holds the frame open
 PAIRS = {
     "tendon": (TENDON, NONE),
     "yielding": (YIELDING, NONE),
@@ -139,7 +139,7 @@ def test_the_verdict_is_that_of_a_longer_record(start: float, outwards: float) -
 
 
 def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
-    """Verdicts, peaks, times and counts, at scales from rest to far beyond the barrier."""
+    """Verdict, peak rotation and overturning time agree, from rest to far beyond the barrier."""
     soft = replace(RESTRAINED, tendon=replace(TENDONS, area=2e-4, prestress=5e4))
     frames = [RESTRAINED, soft, replace(soft, mass_ratio=0.0), BENT]
     motions: list[GroundAcceleration] = [
@@ -156,7 +156,7 @@ def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
                 one = respond(frame, motion.scaled(scale))
                 near = respond(frame, motion.scaled(scale * (1.0 + 1e-13)))
                 if (one.verdict, one.impacts) != (near.verdict, near.impacts):
-                    continue  # it hangs on the last bits
+                    continue  # the last bits decide
                 known = 1e-8 + 100.0 * abs(near.peak_rotation / (one.peak_rotation or 1.0) - 1.0)
                 assert found.verdict[i, k, n] == one.verdict
                 assert found.peak_rotation[i, k, n] == pytest.approx(one.peak_rotation, rel=known)
@@ -208,7 +208,7 @@ def test_a_frame_kept_open_rests_where_the_moments_balance() -> None:
     rest = outcome.log[0, REST]
     free = run(np.zeros((1, 1)), 0.5, ties, start=(rest, 0.0))
     assert rest > 0.0
-    assert free.omega[-1] != 0.0  # begun without plastic stretch it does move
+    assert free.omega[-1] != 0.0  # without plastic stretch, the frame moves
     plastic = outcome.log[1, 2]
     stiffness, *_ = STRONG
     moment = math.sin(ALPHA - rest) + stiffness * math.sin(rest)
@@ -217,7 +217,7 @@ def test_a_frame_kept_open_rests_where_the_moments_balance() -> None:
 
 
 def energy(theta: float, omega: float, forces: Float, ties: tuple[Tie, Tie]) -> float:
-    """Energy over the frame's inertia: kinetic, of height, and of the springs that ties are."""
+    """Return the energy over the frame's inertia: kinetic, potential, and stored in the ties."""
     stored = sum(
         (force**2 - tie[1] ** 2) / (2.0 * tie[0])
         for force, tie in zip(forces, ties, strict=True)
@@ -228,10 +228,10 @@ def energy(theta: float, omega: float, forces: Float, ties: tuple[Tie, Tie]) -> 
 
 
 def by_dop853(ground: Float, step: float, ties: tuple[Tie, Tie]) -> tuple[Float, Float, Float]:
-    """Theta, omega and forces at the nodes: forces as unknowns of their own, restarted at events.
+    """Return theta, omega and forces at the nodes, by a solver restarted at each event.
 
-    A force grows with the stretch, and stays where it yields; a cable's runs on below zero, and
-    is taken as zero there.
+    The forces are unknowns of the solver. A force grows with the stretch and is constant while the
+    tie yields. The computed force of a cable may become negative; it then counts as zero.
     """
     state = np.array([0.0, 0.0, ties[0][1], ties[1][1]])
     side, yields = 0.0, [False, False]

@@ -179,7 +179,7 @@ def test_reversed_pulse_is_the_mirror() -> None:
 
 
 def test_balanced_to_round_off_a_frame_overturns_at_no_time() -> None:
-    """The energy says that it overturns; a step that rounds down must not bounce for ever."""
+    """To round-off the frame only balances: it must not overturn soon, nor bounce for ever."""
     alpha, p_hat = BENT.slenderness, BENT.effective_frequency_parameter
     for theta in np.linspace(0.0, 0.999, 400) * alpha:
         rate = 2.0 * p_hat * math.sin(0.5 * (alpha - theta))

@@ -17,7 +17,7 @@ BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 
 @pytest.fixture
 def case(expected: Callable[[str], Any]) -> dict[str, Any]:
-    """The case without tendons."""
+    """Return the case without tendons."""
     values: dict[str, Any] = expected("a2_vertical_and_tendons")["cases"][0]
     assert "c1" not in values
     return values
@@ -25,7 +25,7 @@ def case(expected: Callable[[str], Any]) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def ground() -> GroundAcceleration:
-    """A pulse of 0.5 g and 1.5 s; upwards one of 0.3 g and 0.4 s, 0.2 s after it."""
+    """Return a pulse of 0.5 g and 1.5 s with a vertical one of 0.3 g and 0.4 s, 0.2 s later."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
     upwards = Pulse(wavelet="symmetric_ricker", a_p=0.3 * GRAVITY, T_p=0.4, time=0.2)
     across, lift = (
