@@ -1,4 +1,4 @@
-"""Figures: their curves against formulas written here, their words, the same bytes twice."""
+"""Figures: curves compared with formulas in this file, captions, reproducible bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures over many responses: their curves are those of the datasets, their words the facts."""
+"""Figures of many responses: their curves and captions agree with the datasets."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_the_stability_map_is_that_of_single_responses() -> None:
 
 
 def test_similar_frames_lie_on_one_line_of_the_map() -> None:
-    """Columns six times as high as wide uplift at g / 6, whatever their height."""
+    """A column six times as high as wide uplifts at g / 6, at any height."""
     uplift = GRAVITY / 6.0 / np.abs(shaking().acceleration).max()
     dataset = stability_dataset(shaking(), BENT, [1.0, 30.0], [0.999 * uplift, 1.001 * uplift])
     assert (dataset["verdict"].values == Verdict.NO_UPLIFT).tolist() == [[True, False]] * 2

@@ -1,4 +1,4 @@
-"""A netCDF file that is not as rockframe writes it is refused in one line, or read rightly."""
+"""netCDF files that differ from those of rockframe: read correctly or rejected in one line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rockframe.results.records import open_records
 from rockframe.results.schema import KINDS, Variable
 from rockframe.wavelets.pulse import Pulse
 
-#: Units that mean the same as those declared, and how many of them one is.
+#: For each declared unit, an equivalent one and how many of it make one declared unit.
 OTHER_UNITS: Final = {
     "m s-2": ("cm/s2", 100.0),
     "m s-1": ("mm s-1", 1000.0),
@@ -51,7 +51,7 @@ strength_ratio = 0.05
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One file of each kind, with all that is optional, and the folder of a run."""
+    """A folder with one file of each kind, with all optional variables, and with a run."""
     home = tmp_path_factory.mktemp("made")
     for name, seconds in (("one", 0.8), ("two", 1.2)):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=seconds, time=2.0)
@@ -80,13 +80,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return home
 
 
-# What is done to one variable of an open file. Each returns whether the file must be refused; None
-# if it cannot be done to this variable.
+# Damages to one variable of an open file. Each returns True if the file must be rejected, False if
+# it must still be read, and None if the damage does not apply to this variable.
 Damage = Callable[[netCDF4.Dataset, Variable], bool | None]
 
 
 def renamed(file: netCDF4.Dataset, one: Variable) -> bool | None:
-    """An optional variable that is alone in its group is missing then, as from older files."""
+    """Rename a variable; None if it is alone in its optional group, which older files lack."""
     groups = [each.group for each in KINDS[file.rockframe_kind].variables]
     file.renameVariable(one.name, f"{one.name}_of_somebody")
     return True if not one.group or groups.count(one.group) > 1 else None
@@ -127,7 +127,7 @@ def packed(file: netCDF4.Dataset, one: Variable) -> bool:
 
 
 def of_other_type(file: netCDF4.Dataset, one: Variable) -> bool:
-    """Numbers where text is, and the other way round."""
+    """Replace text with numbers, and the reverse."""
     file.renameVariable(one.name, f"{one.name}_of_somebody")
     file.createVariable(one.name, float if one.holds == "text" else str, one.dims)
     return True
@@ -174,7 +174,7 @@ def negative(file: netCDF4.Dataset, one: Variable) -> bool | None:
 
 
 def beyond(file: netCDF4.Dataset, one: Variable) -> bool | None:
-    """Rows, positions and flags that there are not."""
+    """Refer to rows and positions that do not exist, or use undeclared flags."""
     tied = one.holds == "flags" or one.refers_to or "sample_dimension" in one.attrs
     if one.holds == "text" or not tied:
         return None
@@ -207,7 +207,7 @@ def of_broken_letters(file: netCDF4.Dataset, one: Variable) -> bool | None:
 
 
 def of_hostile_names(file: netCDF4.Dataset, one: Variable) -> bool | None:
-    """A path out of the folder that figures are drawn into."""
+    """Use a name that is a path outside the folder of the figures."""
     if not (one.key or one.choices or one.refers_to) or one.holds != "text":
         return None
     file[one.name].set_auto_chartostring(False)
@@ -232,7 +232,7 @@ undamaged = cache(read)
 
 
 def sorts(kind: str) -> list[Variable]:
-    """One variable of each sort: the reader knows no more of a variable than its declaration."""
+    """Return one variable of each declaration; the reader treats equal declarations alike."""
     found = {
         (v.holds, v.valid, v.key, v.refers_to, v.choices, v.units, v.also_units, v.group): v
         for v in reversed(KINDS[kind].variables)
@@ -241,7 +241,7 @@ def sorts(kind: str) -> list[Variable]:
 
 
 def refused(path: Path, kind: str) -> bool:
-    """Whether a file is refused, in one line that names it."""
+    """Return True if the file is rejected with one line that names it."""
     try:
         with opened(path, kind):
             return False
@@ -258,7 +258,7 @@ def refused(path: Path, kind: str) -> bool:
 def test_each_variable_is_as_declared_or_refused(
     made: Path, tmp_path: Path, kind: str, damage: Damage, every: int
 ) -> None:
-    """Each damage takes another third of the variables, so that all have their turn."""
+    """With `every` = 3, each damage takes another third of the variables, so that all are used."""
     whole, path = made / f"{kind}.nc", tmp_path / "damaged.nc"
     harmless = tmp_path / "harmless.nc"
     variables, spared = KINDS[kind].variables if damage is renamed else sorts(kind), []
@@ -273,18 +273,18 @@ def test_each_variable_is_as_declared_or_refused(
     if not spared:
         return
     shutil.copyfile(whole, harmless)
-    with netCDF4.Dataset(harmless, "a") as file:  # all at once must leave what is read as it is
+    with netCDF4.Dataset(harmless, "a") as file:  # all at once must not change what is read
         for one in spared:
             damage(file, one)
     back, before = read(harmless, kind), undamaged(whole, kind)
     assert {n: str(v.attrs) for n, v in back.variables.items()} == {
         n: str(v.attrs) for n, v in before.variables.items()
     }
-    if damage is not not_known:  # then it is read as what is not known
+    if damage is not not_known:  # not_known replaces the values with NaN
         xr.testing.assert_allclose(back, before, rtol=1e-6)
 
 
-# What is done to a whole file, of any kind.
+# Damages to a whole file of any kind.
 
 
 def empty(path: Path, _kind: str) -> None:
@@ -339,14 +339,14 @@ def with_left_out_that_is_none(path: Path, _kind: str) -> None:
 
 
 def of_more_than_there_is(path: Path, kind: str) -> None:
-    """A small file that states 1e12 samples: nothing of the size may be asked of memory."""
+    """Write a small file that states 1e12 samples, for which no memory may be allocated."""
     attrs = dict.fromkeys(("input_sha256", "parameters", "left_out"), "{}")
     with netCDF4.Dataset(path, "w") as file:
         file.setncatts({"rockframe_kind": kind, "source_code_hash": "", **attrs})
         for one in KINDS[kind].variables:
             for dim in one.dims:
                 if dim not in file.dimensions:
-                    # 1e12 along the first dimension that there is
+                    # 1e12 along the first dimension
                     file.createDimension(dim, 2 if file.dimensions else 10**12)
             chunks = [min(1000, file.dimensions[dim].size) for dim in one.dims]
             kinds: dict[str, Any] = {"text": str, "numbers": "f8", "flags": "i1"}
@@ -379,7 +379,7 @@ def set_values(path: Path, name: str, values: Any) -> None:
 
 
 def with_rows_exchanged(path: Path) -> None:
-    """Together as long as before: each record would have samples of the other."""
+    """Exchange the row sizes: the sum stays the same, but records get each other's samples."""
     set_values(path, "row_size", [101, 701])
 
 
@@ -393,7 +393,7 @@ def with_samples_not_known(path: Path) -> None:
 
 
 def with_units_that_are_not_its_own(path: Path) -> None:
-    """Known units, but other than those of the numbers."""
+    """State units that are known but are not those of the numbers."""
     with netCDF4.Dataset(path, "a") as file:
         file["acceleration"].units = "g"
 
@@ -420,7 +420,7 @@ def test_samples_that_contradict_what_is_known_of_them_are_refused(
         list(file)
 
 
-#: What each command is given besides its output; names of files stand for those made.
+#: Arguments of each command; the names of input files stand for the files of `made`.
 COMMANDS: Final = {
     "pulse": "pulse records.nc --output out.nc",
     "respond": "respond records.nc --pulses pulses.nc --output out.nc",

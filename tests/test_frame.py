@@ -1,4 +1,4 @@
-"""The frame: limits and identities of eqs (7)-(12), (27)-(29), (36), (43), then printed numbers."""
+"""The frame: limits and identities of eqs (7)-(12), (27)-(29), (36) and (43)."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_frame_without_beam_is_the_block(frame: RockingFrame) -> None:
 
 @given(frames)
 def test_the_frequency_follows_from_the_energies(frame: RockingFrame) -> None:
-    """Moment of gravity over inertia, of a column and its share of the beam with m_c = 1."""
+    """p^2 is the moment of gravity over the inertia of a column and its beam share (m_c = 1)."""
     theta, step, gamma = 0.5 * frame.slenderness, 1e-4 * frame.slenderness, frame.mass_ratio
     du, dv = (
         (place(theta + step) - place(theta - step)) / (2.0 * step)
@@ -151,7 +151,7 @@ def test_the_beam_never_raises_the_restitution(frame: RockingFrame) -> None:
 def test_impact_of_a_block_is_plastic_at_the_paper_s_slenderness() -> None:
     limit = RockingFrame(height=6.0, width=1.0).slenderness_limit
     assert_allclose(limit, math.asin(math.sqrt(2.0 / 3.0)), rtol=1e-15)
-    assert abs(math.degrees(limit) - 54.73) < 0.01  # 54.7356: the paper cuts, it does not round
+    assert abs(math.degrees(limit) - 54.73) < 0.01  # 54.7356: the paper truncates
 
 
 def test_impact_under_a_heavy_beam_is_plastic_at_45_degrees() -> None:
@@ -220,12 +220,12 @@ def test_small_displacements_keep_all_their_digits(bent: RockingFrame, theta: fl
 
 
 def swing(t: Float) -> tuple[Float, Float, Float]:
-    """A rotation in time, its rate and second rate; it does not pass 0."""
+    """Return a rotation over time that does not reach 0, and its first and second derivative."""
     return 0.1 + 0.05 * np.sin(3.0 * t), 0.15 * np.cos(3.0 * t), -0.45 * np.sin(3.0 * t)
 
 
 def slope(function: Callable[[Float], Float], t: Float, h: float = 0.02) -> Float:
-    """Central difference of order 8."""
+    """Return the derivative by a central difference of order 8."""
     weights = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
     total = np.zeros_like(t)
     for k, weight in enumerate(weights, start=1):

@@ -1,4 +1,4 @@
-"""The frame by numbers: what the paper prints, what was computed independently, bad input."""
+"""The frame in numbers: values printed in the paper, independent computations, invalid input."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def bent() -> RockingFrame:
 
 def test_printed_column_of_apollo() -> None:
     column = RockingFrame(height=7.5, width=1.8)
-    # the paper prints 1.4 for what is 1.381 with its own dimensions and g
+    # The paper prints 1.4; its own dimensions and g give 1.381.
     assert round(column.frequency_parameter, 1) == 1.4
     assert round(column.frequency_parameter, 3) == 1.381
     assert round(math.degrees(column.slenderness), 1) == 13.5
@@ -96,7 +96,7 @@ def test_dimensions_must_be_positive(name: str, value: float) -> None:
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, 0.9, 1.0, 100.1, math.nan, math.inf])
 def test_inertia_about_a_corner_is_more_than_that_of_a_mass_in_one_point(value: float) -> None:
-    """I_o = I_c + m R^2, and no column reaches to ten times R."""
+    """I_o = I_c + m R^2 is above m R^2, and no column extends to ten times R."""
     with pytest.raises(ParameterError, match=r"Must be above 1 and at most 100: about the corner"):
         RockingFrame(height=9.6, width=1.6, inertia_ratio=value)
 

@@ -1,4 +1,4 @@
-"""The house has floors: a module imports from floors below its own, and from its own room."""
+"""Rooms of modules lie on floors: a module imports from its own room and from lower floors."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__
 
 
 def room_of(name: str) -> str:
-    """The room of a dotted module name below the package."""
+    """Return the room of a dotted module name below the package, or an empty text."""
     return max(
         (room for room in FLOOR_OF if f"{name}.".startswith(f"{room}.")), key=len, default=""
     )
 
 
 def imports_of(path: Path) -> set[str]:
-    """Dotted names below the package that a module imports, wherever in the file."""
+    """Return the dotted names below the package that a module imports anywhere in its file."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
@@ -97,7 +97,7 @@ def test_no_folder_is_wide() -> None:
 
 
 def test_only_results_knows_netcdf() -> None:
-    """Other rooms neither import netCDF4 nor call what opens or writes its files."""
+    """No other room imports netCDF4 or calls a function that opens or writes netCDF files."""
 
     def knows(node: ast.AST) -> bool:
         if isinstance(node, ast.Attribute):

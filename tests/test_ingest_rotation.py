@@ -1,4 +1,4 @@
-"""`ingest --azimuth` and `--strike`: what is put in the place of the recorded horizontals."""
+"""`ingest --azimuth` and `--strike`: rotated records replace the recorded horizontals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rockframe.stages.respond import respond_stage
 
 
 def three(folder: Path, cut: int = 0, azimuths: tuple[str, str] = ("090", "360")) -> Path:
-    """PEER files of one station: two horizontals, one of them shorter, and the vertical."""
+    """Write PEER files of one station: two horizontals, one shorter by `cut`, and a vertical."""
     folder.mkdir(exist_ok=True)
     for k, component in enumerate((*azimuths, "UP")):
         samples = 0.05 * np.random.default_rng(k).standard_normal(4000 - (cut if k == 1 else 0))
@@ -116,7 +116,7 @@ def test_damage_of_the_components_is_that_of_the_motion(tmp_path: Path) -> None:
     for azimuth, seed in (("090", 1), ("360", 2)):
         samples = 0.3 * np.random.default_rng(seed).standard_normal(4000) * np.exp(-time / 8)
         if azimuth == "090":
-            samples[2000:2010] = 0.9  # out of the range of its instrument
+            samples[2000:2010] = 0.9  # clipped at the range of its instrument
         (tmp_path / f"CCC{azimuth}.AT2").write_text(
             f"PEER\nRidgecrest, 7/6/2019, Christmas Canyon, {azimuth}\n"
             "ACCELERATION TIME SERIES IN UNITS OF G\n"

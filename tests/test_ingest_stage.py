@@ -1,4 +1,4 @@
-"""What the ingest stage says of its inputs: every file that it opened, with its hash."""
+"""Inputs of the ingest stage: it lists every file that it opened, with its hash."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rockframe.stages.ingest import ingest_stage
 
 @pytest.fixture
 def deep(tmp_path: Path) -> Path:
-    """A folder with miniSEED and its StationXML in a folder of it, from the shared records."""
+    """A folder with a subfolder of miniSEED files and their StationXML, from the shared records."""
     source = Path(__file__).resolve().parents[2] / "shared" / "records" / "formats" / "miniseed"
     if not source.is_dir():
         pytest.skip("no folder 'shared/records' beside the repository")

@@ -1,4 +1,4 @@
-"""What is installed has hashes, and is the same whatever is installed first."""
+"""Lock files: every package has hashes, and the extras change no version."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LOCKS = ("requirements.lock", "requirements-extras.lock", "workflows/requirement
 
 
 def pinned(lock: str) -> set[tuple[str, str]]:
-    """Each package with its version; of some another one for each version of Python."""
+    """Return pairs of package and version; some packages differ between versions of Python."""
     text = (ROOT / lock).read_text(encoding="utf-8")
     return set(re.findall(r"(?m)^([a-z0-9._-]+)==(\S+)", text))
 
@@ -33,7 +33,7 @@ def test_extras_change_no_version_of_the_environment() -> None:
 
 
 def test_make_installs_nothing_without_hashes() -> None:
-    """But for the package itself, without what it depends on."""
+    """Only the package itself is installed without hashes, and without its dependencies."""
     text = (ROOT / "Makefile").read_text(encoding="utf-8")
     installs = [line for line in text.splitlines() if "pip install" in line and "echo" not in line]
     assert len(installs) == 4

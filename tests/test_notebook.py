@@ -1,4 +1,4 @@
-"""What notebooks need: tables with drawings, axes taken and given back, shorter calls."""
+"""Features for notebooks: tables with plots, axes as argument and return value, short calls."""
 
 from __future__ import annotations
 

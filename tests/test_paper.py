@@ -1,4 +1,4 @@
-"""The paper, checked: findings against expected values, and a page that says what was computed."""
+"""The check of the paper: its findings, compared with expected values, and its page."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def claims(listed: list[Claim]) -> dict[str, Claim]:
 
 
 def row(number: int, **changed: Any) -> Row:
-    """A row with the paper's own values, under its bridge."""
+    """Return a row of the paper's own values for its bridge, with changes."""
     paper = paper_records()[number]
     values: dict[str, Any] = {
         "event": paper.event, "record": paper.record, "magnitude": paper.magnitude,
@@ -78,7 +78,7 @@ def test_the_misprinted_equations_are_found_as_misprints(claims: dict[str, Claim
 
 
 def test_eq_12_as_printed_does_not_follow_from_eq_11(claims: dict[str, Claim]) -> None:
-    """For theta > 0 it is off by 4 R sin(alpha - theta) theta''; (8), (9) and (11) are right."""
+    """For theta > 0, (12) is off by 4 R sin(alpha - theta) theta''; (8), (9), (11) are right."""
     alpha, size, rate = math.atan(1.6 / 9.6), math.hypot(0.8, 4.8), -0.8
     printed, ours = (float(t.split()[0]) for t in (claims["eq-12"].printed, claims["eq-12"].ours))
     off = 4.0 * size * math.sin(alpha - 0.05) * rate
@@ -94,7 +94,7 @@ def test_eq_45_as_printed_falls_short_by_its_missing_factor(claims: dict[str, Cl
 
 
 def test_what_is_said_of_overturning(claims: dict[str, Claim]) -> None:
-    """First edges 3.265 and 4.340 at omega_p / p = 4, by three other integrators."""
+    """Three other integrators give the first edges 3.265 and 4.340 at omega_p / p = 4."""
     assert "+33 %" in claims["marginal"].ours
     assert claims["marginal"].finding is Finding.DIFFERS
     assert claims["every-amplitude"].finding is Finding.DIFFERS
@@ -120,7 +120,7 @@ def test_names_are_unique(listed: list[Claim], claims: dict[str, Claim]) -> None
 
 @pytest.mark.parametrize(("ours", "finding"), [(1.279, Finding.AGREES), (1.282, Finding.DIFFERS)])
 def test_a_unit_of_the_last_digit_is_forgiven(ours: float, finding: Finding) -> None:
-    """T_p of the second record is printed 1.27 s; four numbers are printed for each."""
+    """The paper prints 1.27 s as T_p of the second record, and four numbers for each record."""
     found = {claim.name: claim for claim in record_claims([row(1, T_p_s=ours)])}
     assert sum(name.startswith("r1-") for name in found) == 4
     assert found["r1-T_p_s"].printed == "1.27 s"
@@ -133,21 +133,21 @@ def test_a_record_of_another_processing_is_not_judged() -> None:
 
 
 def test_pgv_tells_another_processing_too() -> None:
-    """Erzincan has the paper's PGA, and a PGV 22 % above it: another processing."""
+    """Erzincan has the paper's PGA but a PGV 22 % higher, so it was processed differently."""
     found = record_claims([row(3, pgv_m_s=0.782, a_p_g=0.522, T_p_s=0.374)])
-    assert len(found) == 4  # nothing of the bridge
+    assert len(found) == 4  # no claim about the bridge
     assert {claim.finding for claim in found} == {Finding.OPEN}
 
 
 def test_the_last_printed_digit_counts_if_it_is_zero() -> None:
-    """Kobe's a_p is printed 0.50: 0.536 would agree with 0.5."""
+    """The paper prints Kobe's a_p as 0.50; 0.536 would agree with a printed 0.5."""
     found = {claim.name: claim for claim in record_claims([row(5, a_p_g=0.536)])}
     assert found["r5-a_p_g"].printed == "0.50 g"
     assert found["r5-a_p_g"].finding is Finding.DIFFERS
 
 
 def test_the_wavelet_of_mavroeidis_and_papageorgiou_is_compared_too() -> None:
-    """Table 1 names the extended wavelet transform, which section 6 ties to them."""
+    """Table 1 names the extended wavelet transform, which section 6 attributes to them."""
     pulse = {
         "record_id": "r5",
         "wavelet": "mavroeidis_papageorgiou",

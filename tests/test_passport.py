@@ -1,4 +1,4 @@
-"""The record passport: measures against closed forms, damage found, real records let through."""
+"""The record passport: measures match closed forms, damage is found, real records pass."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def hum(level: float = 1e-3) -> Float:
 
 
 def shake(frequency: float = 1.0) -> Float:
-    """Quiet for 10 s, then a burst that begins and ends at rest."""
+    """Return 10 s of rest, then a burst that starts and ends with zero acceleration."""
     since = np.clip(TIME - 10.0, 0.0, 20.0)
     return np.asarray(np.sin(2 * np.pi * frequency * since) * np.sin(np.pi * since / 20) ** 2)
 
@@ -131,7 +131,7 @@ def test_a_floor_or_a_borehole_is_not_the_free_field(site: str, expected: str) -
     ],
 )
 def test_azimuths_beyond_a_circle_warn(component: str, azimuth: float, expected: str) -> None:
-    """Of a header (370) or in a name that is taken for no azimuth (361)."""
+    """370 comes from a header; 361 is in a name, and is therefore not taken as an azimuth."""
     record = replace(record_of(hum() + shake()), component=component, azimuth=azimuth)
     assert verdict(passport(record, record, PassportLimits()), "azimuth").name == expected
 
@@ -140,7 +140,7 @@ def test_clipping_is_found_where_it_was_done() -> None:
     sine = np.sin(2 * np.pi * TIME + 0.1)
     assert clipped_samples(sine) == 1
     run = clipped_samples(np.clip(sine, -0.8, 2.0) + 5.0)
-    # Below -0.8 for the share 2 acos(0.8) / 2 pi of a period of 100 samples.
+    # The sine is below -0.8 for a share 2 acos(0.8) / 2 pi of its period of 100 samples.
     assert run == pytest.approx(100 * math.acos(0.8) / math.pi, abs=1)
 
 
@@ -239,7 +239,7 @@ def test_drift_is_what_an_offset_makes_of_the_end() -> None:
 def test_drift_begins_with_what_the_filter_put_before_the_record(
     bundled_records: Path, tmp_path: Path
 ) -> None:
-    """The filter acts before the first sample too: from rest CLC-UP seems to end 0.09 m off."""
+    """The filter acts before the first sample too: integrated from rest, CLC-UP ends 0.09 m off."""
     records = read_file(bundled_records / "Ridgecrest2019-CLC.V1")
     (up,) = (record for record in records if record.orientation.upright)
     corrected, (velocity, displacement), _ = correct(up.acceleration, up.time_step, BandPass())
@@ -347,7 +347,7 @@ def test_infinity_switches_a_limit_off_and_is_stated_as_none(tmp_path: Path) -> 
 
 @pytest.fixture
 def two_files(tmp_path: Path) -> Path:
-    """A whole record, and a clipped one, each of one column in g."""
+    """A folder with an intact and a clipped record, each of one column in g."""
     folder = tmp_path / "motions"
     folder.mkdir()
     whole = 0.1 * (hum() + shake())
@@ -411,7 +411,7 @@ def test_stated_peaks_of_archives(shared: Path, tmp_path: Path) -> None:
     found = [record.passport.measures.stated_peak for record in result.accepted]
     assert len(found) == 7
     np.testing.assert_allclose(found[:6], 0.0, atol=1e-5)  # one unit of the last digit
-    assert 0.0 < found[6] < 0.01  # stated after another baseline
+    assert 0.0 < found[6] < 0.01  # the stated peak has another baseline
     ratios = [abs(record.peak_ratio - 1.0) for record in read_records(output)]
     np.testing.assert_array_equal(ratios, found)
 

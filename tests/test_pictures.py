@@ -1,7 +1,7 @@
-"""Figures beside pictures of them that somebody has looked at, on the platform that drew those.
+"""Figures compared with reviewed images, on the platform on which the images were drawn.
 
-Elsewhere fonts and rasterisers differ; there the curves are held by test_figures.py. After a change
-that is meant, ROCKFRAME_PICTURES=draw draws them anew; look at each.
+Fonts and rasterisers differ on other platforms; there, test_figures.py checks the curves. After an
+intended change, draw the images again with ROCKFRAME_PICTURES=draw and review each of them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rockframe.cli.main import main
 from rockframe.wavelets.pulse import Pulse
 
 PICTURES: Final = Path(__file__).parent / "pictures"
-#: Root mean square of the differences of all pixels and colours, of 255.
+#: Largest root mean square difference of all pixels and colours, on a scale to 255.
 TOLERANCE: Final = 1.0
 HERE: Final = f"{platform.system()} {platform.machine()}, matplotlib {version('matplotlib')}\n"
 DRAW: Final = os.environ.get("ROCKFRAME_PICTURES") == "draw"
@@ -29,7 +29,7 @@ DRAW: Final = os.environ.get("ROCKFRAME_PICTURES") == "draw"
 
 @pytest.fixture(scope="module")
 def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One record that nobody's archive changes: a pulse."""
+    """A file of one record, a pulse, which no update of an archive can change."""
     home = tmp_path_factory.mktemp("records")
     pulse = Pulse(wavelet="antisymmetric_ricker", a_p=0.45, T_p=1.0, time=3.0)
     samples = pulse.acceleration(0.01 * np.arange(801))

@@ -1,4 +1,4 @@
-"""Figures of pulses: what is drawn is what the formulas give."""
+"""Figures of pulses: the curves agree with the formulas."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def test_a_record_that_lifts_nothing_leaves_none_either() -> None:
 
 @pytest.fixture(scope="module")
 def stages(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Records and pulses of two records, and another records.nc of the first one doubled."""
+    """A folder with records and pulses of `a` and `b`; `other` has records of `a` times 0.9."""
     folder = tmp_path_factory.mktemp("stages")
     time = 0.01 * np.arange(1500)
     for name, scale in (("a", 1.0), ("b", 0.8)):

@@ -1,4 +1,4 @@
-"""Why records did not come through: no reason hides another one."""
+"""Reasons for which records are rejected: every reason is kept, in all formats of the list."""
 
 from __future__ import annotations
 

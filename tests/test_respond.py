@@ -1,4 +1,4 @@
-"""The respond stage: histories that are kept, and engines that do not change a byte."""
+"""The respond stage: stored histories, and byte-identical files from all engines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rockframe.stages.respond import respond_stage
 
 @pytest.fixture(scope="module")
 def records_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Sines of growing strength: of the shipped structures some stand and some fall."""
+    """A file of sines of increasing amplitude; shipped structures stand or overturn."""
     path = tmp_path_factory.mktemp("sines") / "records.nc"
     time = 0.01 * np.arange(1000)
     records = (

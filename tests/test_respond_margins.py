@@ -1,4 +1,4 @@
-"""Margins in response.nc: what the margins module finds, in words that explain themselves."""
+"""Margins in response.nc: they equal those of the margins module and are described."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 
 @pytest.fixture(scope="module")
 def records() -> list[Record]:
-    """A pulse that nearly overturns the bridge bent, the same pushed over, and a weak one."""
+    """A pulse that nearly overturns the bridge bent, one that overturns it, and a weak one."""
     time = 0.02 * np.arange(500)
     y = (math.pi * (time - 5.0) / 1.5) ** 2
     pulse = 9.81 * (1.0 - 2.0 * y) * np.exp(-y)

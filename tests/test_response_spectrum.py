@@ -1,4 +1,4 @@
-"""Spectral acceleration: a closed form, an independent solver, and the limits of long and short."""
+"""Spectral acceleration: a closed form, an independent solver, limits of long and short periods."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NOISE = np.random.default_rng(1).normal(size=300) * np.hanning(300)
 
 @pytest.mark.parametrize("damping", [0.02, 0.05, 0.3])
 def test_sudden_acceleration_has_a_closed_form(damping: float) -> None:
-    """omega^2 max x = a (1 + exp(-pi zeta / sqrt(1 - zeta^2)))."""
+    """A step a gives omega^2 max x = a (1 + exp(-pi zeta / sqrt(1 - zeta^2)))."""
     found = spectral_acceleration(np.full(4000, 2.0), 0.001, [0.3, 1.0], damping=damping)
     over = math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
     assert_allclose(found, 2.0 * (1.0 + over), rtol=5e-5)
@@ -47,7 +47,7 @@ def test_stiff_oscillators_move_with_the_ground() -> None:
 
 
 def test_the_peak_after_the_end_counts() -> None:
-    """A jolt moves an oscillator of 4 s only after it: omega times the velocity gained."""
+    """An oscillator of 4 s peaks after a jolt: its peak is omega times the velocity gained."""
     jolt = np.array([0.0, 1.0, 0.0])
     found = spectral_acceleration(jolt, 0.01, [4.0], damping=1e-9)
     assert_allclose(found, 2.0 * math.pi / 4.0 * 0.01, rtol=1e-3)
