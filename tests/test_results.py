@@ -1,4 +1,4 @@
-"""The files between the stages: whole, self-explaining, the same bytes for the same inputs."""
+"""The files between the stages: complete, self-describing, identical bytes for equal inputs."""
 
 from __future__ import annotations
 
@@ -259,7 +259,7 @@ def test_a_file_of_another_kind_is_refused(response_path: Path) -> None:
 
 
 def test_a_subset_of_records_with_all_samples_is_refused(tmp_path: Path) -> None:
-    """Cut at the stated row sizes it would give one record's samples under another's name."""
+    """Cut at the stated row sizes, a record would get the samples of another one."""
     path = save_records(RECORDS_MADE, tmp_path / "records.nc")
     with xr.open_dataset(path) as bare:
         bare.load().isel(record=[1]).to_netcdf(tmp_path / "subset.nc")
@@ -293,7 +293,7 @@ def test_something_that_is_no_netcdf_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_a_flipped_byte_of_the_samples_is_found(tmp_path: Path, share: float) -> None:
-    """Noise cannot be compressed: nearly all of the file is samples, in checked blocks."""
+    """Noise cannot be compressed, so nearly all of the file is samples in checksummed blocks."""
     samples = np.random.default_rng(0).normal(size=40_000)
     noise = Record(record_id="noise", acceleration=samples, time_step=0.01)
     path = save_records([noise], tmp_path / "records.nc")
@@ -329,7 +329,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
 
 
 def test_columns_of_rows_name_their_units() -> None:
-    """pga_g is in g, alpha_deg in degrees, whatever the dataset has; a scalar goes to all rows."""
+    """Values are converted to the unit in the name of the column; a scalar is in every row."""
     dataset = xr.Dataset(
         {
             "pga": ("record", [GRAVITY, 0.5 * GRAVITY]),

@@ -1,4 +1,4 @@
-"""The screen stage: scenarios, selections, azimuths, engines, interruptions, what is said."""
+"""The screen stage: scenarios, selections, azimuths, engines, interruptions, messages."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("scales", [[1.0], np.linspace(0.5, 2.0, 2000).tolist()])
 def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> None:
-    """Batches of several motions, and of a part of the scales of one."""
+    """A batch contains several motions or, with many scales, some of the scales of one motion."""
     records = stored(site(6 if len(scales) == 1 else 1), tmp_path)
     files = set()
     for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
@@ -80,7 +80,7 @@ def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> No
 def test_interrupted_run_leaves_batches_and_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Stopped in its fifth batch: four are kept, and computed no second time."""
+    """A run stopped in its fifth batch keeps four; intact ones are not computed again."""
     records, calls = stored(site(3), tmp_path), list[Any]()
     options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins="none")
 
@@ -101,7 +101,7 @@ def test_interrupted_run_leaves_batches_and_goes_on(
     kept = sorted(folder.iterdir())
     assert len(kept) == 4
     assert not output.exists()
-    kept[1].write_bytes(kept[1].read_bytes()[:-40])  # and one of them is damaged since
+    kept[1].write_bytes(kept[1].read_bytes()[:-40])  # one of them is corrupted
     begun = len(calls)
     screen_stage(records, output, options, engine=OneProcess())
     assert total - 4 <= len(calls) - begun <= total - 2
@@ -172,7 +172,7 @@ def test_fragility_rate_and_design_are_in_the_file(screen: Screen, tmp_path: Pat
 
 
 def test_candidates_are_screened_as_structures_are(screen: Screen) -> None:
-    """A candidate of the structure's own width has its share."""
+    """A candidate with the width of the structure has the structure's share below the limit."""
     design = DesignOptions(dimension="width", range=(0.45, 0.9), limit=0.4, steps=2)
     found = screen(site(6), design=design)
     ratio = found["peak_rotation_ratio"].sel(structure="slender", scale=1.0)
@@ -253,7 +253,7 @@ def test_rate_over_pulses_of_turned_pairs_is_refused(tmp_path: Path) -> None:
 def test_azimuths_of_one_name_do_not_share_batches(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A run that ended before its file was whole left batches of another azimuth."""
+    """An interrupted run left batches of an azimuth that rounds to the same name."""
     records = stored(three("a"), tmp_path)
     exact = ScreenOptions(margins="none", scales=(0.4, 0.6, 0.8), azimuths_degree=(10.0,))
     near = exact.replaced(azimuths_degree=(10.00004,))

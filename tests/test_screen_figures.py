@@ -1,4 +1,4 @@
-"""Figures of a screening: curves beside formulas, and words that say how much was screened."""
+"""Figures of a screening: curves match formulas, captions state how much was screened."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rockframe.units import GRAVITY
 
 @pytest.fixture(scope="module")
 def screening(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """Twelve motions, not all of which overturn in the order of their peaks."""
+    """A screening of twelve motions that do not overturn in the order of their peaks."""
     folder = tmp_path_factory.mktemp("screened")
     longer = np.random.default_rng(2).uniform(0.5, 2.0, 12)
     time = 0.01 * np.arange(600)
@@ -72,7 +72,7 @@ def test_measures_that_are_not_known_have_no_panel(screening: xr.Dataset) -> Non
 def test_without_a_curve_the_panel_says_so(screening: xr.Dataset) -> None:
     stands = screening.sel(structure="stout").copy(deep=True)
     outcome = stands["fragility_outcome"].values
-    stands["fragility_outcome"][:] = np.where(outcome == 5, 5, 1)  # unknown, none overturn
+    stands["fragility_outcome"][:] = np.where(outcome == 5, 5, 1)  # 5: unknown, 1: none overturn
     (told, *_) = [axes.texts[0].get_text() for axes in axes_of(draw_fragility(stands))]
     assert told == "no curve: none overturn"
 

@@ -1,4 +1,4 @@
-"""Limit states besides overturning, and spectral acceleration as a measure, in a screening."""
+"""Screenings with limit states other than overturning, or spectral acceleration as a measure."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def names() -> list[str]:
 
 
 def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[str]) -> None:
-    """A motion that overturns reaches all limits; the others reach those that their peaks do."""
+    """A motion that overturns reaches all limits; others reach those that their peaks exceed."""
     found = screen(site(6), scales=SCALES, **LIMITS)
     assert found["limit_state"].values.tolist() == names
     one = found.sel(structure="slender")
@@ -62,7 +62,7 @@ def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[s
 
 
 def test_tendons_yield_and_gaps_close() -> None:
-    """As the responses say, motion by motion; a free structure reaches neither."""
+    """Both agree with each response; a free structure reaches them only by overturning."""
     column = RockingFrame(height=3.0, width=0.45, column_mass=1e3, name="free")
     tendon = Tendon(area=1e-5, modulus=2e11, length=3.0, prestress=500.0, yield_stress=9e7)
     tied = replace(column, tendon=tendon, abutment=Abutment(gap=0.05), name="tied")
@@ -98,7 +98,7 @@ def test_each_limit_has_a_rate_and_its_parts(screen: Screen, tmp_path: Path) -> 
 
 
 def test_design_for_a_drift(screen: Screen) -> None:
-    """A candidate of the structure's own width has its share below the limit."""
+    """A candidate with the width of the structure has the structure's share below the limit."""
     design = DesignOptions(
         dimension="width", range=(0.45, 0.9), quantity="u", limit=0.1, steps=2, share=0.5
     )
@@ -110,7 +110,7 @@ def test_design_for_a_drift(screen: Screen) -> None:
 
 
 def test_design_for_an_impact_velocity(screen: Screen) -> None:
-    """As for the drift; it is that of the responses, on the width of each structure."""
+    """As for the drift; the impact velocities are those of the responses."""
     design = DesignOptions(
         dimension="width", range=(0.45, 0.9), quantity="impact_velocity", limit=0.1, steps=2
     )
@@ -178,7 +178,7 @@ def test_limits_of_restraints_need_restraints(screen: Screen) -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_a_structure_without_a_gap_has_no_fragility_of_it(tmp_path: Path) -> None:
-    """Nor a rate, nor rows in tables and figures: they would be those of overturning."""
+    """It has no rate, table row or curve either; they would be those of overturning."""
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     text = f"{STRUCTURES}[structure.abutment]\ngap_m = 0.05\n"
@@ -208,7 +208,7 @@ def test_a_structure_without_a_gap_has_no_fragility_of_it(tmp_path: Path) -> Non
 def test_a_design_for_a_restraint_needs_it_in_every_structure(
     screen: Screen, quantity: str, key: str
 ) -> None:
-    """Otherwise the answer of a structure without it would be that for overturning."""
+    """A structure without the restraint would otherwise get the design for overturning."""
     design = {"dimension": "height", "range": (3.0, 6.0), "quantity": quantity, "steps": 2}
     with pytest.raises(ParameterError, match=f"Missing {key} of frame 'stout'. Must be stated for"):
         screen(site(2), design=design)

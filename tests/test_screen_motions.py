@@ -1,4 +1,4 @@
-"""Which motions a screening takes: filters, azimuths, verticals, pulses; and what it leaves out."""
+"""Motions of a screening: filters, azimuths, vertical components, pulses, rejected records."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> 
 
 
 def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> None:
-    """A Ricker pulse is one; noise of the same length is none."""
+    """A Ricker pulse is pulse-like; noise of the same length is not."""
     time = 0.01 * np.arange(2000)
     pulse = Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.0, time=10.0)
     noise = np.random.default_rng(3).normal(size=time.size)

@@ -50,7 +50,7 @@ def screened(folder: Path, **options: Any) -> Screening:
 def test_a_known_lognormal_beta_comes_back_within_its_band(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beta: float
 ) -> None:
-    """Motions that overturn beyond a PGA drawn from a lognormal distribution of median 0.5 g."""
+    """Motions overturn above a PGA that is drawn from a lognormal distribution of median 0.5 g."""
     median, drawn = 0.5, np.random.default_rng(11)
     records = [sine(f"s{n:03d}", 9.81 * drawn.uniform(0.2, 1.0)) for n in range(80)]
     capacity = {r.record_id: median * np.exp(beta * drawn.standard_normal()) for r in records}
@@ -84,7 +84,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
 
 
 def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where the scenarios are read four motions at a time."""
+    """The tables match the file, also if scenarios are read in chunks of four motions."""
     monkeypatch.setattr("rockframe.results.screening.tables._TOGETHER", 4 * 2 * 5)
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")

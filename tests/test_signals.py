@@ -1,4 +1,4 @@
-"""Signal processing: what a baseline and a band-pass must and must not do."""
+"""Signal processing: properties of the baseline correction and the band-pass."""
 
 from __future__ import annotations
 

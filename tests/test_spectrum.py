@@ -1,4 +1,4 @@
-"""rockframe spectrum: the files it writes, what it prints, and what it refuses."""
+"""`rockframe spectrum`: the files it writes, its printed output, and its error messages."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_least_amplitudes_by_name(spectrum: xr.Dataset) -> None:
 
 
 def test_intervals_with_and_without_impact(spectrum: xr.Dataset) -> None:
-    """Of the frame under the symmetric pulse at 2: four with impacts, the last without."""
+    """At ratio 2, the symmetric pulse overturns in four intervals with impacts and one without."""
     line = spectrum.sel(wavelet="symmetric_ricker", mass_ratio=0.25, frequency_ratio=2.0).squeeze()
     assert int(line["overturning_intervals"]) == 5
     assert int(line["safe_islands"]) == 4
@@ -160,7 +160,7 @@ def test_an_unknown_wavelet_is_refused(tmp_path: Path, capsys: pytest.CaptureFix
 
 @pytest.fixture(scope="module")
 def records_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two records, one of half the strength of the other."""
+    """A file of two records, one with half the amplitude of the other."""
     path = tmp_path_factory.mktemp("records") / "records.nc"
     time = 0.02 * np.arange(400)
     wave = 4.0 * np.sin(2.0 * np.pi * time) * np.exp(-((time - 4.0) ** 2))

@@ -1,4 +1,4 @@
-"""One run has the same verdicts, in the same words, wherever they are shown."""
+"""All outputs of a run show the same verdicts in the same words."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rockframe.results.tables.table import table_rows
 from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
 
 RECORD = "Ridgecrest2019-CCC-360"
-#: Structures, and what becomes of them under the record: with 0.91 of it the first falls.
+#: Verdict of each structure under the record; 0.91 of the record overturns the first structure.
 EXPECTED = {
     "doric-5m": (
         VerdictKind.STANDS_LESS_OVERTURNS,
@@ -72,7 +72,7 @@ def test_the_table_has_the_stored_verdict_and_its_words(folder: Path) -> None:
     assert {name: row["verdict_words"] for name, row in rows.items()} == {
         name: words for name, (_, words) in EXPECTED.items()
     }
-    assert rows["doric-5m"]["verdict"] == "safe"  # the stored codes are as they were
+    assert rows["doric-5m"]["verdict"] == "safe"  # the stored code does not change
     assert 0.90 < float(rows["doric-5m"]["critical_scale"]) < 0.91
 
 
@@ -130,14 +130,15 @@ def test_the_explorer_does_not_call_safe_what_it_did_not_look_for(folder: Path) 
         facts = answer({RECORD: Motion(record, ground)}, settings).facts()
         if name in ("doric-5m", "bent"):
             assert (facts["kind"], facts["words"]) == ("stands", "stands")
-        elif name != "slender-frame":  # whether that is undecided was not looked for
+        elif name != "slender-frame":  # without margins it cannot be undecided
             assert (facts["kind"], facts["words"]) == EXPECTED[name]
 
 
 def test_without_margins_a_structure_only_stands() -> None:
     row = {"verdict": "safe", "overturning_time_s": "", "critical_scale": "", "largest_scale": ""}
     assert stated_verdict(row).words == "stands"
-    assert stated_verdict(row | {"largest_scale": "10.0"}).words == "safe"  # none was found
+    # Scales up to 10 were searched, and none overturns the structure.
+    assert stated_verdict(row | {"largest_scale": "10.0"}).words == "safe"
 
 
 @pytest.mark.parametrize(
@@ -152,7 +153,7 @@ def test_an_undecided_verdict_has_its_direction(overturning_time: float, words: 
 def test_a_pulse_that_could_be_noise_is_marked(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The best match of the record at Christmas Canyon is one: p is about a third."""
+    """The best match of the record at Christmas Canyon could be noise: p is about a third."""
     from rockframe.cli.table1 import show
 
     rows = rows_of(folder)
@@ -216,7 +217,7 @@ def test_the_figure_of_margins_has_a_strip_for_each_structure(folder: Path) -> N
     drawn = draw_margin_strips(strips, "")
     (axes,) = drawn.figure.axes
     assert [label.get_text() for label in axes.get_yticklabels()] == [*strips]
-    falling = axes.collections[1::2]  # after those of the scales that stand
+    falling = axes.collections[1::2]  # every other collection has the safe scales
     for strip, bars in zip(strips.values(), falling, strict=True):
         ends = [path.get_extents().intervalx for path in bars.get_paths()]
         np.testing.assert_allclose(ends, np.reshape(strip.overturning, (-1, 2)))

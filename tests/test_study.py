@@ -1,4 +1,4 @@
-"""Files of structures: strict, and each mistake named with where it is."""
+"""Files of structures: strict reading, and error messages that give the place of a mistake."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_each_mistake_is_named(tmp_path: Path, old: str, new: str, words: str) -
 
 @pytest.mark.parametrize(
     ("stated", "name"),
-    [("Κίων_1", "Κίων_1"), ("柱", "柱"), ("e\u0301tai", "\xe9tai")],  # composed, to be found again
+    [("Κίων_1", "Κίων_1"), ("柱", "柱"), ("e\u0301tai", "\xe9tai")],  # composed (NFC)
 )
 def test_names_keep_letters_of_any_script(tmp_path: Path, stated: str, name: str) -> None:
     path = tmp_path / "structures.toml"
@@ -90,7 +90,7 @@ def test_names_keep_letters_of_any_script(tmp_path: Path, stated: str, name: str
 def test_sound_structures_are_looked_for_in_no_text(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A look for a line goes through all of the file: one for each structure would be quadratic."""
+    """Finding a line reads the whole file, so one search per structure would be quadratic."""
     from rockframe.study import structures
 
     monkeypatch.delattr(structures, "line_of")
@@ -163,7 +163,7 @@ def test_a_section_beside_an_inertia_ratio_is_refused(tmp_path: Path) -> None:
 def test_what_is_unusual_warns_and_is_computed(
     tmp_path: Path, old: str, new: str, words: str
 ) -> None:
-    """Such a value is more often a slip, but the theory holds for it."""
+    """Such a value is usually a mistake, but the theory holds for it."""
     path = written(tmp_path, GOOD.replace(old, new))
     with pytest.warns(RockframeWarning, match=words):
         (frame,) = read_structures(path)

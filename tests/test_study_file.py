@@ -1,4 +1,4 @@
-"""Study files: strict, each mistake named with its place; schema and template follow the model."""
+"""Study files: strict reading, errors with the place of the mistake, schema, template."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ def test_what_python_cannot_parse_or_print_is_one_line(
 
 
 def test_evenly_spaced_numbers_are_those_of_the_command(tmp_path: Path) -> None:
-    """0.1 to 3 by 30 holds 1 to the last bit, and both ends."""
+    """The 30 numbers from 0.1 to 3 are those of `0.1:3:30`; they include 1 exactly."""
     stated = "[screen]\nscales = { from = 0.1, to = 3.0, count = 30 }\n[respond]"
     study = read_study(written(tmp_path, GOOD.replace("[respond]", stated)))
     assert study.tables.screen is not None
@@ -217,14 +217,14 @@ def test_evenly_spaced_numbers_are_those_of_the_command(tmp_path: Path) -> None:
 
 
 def test_both_ends_are_met_to_the_last_bit() -> None:
-    """0.1 * 3 / 3 is not 0.1: the ends are not computed."""
+    """The ends are taken as stated, not computed, because 0.1 * 3 / 3 is not 0.1."""
     for count in range(2, 50):
         spaced = numbers(f"0.1:2.7:{count}")
         assert (len(spaced), spaced[0], spaced[-1]) == (count, 0.1, 2.7)
 
 
 def test_structures_of_a_study_are_those_of_its_file(tmp_path: Path) -> None:
-    """What the stages read is what the study states, whichever way it states it."""
+    """The stages read the structures of a study from a file that is written from the study."""
     study = read_study(written(tmp_path, GOOD + "inertia_ratio = 1.4\n"))
     (tmp_path / "structures.toml").write_text(structures_text(study))
     (frame,) = read_structures(tmp_path / "structures.toml")
@@ -240,7 +240,7 @@ def test_paths_are_beside_the_study_wherever_it_is_read_from(
 
 
 def test_mass_ratio_is_looked_for_from_a_column_alone(tmp_path: Path) -> None:
-    """As the command takes it: 0 is no height, and it is a mass ratio."""
+    """As on the command line, a range from 0 is valid for a mass ratio but not for a height."""
     design = "[screen.design]\ndimension = 'mass_ratio'\nrange = [0, 4]\n"
     study = read_study(written(tmp_path, GOOD.replace("[respond]", f"{design}[respond]")))
     assert study.tables.screen is not None
@@ -263,7 +263,7 @@ def test_init_writes_what_run_reads(
 
 
 def test_template_states_the_defaults_and_every_key(tmp_path: Path) -> None:
-    """Uncommented, all of it is a study too: no key of the template is a wrong one."""
+    """The template as written states the defaults, and it names every key of a study."""
     text = commented_study("mine")
     path = tmp_path / "mine.toml"
     path.write_text(text)

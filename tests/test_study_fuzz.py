@@ -1,4 +1,4 @@
-"""Whatever a study file says, it is read, or refused in one line; nothing else comes of it."""
+"""Study files with arbitrary values are either read or rejected in one line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.study.study import StudyTables, schema
 from rockframe.study.toml import parse
 from rockframe.wavelets.family import WAVELETS
 
-#: Values as TOML writes them: of right and wrong types, huge, and no numbers at all.
+#: TOML values: of right and wrong types, huge, infinite or NaN, dates and texts.
 SCALARS = st.sampled_from(
     [
         "true",
@@ -75,7 +75,7 @@ def test_words_of_a_study_are_those_of_the_rooms() -> None:
 
 
 def test_schema_is_strict_json() -> None:
-    """Infinity, which Python would write, is none."""
+    """JSON has no Infinity, which Python would write."""
 
     def refuse(constant: str) -> None:
         raise ValueError(constant)

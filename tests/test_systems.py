@@ -1,4 +1,4 @@
-"""The package on systems other than this one: without what only POSIX has, and installed."""
+"""The package on other systems: without POSIX-only features, and installed from a wheel."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 from tests.conftest import REPOSITORY
 from tests.runs.small import FEW, contents, make_study, run
 
-#: What Windows does not have, gone in each process before anything is imported.
+#: Code that removes what Windows lacks from each process before anything is imported.
 ELSEWHERE = """
 import os, signal, sys
 sys.modules.update(dict.fromkeys(["fcntl", "resource", "pwd", "grp", "termios"]))
@@ -28,7 +28,7 @@ open(os.path.join(os.path.dirname(__file__), "loaded"), "w").close()
 
 
 def test_a_run_needs_nothing_that_only_posix_has(tmp_path: Path) -> None:
-    """Locks, limits of workers and signals are used where they are; the results are the same."""
+    """Locks, limits of workers and signals are used where available; the results do not change."""
     study = make_study(tmp_path, 3, FEW)
     (tmp_path / "site").mkdir()
     (tmp_path / "site" / "sitecustomize.py").write_text(ELSEWHERE, encoding="utf-8")
@@ -50,7 +50,7 @@ def test_a_run_needs_nothing_that_only_posix_has(tmp_path: Path) -> None:
 
 
 def done(*words: str | Path, at: Path) -> str:
-    """Run a program that must succeed, without a word of this process's own paths."""
+    """Run a program that must succeed, without this process's PYTHONPATH; return its output."""
     told = subprocess.run(
         [str(word) for word in words],
         cwd=at,
@@ -92,7 +92,7 @@ def test_the_sdist_is_whole_and_builds_the_same_wheel(wheel: Path, tmp_path: Pat
 
 @pytest.mark.faults
 def test_the_wheel_runs_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
-    """The dependencies are those of this environment; the package is the installed one."""
+    """The package comes from the installed wheel, its dependencies from this environment."""
     home, empty = tmp_path / "venv", tmp_path / "empty"
     empty.mkdir()
     venv.create(home, with_pip=True, symlinks=os.name == "posix")

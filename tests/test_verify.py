@@ -1,4 +1,4 @@
-"""A run is whole only if every file is as its manifest says, and all are of one run."""
+"""A run is intact only if all files match its manifest and belong to the same run."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def run(made: Path, tmp_path: Path) -> Path:
-    """A copy of it, to damage."""
+    """A copy of the run, for a test to change."""
     return Path(shutil.copytree(made, tmp_path / "run"))
 
 
 def restated(run: Path, name: str) -> None:
-    """Let the manifest say what the file is now."""
+    """Update the hash of the file in the manifest."""
     manifest = json.loads((run / MANIFEST).read_text())
     manifest["outputs"][name] = sha256_of(run / name)
     (run / MANIFEST).write_bytes(sealed(manifest))
@@ -132,7 +132,7 @@ def test_other_source_code_is_said(run: Path, capsys: pytest.CaptureFixture[str]
 
 
 def test_other_libraries_are_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Another numpy may give other last bits: who computes it again must know."""
+    """Another numpy may change the last bits, so the user must know before computing again."""
     manifest = json.loads((run / MANIFEST).read_text())
     manifest["versions"]["numpy"] = "1.0"
     (run / MANIFEST).write_bytes(sealed(manifest))
@@ -143,7 +143,7 @@ def test_other_libraries_are_said(run: Path, capsys: pytest.CaptureFixture[str])
 
 
 def test_another_processor_is_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """numpy has other instructions there, and other last bits."""
+    """On another processor numpy uses other instructions, which can change the last bits."""
     assert main(["verify", str(run)]) == 0
     assert "another kind of processor" not in capsys.readouterr().out
     manifest = json.loads((run / MANIFEST).read_text())
@@ -181,7 +181,7 @@ def test_numbers_agree_within_the_tolerance_and_counts_exactly(
 
 
 def test_response_to_other_pulses_is_of_another_run(run: Path) -> None:
-    """With `--pulses` it holds what the pulse alone does: that pulse must be the run's."""
+    """With `--pulses`, response.nc has pulse-only responses, so the pulses must be the run's."""
     words = [
         "--structure",
         "bridge-bent",
@@ -210,7 +210,7 @@ def test_records_of_other_files_than_the_listed_ones_are_a_fault(run: Path) -> N
 
 
 def test_record_that_is_lost_between_two_stages_is_a_fault(tmp_path: Path) -> None:
-    """A batch that was forgotten when the batches were put together."""
+    """A batch was forgotten when the batches were merged."""
     for name, height in (("one", 0.4), ("two", 0.5)):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=height, T_p=1.0, time=3.0)
         np.savetxt(tmp_path / f"{name}.csv", pulse.acceleration(0.01 * np.arange(601)), fmt="%.8f")

@@ -1,4 +1,4 @@
-"""The vertical record of a motion, from the files to the frame."""
+"""The vertical record of a motion, from reading the files to the response of the frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rockframe.results.records import read_records, write_records
 from rockframe.results.response import open_response
 from rockframe.rocking import GroundAcceleration, respond
 
-#: As `bridge-bent` of the shipped structures.
+#: Same as `bridge-bent` of the shipped structures.
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 
 

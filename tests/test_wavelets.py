@@ -1,4 +1,4 @@
-"""Ricker pulses: what eqs (44), (45) must satisfy, then numbers computed elsewhere."""
+"""Pulse wavelets: identities of eqs (44) and (45), values computed independently, all shapes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def integral(function: Callable[[float], float], start: float, end: float) -> fl
 
 
 def moment(mother: MotherWavelet, frequency: float) -> float:
-    """Magnitude of the Fourier spectrum of a pulse of unit amplitude and period."""
+    """Return the magnitude of the Fourier spectrum of a pulse of unit amplitude and period."""
     tau = np.linspace(-5.0, 5.0, 4001)  # spectrally accurate: the pulse is zero at both ends
     wave = mother.acceleration(tau) * np.exp(-1j * frequency * tau)
     return float(abs(wave.sum()) * (tau[1] - tau[0]))
@@ -155,7 +155,7 @@ def test_a_pulse_is_centred_at_its_time(name: str) -> None:
     assert_allclose(moved, pulse(name, time=0.0).acceleration(tau), rtol=0, atol=1e-12)
 
 
-# Computed elsewhere
+# Values computed independently
 
 
 @pytest.fixture
@@ -268,7 +268,7 @@ def shaped(name: str, phase: float, half_cycles: float | None, **values: float) 
 
 @every
 def test_kinematics_of_every_shape(name: str, phase: float, half_cycles: float | None) -> None:
-    """Amplitude 1, velocity and displacement the integrals, energy and spectrum those of it."""
+    """The amplitude is 1; velocity, displacement, energy and spectrum match numerical integrals."""
     mother = shaped(name, phase, half_cycles).mother
     tau = np.linspace(-mother.extent, mother.extent, 40_001)
     step = tau[1] - tau[0]
@@ -298,7 +298,7 @@ def test_no_net_area_and_no_end_velocity(
 @pytest.mark.parametrize("half_cycles", [1.2, 1.5, 2.0, 2.5, 3.0])
 @pytest.mark.parametrize("phase", [0.0, 0.4, 0.5 * math.pi])
 def test_final_displacement_of_mavroeidis_papageorgiou(half_cycles: float, phase: float) -> None:
-    """Zero only for whole numbers of half cycles, or phase pi / 2."""
+    """The final displacement is zero only for whole numbers of half cycles or phase pi / 2."""
     pulse = shaped("mavroeidis_papageorgiou", phase, half_cycles)
     formula = math.cos(phase) * math.sin(math.pi * half_cycles)
     formula /= 2.0 * math.pi * (1.0 - half_cycles**2)
@@ -329,7 +329,7 @@ def test_any_phase_holds_both_rickers() -> None:
 
 @pytest.mark.parametrize("name", WAVELETS)
 def test_parts_are_even_and_odd(name: str) -> None:
-    """So the cross term of the projection on their span is zero."""
+    """The parts are orthogonal, so the projection on their span has no cross term."""
     tau = np.linspace(-3.0, 3.0, 2001)
     parts = WAVELETS[name].parts(1.7)
     assert len(parts) == (2 if WAVELETS[name].free_phase else 1)
