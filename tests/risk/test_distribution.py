@@ -28,7 +28,7 @@ def test_seed_decides_the_draws() -> None:
 
 
 def test_many_motions_narrow_the_band_as_binomial_theory_says() -> None:
-    """Half of n below the level: the band is 0.5 +- 1.645 sqrt(0.25 / n)."""
+    """With half of n motions below the level, the band is 0.5 +- 1.645 sqrt(0.25 / n)."""
     n = 2000
     band = peak_distribution(np.arange(n) / n, [0.4999999])
     half = 1.645 * math.sqrt(0.25 / n)
@@ -44,10 +44,10 @@ def test_azimuths_of_one_record_are_not_many_records() -> None:
 
 @pytest.mark.parametrize("count", [1, 10, 1000])
 def test_wilson_solves_its_equation(count: int) -> None:
-    """At a bound q the share p is 1.645 standard errors of q away."""
+    """The share p is 1.645 standard errors of q away from each bound q."""
     share = np.array([0.0, 0.2, 1.0])
     for bound in wilson(share, count):
-        inside = (bound > 1e-12) & (bound < 1.0 - 1e-12)  # else cut at 0 and 1
+        inside = (bound > 1e-12) & (bound < 1.0 - 1e-12)  # others are clipped to 0 or 1
         away = np.abs(share - bound)[inside]
         error = np.sqrt(bound * (1.0 - bound) / count)[inside]
         assert_allclose(away, 1.6448536 * error, rtol=1e-6)

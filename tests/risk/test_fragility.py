@@ -21,7 +21,7 @@ SCALES = np.geomspace(0.5, 4.0, 7)
 
 
 def site(motions: int, seed: int, slope: float = 3.0) -> tuple[Float, NDArray[np.bool_]]:
-    """Intensities, and verdicts drawn from a logistic curve of median 2."""
+    """Return intensities, and verdicts drawn from a logistic curve of median 2."""
     rng = np.random.default_rng(seed)
     intensity = rng.lognormal(0.0, 0.5, motions)
     logit = slope * (np.log(intensity)[:, None] + np.log(SCALES) - math.log(2.0))
@@ -30,7 +30,7 @@ def site(motions: int, seed: int, slope: float = 3.0) -> tuple[Float, NDArray[np
 
 @pytest.mark.parametrize("seed", range(5))
 def test_maximum_agrees_with_a_general_optimiser(seed: int) -> None:
-    """The simplex method of Nelder and Mead, over the median and the logistic scale."""
+    """The simplex method of Nelder and Mead finds the same median and logistic scale."""
     intensity, fell = site(40, seed)
     x = np.log(intensity)[:, None] + np.log(SCALES)
 
@@ -118,7 +118,7 @@ def test_any_verdicts_have_an_outcome_and_bounds(
         ([1.0, 2.0], [[0, 0], [0, 0]], Outcome.NONE_OVERTURN),
         ([1.0, 2.0], [[1, 1], [1, 1]], Outcome.ALL_OVERTURN),
         ([1.0, 2.0], [[0, 0], [1, 1]], Outcome.SEPARATED),
-        ([1.0, 2.0], [[0, 1], [1, 1]], Outcome.SEPARATED),  # 2 falls, and 2 x 1: a step between
+        ([1.0, 2.0], [[0, 1], [1, 1]], Outcome.SEPARATED),  # stands at 1, overturns at 2 and 4
         ([1.0, 4.0], [[1, 1], [0, 0]], Outcome.NOT_RISING),
         ([1.0, 1.1, 1.2], [[1, 1], [1, 0], [1, 0]], Outcome.NOT_RISING),
         ([math.nan, math.nan], [[1, 0], [0, 1]], Outcome.UNKNOWN),

@@ -19,7 +19,7 @@ from rockframe.risk import (
     read_hazard,
 )
 
-#: k x^-2 over eighteen decades: what is beyond adds nothing.
+#: k x^-2 over eighteen decades; intensities beyond them add nothing to a rate.
 POWER = HazardCurve("pga", np.array([1e-9, 1e9]), np.array([1e14, 1e-22]))
 
 
@@ -40,7 +40,7 @@ def curve_of(median: float, slope: float) -> Fragility:
 @pytest.mark.parametrize("slope", [2.5, 4.0, 12.0])
 @pytest.mark.parametrize("median", [0.3, 2.0])
 def test_rate_under_a_power_law_has_a_closed_form(median: float, slope: float) -> None:
-    """int P d(k x^-2), P logistic in ln x: k m^-2 (2 pi / b) / sin(2 pi / b), b the slope."""
+    """With P logistic in ln x, slope b: int P d(k x^-2) = k m^-2 (2 pi / b) / sin(2 pi / b)."""
     points = np.geomspace(1e-9, 1e9, 400)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     angle = 2.0 * math.pi / slope
@@ -72,7 +72,7 @@ def test_no_overflow_over_eighteen_decades() -> None:
 
 
 def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open() -> None:
-    """The lower bound has rates at 0.6 and 0.9, the upper one at 0.2, 0.3, and all above."""
+    """The lower bound of P steps up at 0.6 and 0.9, the upper one at 0.2 and 0.3, where it is 1."""
     points = np.geomspace(0.01, 10.0, 200)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])
@@ -136,7 +136,7 @@ def in_fifty_years(rates: list[float]) -> list[float]:
     return [-math.expm1(-50.0 * rate) for rate in rates]
 
 
-#: A site as active as any in Europe, from shaking that is hardly felt to the strongest.
+#: One of the most active sites in Europe, from barely felt shaking to the strongest.
 INTENSITIES = [0.005, 0.01, 0.03, 0.1, 0.3, 0.6, 1.0]
 ACTIVE = [0.4, 0.2, 0.07, 0.015, 0.0015, 0.0002, 0.00003]
 

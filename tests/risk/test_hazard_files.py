@@ -1,4 +1,4 @@
-"""Hazard curves as OpenQuake and the USGS write them."""
+"""Hazard curves in the formats of OpenQuake and the USGS."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def openquake(
     imt: str = "PGA",
     years: float = 50.0,
 ) -> Path:
-    """A file as OpenQuake 3.x writes it."""
+    """Write a file as OpenQuake 3.x does; return its path."""
     stated = f"kind='mean', investigation_time={years}, imt='{imt}'"
     lines = [f"#{',' * (len(levels) + 2)}\"generated_by='OpenQuake engine 3.16.0', {stated}\""]
     lines.append(",".join(["lon", "lat", "depth", *(f"poe-{level:.7f}" for level in levels)]))
@@ -38,7 +38,7 @@ def openquake(
 
 
 def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path) -> None:
-    """int P d(k x^-a) = k m^-a exp(a^2 beta^2 / 2); a rate r is 1 - exp(-r t) in t years."""
+    """int P d(k x^-a) = k m^-a exp(a^2 beta^2 / 2); rate r gives poe 1 - exp(-r t) in t years."""
     k, a, median, beta, years = 1e-3, 2.0, 0.6, 0.35, 50.0
     levels = np.round(np.geomspace(0.03, 30.0, 31), 7)
     poe = (-np.expm1(-k * levels**-a * years)).tolist()
@@ -53,7 +53,7 @@ def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path)
 
 @needs_sample
 def test_sample_of_openquake() -> None:
-    """Probabilities in one year: the first four are equal, and probability 0 is not a rate."""
+    """The file has probabilities in one year: the first four are equal, and 0 is not a rate."""
     curve = read_hazard(SAMPLE, (-65.1349, 0.0))
     assert curve.measure == "pga"
     assert_allclose(curve.intensity[[0, -1]], [0.01 * GRAVITY, 0.4641589 * GRAVITY])
@@ -112,7 +112,7 @@ def test_certain_motions_have_no_rate(tmp_path: Path) -> None:
 
 
 def test_rates_of_the_usgs(tmp_path: Path) -> None:
-    """One row for each site, annual rates; the folder has the name of the measure."""
+    """The file has a row of annual rates for each site; its folder is named after the measure."""
     path = tmp_path / "SA1P0" / "total.csv"
     path.parent.mkdir()
     path.write_text(

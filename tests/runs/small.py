@@ -37,7 +37,7 @@ name = "slender-column"
 height_m = 2.0
 width_m = 0.2
 """
-#: The same with no figures and one batch: the fewest steps.
+#: The same without figures and in one batch, for the fewest steps.
 FEW = (
     STUDY.replace("most = 1", "most = 0")
     .replace("records = 2", "records = 9")
@@ -46,7 +46,7 @@ FEW = (
 
 
 def make_study(home: Path, records: int = 5, text: str = STUDY) -> Path:
-    """Write records and a study of them; three batches of five."""
+    """Write records and a study of them; five records make three batches."""
     (home / "motions").mkdir(parents=True)
     for k in range(records):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=0.3 + 0.05 * k, T_p=0.8 + 0.1 * k, time=2.0)
@@ -58,12 +58,12 @@ def make_study(home: Path, records: int = 5, text: str = STUDY) -> Path:
 
 
 def run(study: Path, folder: Path, *words: str) -> int:
-    """In this process, as a person types it."""
+    """Run a study in this process, as from the command line; return the exit status."""
     return main(["run", str(study), "--output", str(folder), "--workers", "1", *words])
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file that a run gives, but for its logs and what it keeps for itself."""
+    """Return every output file of a run, without its logs and its `.rockframe` folder."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))

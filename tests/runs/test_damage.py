@@ -1,4 +1,4 @@
-"""What a run keeps for itself may be damaged, lost or tampered with: nothing else suffers."""
+"""Internal files of a run that are corrupted, missing or manipulated must do no further harm."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rockframe.runs.step import Step
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A home with a study, and its run in `run`."""
+    """A folder with a study and its finished run in `run`."""
     home = tmp_path_factory.mktemp("damage")
     assert run(make_study(home, 1, FEW), home / "run") == 0
     return home
@@ -32,7 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def home(made: Path, tmp_path: Path) -> Path:
-    """A copy of it, to change."""
+    """A copy of that folder, for a test to change."""
     return Path(shutil.copytree(made, tmp_path / "home"))
 
 
@@ -50,7 +50,7 @@ def change(path: Path, meddle: Callable[[dict[str, Any]], object]) -> None:
 def test_damaged_plan_is_named_and_made_again(
     home: Path, text: str | None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What the steps left behind is enough to know the run by."""
+    """The stamps of the steps are enough to identify the run."""
     plan = home / "run" / ".rockframe" / "plan.json"
     before = read_plan(home / "run").keys
     plan.unlink() if text is None else plan.write_text(text)
@@ -64,7 +64,7 @@ def test_damaged_plan_is_named_and_made_again(
 
 
 def flip(path: Path, part: bytes = b"") -> None:
-    """One bit in the middle of a file, or in a part of it: what it holds stays of its kind."""
+    """Flip one bit in the middle of a file, or of a part of it."""
     content = bytearray(path.read_bytes())
     content[content.index(part) + len(part) // 2 if part else len(content) // 2] ^= 1
     path.write_bytes(content)
@@ -91,7 +91,7 @@ def flip(path: Path, part: bytes = b"") -> None:
 def test_verify_names_what_is_damaged_and_nothing_else(
     home: Path, name: str, part: bytes, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """And a run that it finds fault with is none that `status` calls complete."""
+    """`status` must not call a run complete if `verify` finds a fault."""
     folder = home / "run"
     flip(folder / name, part)
     assert main(["verify", str(folder)]) != 0
@@ -111,7 +111,7 @@ def test_verify_names_what_is_damaged_and_nothing_else(
 def test_manifest_that_is_damaged_after_a_workflow_is_named(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A workflow leaves no stamps: nothing else says what the hash of the manifest was."""
+    """A workflow leaves no stamps, so no other file states the hash of the manifest."""
     shutil.rmtree(home / "run" / ".rockframe" / "steps")
     flip(home / "run" / "manifest.json", b'"table.csv": "')
     assert main(["status", str(home / "run")]) == 0
@@ -132,7 +132,7 @@ def test_plan_that_is_missing_beside_its_stamps_is_a_fault(
 def test_run_that_a_damaged_plan_keeps_out_says_so(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Without a manifest nothing says whose run it is; with --replace its steps stay done."""
+    """Without a manifest, nothing identifies the run, so only --replace continues in its folder."""
     (home / "run" / "manifest.json").unlink()
     flip(home / "run" / ".rockframe" / "plan.json", b"9.6")
     assert run(home / "small.toml", home / "run") == 2
@@ -142,7 +142,7 @@ def test_run_that_a_damaged_plan_keeps_out_says_so(
 
 
 def test_damaged_plan_of_another_study_is_in_the_way(home: Path) -> None:
-    """Of the same records: what it shares with this one does not make it the same."""
+    """The other study has the same records, but that does not make it the same study."""
     (home / "run" / ".rockframe" / "plan.json").write_text("{")
     (home / "other.toml").write_text(FEW.replace('"small"', '"other"'))
     before = contents(home / "run")
@@ -182,7 +182,7 @@ def test_plan_of_other_types_is_one_line(
 def test_plan_that_names_files_elsewhere_removes_none(
     home: Path, meddle: Callable[[dict[str, Any]], object]
 ) -> None:
-    """A run removes what its former plan made, and the folder may come from somebody else."""
+    """A run removes the outputs of its former plan, which may come from somebody else."""
     precious = home / "precious.json"
     precious.write_text("mine")
     plan = home / "run" / ".rockframe" / "plan.json"
@@ -212,11 +212,11 @@ def test_folder_in_the_place_of_an_output_is_one_line(
 
 
 def test_status_does_not_write(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A colleague may look at a run that only its owner may change."""
+    """A colleague without permission to write may ask for the status of a run."""
     assert not is_locked(home / "run")
     real = os.open
 
-    def of_another(path: Path, flags: int, *mode: int) -> int:  # as root too
+    def of_another(path: Path, flags: int, *mode: int) -> int:  # denies root too
         if flags & os.O_RDWR:
             raise PermissionError(errno.EACCES, "Permission denied")
         return real(path, flags, *mode)
@@ -237,7 +237,7 @@ def test_step_whose_options_are_of_another_version_says_why(home: Path) -> None:
 def test_what_a_killed_worker_leaves_does_not_stop_the_run(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Another worker repeats its step; `report` and `verify` look at the whole folder."""
+    """Another worker repeats the step; `report` and `verify` must accept the partial file."""
 
     def repeated(work: Work) -> int:
         if work.step.name == "ingest":
@@ -253,7 +253,7 @@ def test_what_a_killed_worker_leaves_does_not_stop_the_run(
 def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An older output would have been stamped as new."""
+    """Otherwise an older output would be stamped as new."""
     (home / "sitecustomize.py").write_text(
         "import rockframe.stages.table as s\n\n"
         "def crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
@@ -266,7 +266,7 @@ def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
 
 
 def test_a_run_on_nfs_is_seen(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """NFS locks only what is open for writing: a look that only reads would see no run."""
+    """NFS locks only files that are open for writing, so a read-only check would miss the run."""
     fcntl = pytest.importorskip("fcntl")
     flock = fcntl.flock
 

@@ -1,4 +1,4 @@
-"""A run on a Dask cluster, by its address; `make test-dask` installs what it needs."""
+"""A run on a Dask cluster, given by its address; `make test-dask` installs the requirements."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ distributed = pytest.importorskip("distributed", reason="needs the extra dask: m
 def test_cluster_gives_the_bytes_of_one_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The workers are elsewhere: not in the folder in which the command is typed."""
+    """The workers do not run in the folder in which the command is typed."""
     study = make_study(tmp_path, 3)
     assert run(study, tmp_path / "here") == 0
     cluster = distributed.LocalCluster(
@@ -32,7 +32,7 @@ def test_cluster_gives_the_bytes_of_one_process(
 
 
 def _worker(address: str, home: Path) -> subprocess.Popen[str]:
-    """A worker without a nanny: nobody starts it anew."""
+    """Start a worker without a nanny, so that nothing restarts it."""
     words = [address, "--no-nanny", "--nthreads", "1", "--no-dashboard"]
     with (home / "worker.log").open("ab") as log:
         return subprocess.Popen(
@@ -44,7 +44,7 @@ def _worker(address: str, home: Path) -> subprocess.Popen[str]:
 
 
 def test_killed_worker_costs_its_step_and_its_process(tmp_path: Path) -> None:
-    """The other worker repeats the step; the first attempt must not go on beside it."""
+    """Another worker repeats the step; the processes of the first attempt must end."""
     study, folder = make_study(tmp_path, 1, FEW), tmp_path / "run"
     cluster = distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50)
     with cluster, distributed.Client(cluster) as client:

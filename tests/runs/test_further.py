@@ -1,4 +1,4 @@
-"""Screening and spectra as steps of a run, shown and computed again."""
+"""Screening and spectra as steps of a run: shown, drawn, verified and recomputed."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ column_period_s = [3.0, 6.0]
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run with everything."""
+    """The folder of a run with screening and spectra."""
     home = tmp_path_factory.mktemp("further")
     study = make_study(home, 4, STUDY.replace("[figures]", f"{FURTHER}[figures]"))
     assert run(study, home / "run") == 0
@@ -84,11 +84,11 @@ def test_the_report_shows_the_screening(made: Path) -> None:
     section = page.partition('<section id="screening"')[2].partition("</section>")[0]
     for words in ("Fragility", "Ranking", "Design", "overturning", "slender-column", "<svg"):
         assert words in section
-    assert "style=" not in section  # which the page's policy forbids
+    assert "style=" not in section  # the page's policy forbids it
 
 
 def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_path: Path) -> None:
-    """Those under which a frame turns furthest and stands come first."""
+    """Records under which a standing frame rotates furthest come first."""
     words = ["draw", str(made / "rocking_spectrum.nc"), "--most", "1", "--output"]
     assert main([*words, str(tmp_path / "figures")]) == 0
     (figure,) = (tmp_path / "figures").rglob("*.png")
@@ -123,7 +123,7 @@ def test_file_is_not_replaced_by_a_folder_of_figures(made: Path, tmp_path: Path)
 @pytest.mark.faults
 @pytest.mark.parametrize("change", ["list damaged", "figure gone"])
 def test_figures_in_folders_are_made_again(home: Path, change: str) -> None:
-    """Screening and spectra have folders of their own in it, which go with their figures."""
+    """The figures of screening and spectra are in subfolders, which are listed as well."""
     folder = home / "run"
     before, index = contents(folder), folder / "figures" / "figures.csv"
     if change == "list damaged":
@@ -137,7 +137,7 @@ def test_figures_in_folders_are_made_again(home: Path, change: str) -> None:
 def test_study_without_figures_leaves_nothing_behind_and_with_them_makes_all_again(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Screening and spectra have folders of their own in it, which go with their figures."""
+    """The subfolders of screening and spectra are removed together with their figures."""
     folder, study = home / "run", home / "small.toml"
     before, text = contents(folder), study.read_text()
     mine = folder / "figures" / "mine.txt"
@@ -158,7 +158,7 @@ def test_study_without_figures_leaves_nothing_behind_and_with_them_makes_all_aga
 def test_list_of_figures_that_is_gone_is_named_and_they_are_made_again(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Not while a file of the user's is among them."""
+    """A run does not draw again while one of the user's files is among the figures."""
     folder, before = home / "run", contents(home / "run")
     index, mine = (folder / "figures" / name for name in ("figures.csv", "screen/mine.txt"))
     index.unlink()
@@ -212,7 +212,7 @@ def test_computed_again_it_is_the_same(made: Path, capsys: pytest.CaptureFixture
 def test_on_another_processor_it_is_nearly_the_same(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Last bits that differ are no fault: how far apart they are is said."""
+    """A difference in the last bits is no fault, and `verify` states how large it is."""
     table = (folder / "screen.csv").read_bytes()
     manifest = json.loads((folder / MANIFEST).read_text())
     with netCDF4.Dataset(folder / "screen.nc", "a") as file:
@@ -236,7 +236,7 @@ def test_on_another_processor_it_is_nearly_the_same(
 def test_what_was_not_computed_so_is_found(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Files that are whole, listed with their hash, and say something else than a computation."""
+    """The files are intact and match their hashes, but a recomputation gives other values."""
     changed = {"response.nc": "theta", "screen.nc": "peak_u", "spectrum.nc": "verdict"}
     manifest = json.loads((folder / MANIFEST).read_text())
     for name, variable in changed.items():
@@ -285,7 +285,7 @@ def test_lists_of_other_lengths_are_faults(
 def test_record_that_a_screening_is_not_asked_for_is_not_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As with filters of the study, and as `rockframe screen` itself says."""
+    """It is filtered out, as with the filters of the study and with `rockframe screen`."""
     asked = "[screen]\nscales = [1.0]\nmargins = 'none'\npulse_period_s = [0.0, 0.85]\n[figures]"
     study = make_study(tmp_path, 2, FEW.replace("[figures]", asked))
     assert run(study, tmp_path / "run") == 0
@@ -312,7 +312,7 @@ def test_any_number_that_a_study_states_is_one_on_the_command_line(number: str) 
 def test_run_that_was_moved_says_what_it_cannot_compute_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The hazard curve stayed where the run was made; pulses and responses need nothing more."""
+    """The file of the hazard curve is missing; pulses and responses do not need it."""
     asked = '[screen]\nscales = [1.0]\nmargins = "none"\nhazard = "hazard.csv"\n[figures]'
     study = make_study(tmp_path / "home", 2, FEW.replace("[figures]", asked))
     hazard = tmp_path / "home" / "hazard.csv"

@@ -1,4 +1,4 @@
-"""Whatever lies among the records is listed once, by a name of its own, or refused in a line."""
+"""Inputs of a run: each is listed once under a unique name, or rejected in one line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rockframe.results.tables.entries import rows_of
 from rockframe.runs.plan import make_plan
 from rockframe.study.study import read_study
 
-#: The end of an archive whose list of members is not where it says.
+#: The end of a ZIP archive that states a wrong position of its list of members.
 DAMAGED_ZIP = b"hello" * 20 + b"PK\5\6" + bytes([0, 0, 0, 0, 1, 0, 1, 0, 46, 0, 0, 0, 255, 255])
 
 
@@ -34,7 +34,7 @@ def stating(study: Path, paths: str) -> Path:
 
 
 def test_folders_of_one_name_keep_all_their_files(tmp_path: Path) -> None:
-    """Two events, each with its records and its catalogue under the same names."""
+    """Two events have records and catalogues of the same file names."""
     study = stating(make_study(tmp_path, 1), '["motions", "far/motions"]')
     shutil.copytree(tmp_path / "motions", tmp_path / "far" / "motions")
     other = tmp_path / "far" / "motions" / "motion-0.csv"
@@ -67,7 +67,7 @@ def test_files_of_one_name_have_a_number(tmp_path: Path) -> None:
 
 
 def test_link_is_called_as_it_is_named(tmp_path: Path) -> None:
-    """Where an archive lies on one machine is nothing of the run."""
+    """The location of an archive on one machine must not appear in the run."""
     study = stating(make_study(tmp_path, 1), '["archive"]')
     (tmp_path / "archive").symlink_to("motions")
     assert listed(study) == ["archive/motion-0.csv"]
@@ -76,7 +76,7 @@ def test_link_is_called_as_it_is_named(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_opened_is_no_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ingest lists it as rejected, and the run goes on."""
+    """The plan skips such a file; ingest later lists it as rejected."""
     study = stating(make_study(tmp_path, 1), '["motions"]')
     closed = tmp_path / "motions" / "closed"
     closed.mkdir()
@@ -119,7 +119,7 @@ def test_damaged_archive_is_the_affair_of_ingest(
 
 
 def test_records_in_archives_are_inputs_beside_their_archives(tmp_path: Path) -> None:
-    """A record states the hash of its member, the list of inputs that of the archive."""
+    """A record states the hash of its member; the list of inputs states that of the archive."""
     study = stating(make_study(tmp_path, 3), '["motions"]')
     motions = tmp_path / "motions"
     with zipfile.ZipFile(motions / "event.zip", "w") as archive:
@@ -134,7 +134,7 @@ def test_records_in_archives_are_inputs_beside_their_archives(tmp_path: Path) ->
     }
     for name in ("motion-0.csv", "motion-1.csv"):
         (motions / name).unlink()
-    assert run(study, tmp_path / "run") == 1  # the archive that is none is rejected
+    assert run(study, tmp_path / "run") == 1  # the invalid archive is rejected
     planned = {row["file"]: row["sha256"] for row in rows_of(tmp_path / "run" / "inputs.csv")}
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     assert manifest["inputs"] == planned | held
@@ -170,7 +170,7 @@ def test_file_of_an_option_that_is_none_leaves_an_older_run_alone(
 
 
 def test_hazard_curve_that_is_none_is_refused_before_anything_runs(tmp_path: Path) -> None:
-    """The screening, which reads it, may come hours later."""
+    """The screening reads the curve and may start hours later."""
     (tmp_path / "hazard.csv").write_text("pga_g,rate\n0.1,0.01\n")
     screen = '[screen]\nhazard = "hazard.csv"\n[figures]'
     study = make_study(tmp_path, 1, FEW.replace("[figures]", screen))
@@ -190,7 +190,7 @@ def test_hazard_curve_of_what_is_not_known_of_turned_pairs_is_refused(tmp_path: 
 def test_record_that_an_output_would_replace_is_kept(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`--replace` is said of an older run, not of what the study reads."""
+    """`--replace` applies to an older run, not to the inputs of the study."""
     study = make_study(tmp_path, 1, STUDY.replace('["motions"]', f'["motions/{name}"]'))
     record = tmp_path / "motions" / name
     record.parent.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Every option of a study reaches its stage, and every stage is known."""
+"""Every option of a study reaches its stage, and defaults are those of the stages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockframe.study.study import commented_study, read_study
 
 
 def everything(folder: Path, rotation: str) -> Plan:
-    """The plan of the commented study, all that it shows behind a mark stated."""
+    """Return the plan of the commented study with all its commented-out keys stated."""
     lines = []
     for line in commented_study("everything").splitlines():
         bare = line.removeprefix("# ")
@@ -28,11 +28,11 @@ def everything(folder: Path, rotation: str) -> Plan:
     text = "\n".join(lines).replace('structures = "structures.toml"\n', "")
     text = re.sub(rf"(?m)^(?!{rotation})(azimuth|strike)_degree = .*\n", "", text)
     beside = "azimuths_degree" if rotation == "azimuth" else "pulse_(period_s|length_m|like)"
-    text = re.sub(rf"(?m)^{beside} = .*\n", "", text)  # each refuses the other
+    text = re.sub(rf"(?m)^{beside} = .*\n", "", text)  # these exclude each other
     other = "radius_m|friction|effective_period_s|design_displacement_m|moment_capacity_nm"
-    text = re.sub(rf"(?m)^({other}) = .*\n", "", text)  # of rivals stated in another way
+    text = re.sub(rf"(?m)^({other}) = .*\n", "", text)  # alternative keys of rivals
     text = text.replace("= false", "= yes").replace("= true", "= false").replace("= yes", "= true")
-    text = re.sub(r"(?m)^hazard_site = .*\n", "", text)  # the file is of one site
+    text = re.sub(r"(?m)^hazard_site = .*\n", "", text)  # the hazard file has one site
     for name in ("station.xml", "limits.toml"):
         (folder / name).write_text("")
     heads = "file,event,station,network,magnitude,epicentral_distance_km,source\n"

@@ -1,4 +1,4 @@
-"""A run can be stopped, gone on with, repeated and proven equal."""
+"""Runs: interruption, resuming, repetition, status and the removal of partial files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PLAIN = STUDY.replace("most = 1", "most = 0")
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A home with a study, and its run in `run`."""
+    """A folder with a study and its finished run in `run`."""
     home = tmp_path_factory.mktemp("made")
     assert run(make_study(home, 3, STUDY), home / "run") == 0
     return home
@@ -38,7 +38,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def home(made: Path, tmp_path: Path) -> Path:
-    """A copy of it, to change."""
+    """A copy of that folder, for a test to change."""
     return Path(shutil.copytree(made, tmp_path / "home"))
 
 
@@ -47,7 +47,7 @@ def states(folder: Path) -> dict[str, str]:
 
 
 def steps_done(home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> set[str]:
-    """Run again, and say what was done."""
+    """Run again and return the names of the steps that were executed."""
     capsys.readouterr()
     run(home / "small.toml", home / "run", "--json", *words)
     return set(json.loads(capsys.readouterr().out)["steps_done"])
@@ -84,7 +84,7 @@ def test_a_run_is_whole(made: Path) -> None:
 
 @pytest.mark.faults
 def test_run_elsewhere_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
-    """Nothing of the place of the run, nor of how the work was divided, is in its outputs."""
+    """The outputs of a run do not depend on its location."""
     study = make_study(tmp_path / "elsewhere", 3, STUDY)
     assert run(study, tmp_path / "elsewhere" / "deep" / "run") == 0
     assert contents(tmp_path / "elsewhere" / "deep" / "run") == contents(made / "run")
@@ -115,7 +115,7 @@ def test_option_of_a_stage_concerns_what_follows_it(
 
 
 def test_results_do_not_depend_on_batches(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What another division of the records gave is not computed again."""
+    """Results of another division into batches are not computed again."""
     before = {name: value for name, value in contents(home / "run").items() if ".nc" in name}
     (home / "small.toml").write_text(STUDY.replace("records = 1", "records = 2"))
     assert steps_done(home, capsys) == {"manifest", "report", "verify"}
@@ -169,7 +169,7 @@ def test_changed_record_is_read_again(home: Path, capsys: pytest.CaptureFixture[
 def test_record_that_changes_under_way_spoils_the_manifest(
     tmp_path: Path, change: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Between ingest and the manifest: the outputs would be of a file that is not there."""
+    """The record changes between ingest and manifest, so the outputs are not those of the file."""
     from rockframe.results.tables.formats import write_rows_as
 
     study, motion = make_study(tmp_path), tmp_path / "motions" / "motion-1.csv"
@@ -189,7 +189,7 @@ def test_record_that_changes_under_way_spoils_the_manifest(
 
 
 def test_batches_left_by_a_kill_are_removed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A kill between the stamp of a merge and the removal of its batches."""
+    """A kill between the stamp of a merge and the removal of its batches leaves such files."""
     left = home / "run" / "batches" / "response-002.nc"
     left.parent.mkdir()
     left.write_bytes(b"left")
@@ -219,7 +219,7 @@ def test_half_written_files_are_swept_and_those_of_others_stay(
 def test_folder_left_by_a_kill_is_swept(
     home: Path, left: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Of records that were being turned, of a screening that the study no longer asks for."""
+    """The folders are from records being rotated and from a screening no longer in the study."""
     (home / "run" / left).parent.mkdir()
     (home / "run" / left).write_bytes(b"half")
     (home / "run" / "table.csv").unlink()
@@ -244,7 +244,7 @@ def test_records_that_are_turned_are_half_written_under_a_name_that_is_swept(
     (half,) = (name for name in names if "partial" in name)
     (tmp_path / "run" / half).mkdir()
     monkeypatch.undo()
-    assert run(study, tmp_path / "run") == 2  # one motion alone cannot be turned
+    assert run(study, tmp_path / "run") == 2  # one motion alone cannot be rotated
     assert not (tmp_path / "run" / half).exists()
 
 
@@ -258,7 +258,7 @@ def test_second_run_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_look_at_the_lock_keeps_no_run_out(home: Path) -> None:
-    """`status` holds it for a moment."""
+    """`status` holds the lock for a moment, and a run waits for it."""
     with (home / "run" / ".rockframe" / "lock").open() as look:
         assert lock_descriptor(look.fileno(), blocking=False)
         gone = threading.Timer(0.02, unlock_descriptor, (look.fileno(),))
@@ -299,7 +299,7 @@ def test_folder_among_the_records_is_refused(
 
 
 def test_manifest_alone_says_what_is_done(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """As after a workflow, which leaves no stamps: only the page is made again."""
+    """A workflow leaves no stamps; then only the report and `verify` are repeated."""
     shutil.rmtree(home / "run" / ".rockframe" / "steps")
     assert steps_done(home, capsys) == {"report", "verify"}
 
@@ -332,7 +332,7 @@ def test_plan_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 def test_status_of_half_a_run(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Complete is a run of which every step is done, the page and the last look included."""
+    """A run is complete only if every step is done, including `report` and `verify`."""
     (home / "run" / ".rockframe" / "steps" / "verify.json").unlink()
     capsys.readouterr()
     assert main(["status", str(home / "run"), "--json"]) == 0
@@ -346,7 +346,7 @@ def test_status_of_half_a_run(home: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_status_tells_of_inputs_that_are_not_as_they_were(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The run is whole, and it is of other records than those that are there now."""
+    """The run is intact, but its records have changed since it was planned."""
     plan = read_plan(home / "run")
     write_plan(make_plan(read_study(home / "small.toml"), home / "run"), home / "run")
     assert plan.keys == read_plan(home / "run").keys
@@ -385,7 +385,7 @@ def test_step_that_fails_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_upgrade_of_a_library_makes_everything_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Else the manifest would state versions with which the files were not made."""
+    """Otherwise the manifest would state library versions that did not make the files."""
     from rockframe.runs import plan
 
     study = read_study(make_study(tmp_path))

@@ -1,4 +1,4 @@
-"""What a run tells of one record."""
+"""`rockframe show`: the results of a run for one record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FILTERS = "[filters]\npga_g = [0.32, inf]\npgv_m_s = [-inf, 9.0]\n\n"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run with a record that is filtered out and a file that is none."""
+    """A run with a record that is filtered out and a file that is no record."""
     home = tmp_path_factory.mktemp("show")
     study = make_study(home, 3, FEW.replace("[figures]", f"{FILTERS}[figures]"))
     (home / "motions" / "notes.txt").write_text("Nothing of the kind.\n")
@@ -40,7 +40,7 @@ def test_names_keep_their_letters_from_file_to_figure(
 ) -> None:
     study = make_study(tmp_path, 1, STUDY.replace("bridge-bent", "Κίων").replace("first", "none"))
     motion = tmp_path / "motions" / "motion-0.csv"
-    # DejaVu Sans has no Chinese characters: the figure shows boxes, and nothing is said.
+    # DejaVu Sans has no Chinese characters: the figure shows boxes, without a warning.
     motion.rename(motion.with_name("Αθήνα 神戸.csv"))
     assert run(study, tmp_path / "run") == 0
     told = shown(tmp_path / "run", unicodedata.normalize("NFD", "Αθήνα_神戸"), capsys)
@@ -105,7 +105,7 @@ def test_file_of_several_records_asks_which(
 def test_table_that_is_gone_is_said(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A record without its verdicts would look like one that nothing was computed of."""
+    """Without the table, a record would look as if no response had been computed."""
     run = Path(shutil.copytree(folder, tmp_path / "run"))
     assert sum(read_run(run, most=0).counts.values()) == 4
     (run / "table.csv").unlink()
