@@ -1,4 +1,4 @@
-"""Explorers to ask: the bundled records on the shipped structures, and a very long record."""
+"""Fixtures of the explorer: a server of bundled records and of a very long record."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def motion(record: Record, vertical: Record | None = None) -> Motion:
 
 @pytest.fixture(scope="session")
 def bundled() -> list[Motion]:
-    """Both horizontals of one bundled station, the first with its vertical."""
+    """Both horizontals of one bundled station; the first one has its vertical."""
     from rockframe.ingest import read_file
 
     records = read_file(bundled_records() / "Ridgecrest2019-CCC.V1")
@@ -39,7 +39,7 @@ def bundled() -> list[Motion]:
 
 @pytest.fixture(scope="session")
 def long() -> Motion:
-    """Ten minutes of motion at 100 Hz: 60,000 samples."""
+    """A motion of ten minutes at 100 Hz, that is, 60,000 samples."""
     time = 0.01 * np.arange(60_000)
     wave = np.random.default_rng(7).normal(0.0, 1.0, time.size)
     smooth = np.convolve(wave, np.hanning(40), "same")
@@ -51,20 +51,20 @@ def long() -> Motion:
 
 @dataclass(frozen=True)
 class Address:
-    """Where a server listens, and its first part of every path."""
+    """The port of a server, and the token that starts every path."""
 
     port: int
     token: str
 
     @property
     def page(self) -> str:
-        """Address of the page."""
+        """URL of the page."""
         return f"http://127.0.0.1:{self.port}/{self.token}/"
 
 
 @pytest.fixture(scope="session")
 def explorer(bundled: list[Motion], long: Motion) -> Iterator[Address]:
-    """A server in a thread."""
+    """The address of a server that runs in a thread."""
     pytest.importorskip("starlette", reason="no starlette: make test-browser")
     uvicorn: Any = pytest.importorskip("uvicorn", reason="no uvicorn: make test-browser")
     import socket

@@ -1,4 +1,4 @@
-"""What the explorer answers: the kernel's numbers, whole in what can be seen of them."""
+"""Answers of the explorer: the kernel's numbers, and histories thinned without visible loss."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def asked(motions: list[Motion], **other: str) -> Any:
 
 
 def unpacked(content: bytes) -> tuple[dict[str, Any], NDArray[np.float32]]:
-    """What the page's script does, in Python."""
+    """Return the facts and the histories of an answer, unpacked as by the page's script."""
     end = content.index(b"\n") + 1
     facts = json.loads(content[:end])
     return facts, np.frombuffer(content, "<f4", offset=end).reshape(5, facts["drawn"])
@@ -79,7 +79,7 @@ def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> Non
 
 
 def test_the_pulse_alone_is_that_of_the_record(bundled: list[Motion]) -> None:
-    """Sampled as the record is, so the response is that to the pulse up to the straight lines."""
+    """The pulse is sampled like the record, so the responses differ only by interpolation."""
     found = asked(bundled, pulse="1", scale="2")
     best = find_pulses(bundled[0].record, options=PulseOptions(surrogates=0))
     pulse = best.matches[best.used].pulse

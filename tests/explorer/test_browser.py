@@ -1,4 +1,4 @@
-"""The explorer in a real browser: a slider moves, and the kernel's answer is drawn."""
+"""The explorer in a real browser: moving a slider draws the kernel's answer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rockframe.explorer.answer import Motion
 from .conftest import Address
 
 SCREENSHOTS: Final = Path(__file__).parents[2] / "outputs" / "explorer"
-#: The largest |theta| / alpha that the plot of rotation has been given.
+#: Script that returns the largest |theta| / alpha in the data of the plot of rotation.
 PLOTTED: Final = """
 () => Math.max(...document.querySelector('#plot-ratio').plot.data[1].map(Math.abs))
 """
@@ -33,7 +33,7 @@ def opened(page: Any, explorer: Address) -> None:
 
 
 def settled(page: Any, act: str, argument: Any = None) -> None:
-    """Do something to the page and wait until nothing more is asked."""
+    """Run a script in the page and wait until no request is pending."""
     page.evaluate(act, argument)
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
 
@@ -113,7 +113,7 @@ def test_a_wrong_value_is_named_and_mended(
     rotation = page.inner_text("#verdict-line").split(". ")[1]  # the margin comes later
     page.fill("#width", "wide")
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
-    assert all("400 (Bad Request)" in complaint for complaint in complaints)  # the browser's own
+    assert all("400 (Bad Request)" in complaint for complaint in complaints)  # by the browser
     complaints.clear()
     assert page.inner_text("#trouble") == "Invalid width 'wide'. Must be a finite number."
     assert page.get_attribute("#width", "aria-invalid") == "true"

@@ -1,4 +1,4 @@
-"""The explorer's server: this machine, this page, this token, and nobody else."""
+"""The explorer's server: it answers only this machine, its own page and its token."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_the_page_may_ask_nobody_else(explorer: Address) -> None:
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
     assert policy.endswith("connect-src 'self'")
     assert headers["Cache-Control"] == "no-store"
-    assert b"<script>alert" not in content  # a name of the long record
+    assert b"<script>alert" not in content  # the event name of the long record
     assert b"http://" not in content.replace(b"http://www.w3.org/2000/svg", b"")
 
 
@@ -126,7 +126,7 @@ def test_nothing_else_is_there(explorer: Address) -> None:
 def test_whoever_answers_the_headers_are_the_same(
     explorer: Address, method: str, path: str, status: int
 ) -> None:
-    """Some of these answers Starlette makes by itself."""
+    """Starlette makes some of these answers by itself; they need the same headers."""
     page = ask(explorer, f"/{explorer.token}/")[1]
     found, headers, _ = ask(explorer, path.format(token=explorer.token), method=method)
     assert found == status
@@ -146,7 +146,7 @@ def connected(explorer: Address, sent: bytes) -> socket.socket:
 
 
 def ended(connection: socket.socket) -> bool:
-    """Whether the server ends the connection without an answer."""
+    """Return True if the server ends the connection without an answer."""
     try:
         return connection.recv(1) == b""
     except ConnectionResetError:
@@ -180,7 +180,7 @@ def test_a_second_request_that_never_ends_is_not_waited_for(
 def test_there_are_not_too_many_connections(
     explorer: Address, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Those beyond are closed; when another one ends, the next is answered again."""
+    """Connections beyond the limit are closed; once another one ends, the next is answered."""
     monkeypatch.setattr("rockframe.explorer.server._MOST_CONNECTIONS", 2)
     with connected(explorer, b""), connected(explorer, b""), connected(explorer, b"") as third:
         assert ended(third)
@@ -197,7 +197,7 @@ def ask_when_there_is_room(explorer: Address) -> int:
 
 
 def test_another_host_is_refused(explorer: Address) -> None:
-    """A name that somebody lets point to this machine is not this machine."""
+    """A foreign host name must be refused even if it resolves to this machine (DNS rebinding)."""
     for host in ("evil.example", f"evil.example:{explorer.port}", "127.0.0.1", "127.0.0.1:1"):
         assert ask(explorer, f"/{explorer.token}/", {"Host": host})[0] == 403
     assert ask(explorer, f"/{explorer.token}/", {"Host": f"localhost:{explorer.port}"})[0] == 200

@@ -1,4 +1,4 @@
-"""`rockframe` with a pool that starts at once: a small study would not be worth its start."""
+"""`rockframe` with a pool that starts at once; by default a small study starts none."""
 
 from __future__ import annotations
 

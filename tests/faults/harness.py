@@ -1,4 +1,4 @@
-"""Runs as processes of their own, that can be killed; and what is left of them."""
+"""Helpers that start runs as separate processes, kill them and find what is left of them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 DRIVER = Path(__file__).with_name("driver.py")
-#: So long a run may take on a machine that does other things too [s].
+#: Longest time to wait for a run on a busy machine [s].
 PATIENCE = 300.0
 _STEP_DONE = re.compile(r"rockframe: \d+/\d+ \S+, [\d.]+ s$")
 
 
 def command(study: Path, folder: Path, pool: bool) -> list[str]:
-    """The words of a run: in one process, or in a pool."""
+    """Return the command line of a run in one process or in a pool."""
     words = ["run", str(study), "--output", str(folder)]
     if pool:
         return [sys.executable, str(DRIVER), *words]
@@ -39,20 +39,20 @@ def start(study: Path, folder: Path, *, pool: bool = False, **env: str) -> subpr
 
 
 def finished(process: subprocess.Popen[str]) -> tuple[int, str]:
-    """Wait for a run; its exit status and what it said on the error stream."""
+    """Wait for a run; return its exit status and its standard error without progress lines."""
     said = process.communicate(timeout=PATIENCE)[1]
     lines = said.splitlines(keepends=True)
-    # without a terminal, a run says each step that is done
+    # Without a terminal, a run prints a line for each finished step.
     return process.returncode, "".join(one for one in lines if not _STEP_DONE.match(one))
 
 
 def stamps(folder: Path) -> int:
-    """How many steps have ended."""
+    """Return the number of finished steps."""
     return len(list((folder / ".rockframe" / "steps").glob("[a-z]*.json")))
 
 
 def wait_until(met: Callable[[], bool], process: subprocess.Popen[str]) -> bool:
-    """Wait for a moment of a run; False if the run ended before."""
+    """Wait until a condition is met; return False if the run ended before."""
     until = time.monotonic() + PATIENCE
     while process.poll() is None:
         if met():
@@ -64,12 +64,12 @@ def wait_until(met: Callable[[], bool], process: subprocess.Popen[str]) -> bool:
 
 
 def wait_for_stamps(folder: Path, count: int, process: subprocess.Popen[str]) -> bool:
-    """Wait until so many steps have ended; False if the run ended before."""
+    """Wait until `count` steps are finished; return False if the run ended before."""
     return wait_until(lambda: stamps(folder) >= count, process)
 
 
 def children(pid: int) -> dict[int, str]:
-    """Processes below one, at whatever depth, with their command lines."""
+    """Return all descendants of a process, with their command lines."""
     parents = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
@@ -92,7 +92,7 @@ def children(pid: int) -> dict[int, str]:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether a process is there and is no zombie."""
+    """Return True if the process exists and is not a zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
@@ -100,7 +100,7 @@ def is_alive(pid: int) -> bool:
 
 
 def all_gone(pids: Iterator[int] | list[int]) -> bool:
-    """Whether processes end, sooner or later."""
+    """Wait for the processes to end; return False if some have not ended within PATIENCE."""
     until = time.monotonic() + PATIENCE
     waiting = list(pids)
     while waiting and time.monotonic() < until:
@@ -110,7 +110,7 @@ def all_gone(pids: Iterator[int] | list[int]) -> bool:
 
 
 def kill(process: subprocess.Popen[str], *, group: bool) -> list[int]:
-    """Kill a run, or its whole group, and return the processes that were below it."""
+    """Kill a run, or its whole process group; return its descendants."""
     below = list(children(process.pid))
     if group:
         os.killpg(process.pid, signal.SIGKILL)
@@ -122,7 +122,7 @@ def kill(process: subprocess.Popen[str], *, group: bool) -> list[int]:
 
 @contextmanager
 def small_disk(folder: Path, size: str) -> Iterator[Callable[[str], None]]:
-    """Mount a disk of this size, and give a function that mounts it anew with other options."""
+    """Mount a disk of this size; yield a function that remounts it with other options."""
     folder.mkdir()
     subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], check=True)
 
@@ -136,7 +136,7 @@ def small_disk(folder: Path, size: str) -> Iterator[Callable[[str], None]]:
 
 
 def can_mount(folder: Path) -> bool:
-    """Whether this user may mount a disk."""
+    """Return True if this user may mount a disk."""
     try:
         with small_disk(folder, "64k"):
             return True

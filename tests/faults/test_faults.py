@@ -1,7 +1,7 @@
-"""What may befall a run: it is gone on with, and what it gives is what it would have given.
+"""Faults during a run: kills, full disks, corrupted files. A resumed run gives the same results.
 
-`make test-faults`. No moment is told by the clock: a kill waits for a step of the run to end, and
-then for a random while, so that it may fall anywhere.
+`make test-faults`. No kill is set by the clock: it waits for a step of the run to end, and then for
+a random time, so that it can happen anywhere.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ KILLS = 30
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study, and in `whole` its run that nothing befell."""
+    """A folder with a study and, in `whole`, a run of it without faults."""
     home = tmp_path_factory.mktemp("faults")
     study = make_study(home, 6)
     status, said = finished(start(study, home / "whole"))
@@ -49,7 +49,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def require_whole(folder: Path, home: Path) -> None:
-    """The same bytes as if nothing had happened, and nothing besides."""
+    """Assert that a run has the same bytes as one without faults, and no partial files."""
     assert contents(folder) == contents(home / "whole")
     assert not list(folder.rglob("*partial*"))
     assert not (folder / "batches").exists()
@@ -62,7 +62,7 @@ def resumed(study: Path, folder: Path) -> None:
 
 
 def test_killed_thirty_times_at_random_moments(home: Path, tmp_path: Path) -> None:
-    """The whole process group, kill -9: then the same command, which is killed again, and so on."""
+    """kill -9 stops the whole process group; the same command resumes and is killed again."""
     chance = random.Random(2026)  # noqa: S311 - moments, no secrets
     study, kills, runs = home / "small.toml", 0, 0
     folder = tmp_path / "run-0"
@@ -87,7 +87,7 @@ def test_killed_thirty_times_at_random_moments(home: Path, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("module", ["engines.worker", "engines.worker 60.0"])
 def test_killed_worker_costs_no_result(home: Path, tmp_path: Path, module: str) -> None:
-    """Of the workers that compute, and of those that read, which have limits."""
+    """The killed worker is one that computes, or one that reads files under limits."""
     process = start(home / "small.toml", tmp_path / "run", pool=True)
     victims: list[int] = []
 
@@ -102,7 +102,7 @@ def test_killed_worker_costs_no_result(home: Path, tmp_path: Path, module: str) 
 
 
 def test_killed_run_leaves_no_worker(home: Path, tmp_path: Path) -> None:
-    """The run alone: its workers notice."""
+    """Only the main process is killed; its workers notice and end."""
     process = start(home / "small.toml", tmp_path / "run", pool=True)
     assert wait_until(lambda: "engines.worker" in str(children(process.pid)), process)
     below = kill(process, group=False)
@@ -114,7 +114,7 @@ def test_killed_run_leaves_no_worker(home: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("pool", [False, True])
 def test_interrupt_is_one_line(home: Path, tmp_path: Path, pool: bool) -> None:
-    """As Ctrl-C in a terminal: to the whole process group."""
+    """As with Ctrl-C in a terminal, SIGINT goes to the whole process group."""
     process = start(home / "small.toml", tmp_path / "run", pool=pool)
     assert wait_for_stamps(tmp_path / "run", 1, process)
     below = list(children(process.pid))
@@ -146,7 +146,7 @@ def test_second_run_is_refused_while_the_first_lives(home: Path, tmp_path: Path)
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Path:
-    """Where a disk can be mounted."""
+    """A path where a disk can be mounted."""
     if not can_mount(tmp_path / "probe"):
         pytest.skip("may not mount a disk: needs root")
     return tmp_path / "disk"
@@ -154,7 +154,7 @@ def disk(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("size", ["64k", "200k", "440k"])
 def test_full_disk_is_one_line(home: Path, disk: Path, size: str) -> None:
-    """The plan, a stage, or a late one has no room; with more of it the run goes on."""
+    """The plan, a stage or a late stage finds no space; with more space, the run resumes."""
     with small_disk(disk, size) as remount:
         status, said = finished(start(home / "small.toml", disk / "run"))
         assert status == 2
@@ -195,7 +195,7 @@ def test_cache_of_compiled_code_is_not_needed(
 def test_record_that_changes_while_the_run_is_stopped(
     tmp_path: Path, home: Path, change: str
 ) -> None:
-    """Between two stages: the manifest is refused, and the next run begins with what is there."""
+    """No manifest is written for a changed record; once it is restored, the run resumes."""
     study = make_study(tmp_path, 6)
     process = start(study, tmp_path / "run")
     assert wait_for_stamps(tmp_path / "run", 1, process)
@@ -217,7 +217,7 @@ def test_record_that_changes_while_the_run_is_stopped(
 def test_damaged_batch_of_a_killed_run_is_made_again(
     home: Path, tmp_path: Path, damage: str
 ) -> None:
-    """A file between two stages, whose step had ended when the run was killed."""
+    """The corrupted file is from a step that had finished when the run was killed."""
     folder = tmp_path / "run"
     process = start(home / "small.toml", folder)
     stamp = folder / ".rockframe" / "steps" / "respond-001.json"
@@ -236,7 +236,7 @@ def test_damaged_batch_of_a_killed_run_is_made_again(
 
 
 def test_study_that_rejects_is_resumed_too(tmp_path: Path) -> None:
-    """Exit status 1 is an end like 0: a resumed run says the same."""
+    """A run that rejects a file is complete with exit status 1; repeated, it prints the same."""
     study = make_study(tmp_path, 2, STUDY)
     (tmp_path / "motions" / "notes.txt").write_text("Nothing of the kind.\n")
     first = finished(start(study, tmp_path / "run"))

@@ -1,4 +1,4 @@
-"""A data centre on 127.0.0.1: events and stations made here, waveforms from the answers given."""
+"""A test data centre on 127.0.0.1, with synthetic events and stations and set waveforms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MSEED = "application/vnd.fdsn.mseed"
 
 @dataclass(frozen=True)
 class Reply:
-    """One answer: status, body, headers; and how it is spoiled."""
+    """A reply of the data centre, with the faults to inject."""
 
     status: int = 200
     body: bytes = b""
@@ -39,7 +39,7 @@ class Reply:
 def waveform(
     station: str, channel: str, start: str, seconds: float, amplitude: float = 1000.0
 ) -> Any:
-    """A trace at 100 Hz of synthetic counts."""
+    """Return a trace of synthetic counts at 100 Hz."""
     from obspy import Trace
 
     time = np.arange(round(seconds * 100) + 1) / 100.0
@@ -49,14 +49,14 @@ def waveform(
 
 
 def miniseed(*traces: Any) -> bytes:
-    """Traces as miniSEED records of 512 bytes."""
+    """Return traces as miniSEED records of 512 bytes."""
     buffer = BytesIO()
     Stream(list(traces)).write(buffer, format="MSEED", encoding="STEIM2", reclen=512)
     return buffer.getvalue()
 
 
 def quakeml() -> bytes:
-    """One event with one origin and one magnitude."""
+    """Return QuakeML of one event with one origin and one magnitude."""
     from obspy.core.event import Catalog, EventDescription, Magnitude, Origin
     from obspy.core.event import Event as QuakeMLEvent
 
@@ -72,7 +72,7 @@ def quakeml() -> bytes:
 
 
 def stationxml(stations: dict[str, tuple[float, float]], channels: tuple[str, ...]) -> bytes:
-    """Stations of network XX with a sensitivity of counts per m/s2."""
+    """Return StationXML of stations of network XX with a sensitivity in counts per m/s2."""
     from obspy.core.inventory import Channel, Inventory, Network, Response, Site, Station
     from obspy.core.inventory.response import InstrumentSensitivity
 
@@ -109,7 +109,7 @@ Script = Callable[[str, dict[str, str]], Reply]
 
 
 class _Centre(ThreadingHTTPServer):
-    """Answers by its script, and keeps what it was asked."""
+    """A server that replies as its script says and records the requests."""
 
     daemon_threads = True
     script: Script
@@ -142,19 +142,19 @@ class _Handler(BaseHTTPRequestHandler):
         if reply.pause and self.server.hush.wait(reply.pause):
             return
         body = reply.body[: len(reply.body) - reply.keep_back]
-        with suppress(BrokenPipeError, ConnectionResetError):  # the client may have had enough
+        with suppress(BrokenPipeError, ConnectionResetError):  # the client may hang up
             for start in range(0, len(body), 512):
                 self.wfile.write(body[start : start + 512])
                 if reply.drip and self.server.hush.wait(reply.drip):
                     return
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
-        """Say nothing."""
+        """Log nothing."""
 
 
 @dataclass
 class DataCentre:
-    """The address of the server, what it was asked, and the answers it is told to give."""
+    """The address of the server, the requests it received, and the replies that a test sets."""
 
     url: str
     asked: list[str]
@@ -164,7 +164,7 @@ class DataCentre:
     before_all: list[Reply] = field(default_factory=list)
 
     def answer(self, service: str, query: dict[str, str]) -> Reply:
-        """The next answer that was set, or that of a sound data centre."""
+        """Return the next reply that was set, or the normal reply of a data centre."""
         if self.before_all:
             return self.before_all.pop(0)
         if service == "event":
@@ -182,13 +182,13 @@ class DataCentre:
         return Reply(body=miniseed(trace), content_type=MSEED)
 
     def queries(self, service: str) -> list[str]:
-        """What a service was asked."""
+        """Return the queries that a service received."""
         return [path for path in self.asked if f"/{service}/1/query" in path]
 
 
 @contextmanager
 def serving() -> Iterator[DataCentre]:
-    """Give a data centre on loopback."""
+    """Run a data centre on loopback."""
     server = _Centre(("127.0.0.1", 0), _Handler)
     server.asked = []
     server.hush = threading.Event()

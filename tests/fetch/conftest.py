@@ -1,4 +1,4 @@
-"""What the tests of fetching share."""
+"""Fixtures of the fetch tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def centre(monkeypatch: pytest.MonkeyPatch) -> Iterator[DataCentre]:
 
 @pytest.fixture
 def request_of(centre: DataCentre) -> Callable[..., FetchOptions]:
-    """Return a request of one minute around the event at station CLC, or as told."""
+    """Return a function that makes a request, by default for one minute at station CLC."""
 
     def make(**changes: Any) -> FetchOptions:
         stated: dict[str, Any] = {
@@ -43,5 +43,5 @@ def request_of(centre: DataCentre) -> Callable[..., FetchOptions]:
 
 @pytest.fixture
 def output(tmp_path: Path) -> Path:
-    """A folder that is not there yet."""
+    """The path of a folder that does not exist yet."""
     return tmp_path / "fetched"

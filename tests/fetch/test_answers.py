@@ -1,4 +1,4 @@
-"""What a data centre in trouble answers ends in one line that says what to do."""
+"""Faulty replies of a data centre: each gives one line that says what to do."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SOUND = miniseed(waveform("CLC", "HNE", START, 61.0))
 
 
 class Patience:
-    """Waits no time, and remembers how long it should have."""
+    """A sleep function that returns at once and records the requested pauses."""
 
     def __init__(self) -> None:
         self.pauses: list[float] = []
@@ -35,7 +35,7 @@ class Patience:
 
 @pytest.fixture
 def run(request_of: Make, output: Path) -> Callable[..., tuple[Fetched, list[float]]]:
-    """Return what a fetch gives, and the pauses it made."""
+    """Return a function that fetches and returns the result and the pauses."""
 
     def fetched(timeout: float = 5.0) -> tuple[Fetched, list[float]]:
         patience = Patience()

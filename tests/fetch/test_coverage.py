@@ -1,4 +1,4 @@
-"""What came in is held against what was asked for, to the sample."""
+"""Coverage: the received samples are compared with the requested span."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ START = UTCDateTime("2019-07-06T03:19:43Z")
 
 
 def measured(*pieces: tuple[float, float], channel: str = "HNE") -> Coverage:
-    """Coverage of one minute by pieces that begin and last so many seconds."""
+    """Return the coverage of one minute by pieces, each given by its start and duration [s]."""
     traces = [waveform("CLC", channel, str(START + begin), last) for begin, last in pieces]
     span = (str(START), str(START + 60.0))
     return measure("XX.CLC.--.HNE", span, read_whole("x", miniseed(*traces)))
@@ -107,6 +107,6 @@ def test_damaged_samples_are_refused() -> None:
 def test_a_damaged_record_is_read_or_refused(place: int, value: int) -> None:
     body = bytearray(miniseed(waveform("CLC", "HNE", str(START), 5.0)))
     body[place] = value
-    with suppress(InputError):  # nothing else may escape, a warning neither
+    with suppress(InputError):  # no other error or warning may escape
         stream = read_whole("x", bytes(body))
         assert measure("XX.CLC.--.HNE", (str(START), str(START + 5.0)), stream).verdict

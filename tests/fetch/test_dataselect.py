@@ -1,4 +1,4 @@
-"""Against a real FDSN dataselect server, with its real index, on loopback."""
+"""Fetching from a real FDSN dataselect server with a real index, on loopback."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _wait_for(port: int, process: subprocess.Popen[bytes]) -> None:
 
 @pytest.fixture(scope="module")
 def dataselect(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a server that holds HNE whole, HNN with a gap, and no HNZ."""
+    """The address of a server with a complete HNE, an HNN with a gap, and no HNZ."""
     folder = tmp_path_factory.mktemp("archive")
     pieces = {
         "HNE": [waveform("CLC", "HNE", START, 200.0)],
@@ -64,8 +64,8 @@ def dataselect(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         (folder / f"{channel}.mseed").write_bytes(miniseed(*traces))
     files = [str(path) for path in sorted(folder.glob("*.mseed"))]
     make_index = "from mseedindex.__main__ import main; main()"
-    # The server (2.0.2) takes the mark that ends an index for an offset, so that a span that ends
-    # after the last entry comes out empty: an entry every 5 s, in place of every hour, avoids it.
+    # The server (2.0.2) reads the mark at the end of an index as an offset, so a span that ends
+    # after the last entry is empty. An entry every 5 s, instead of every hour, avoids this.
     options = ["-si", "5", "-sqlite", str(folder / "index.sqlite")]
     index = [sys.executable, "-c", make_index, *options, *files]
     subprocess.run(index, check=True, capture_output=True, timeout=30)

@@ -1,4 +1,4 @@
-"""What a sound data centre sends is kept as received, and fetched once."""
+"""Replies of a working data centre are stored as received, and fetched only once."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def test_mistakes_are_one_line(
 
 
 def test_what_is_fetched_can_be_ingested(request_of: Make, output: Path) -> None:
-    """Counts over the sensitivity that the centre states, with the event's facts beside them."""
+    """Counts are divided by the sensitivity from the centre, and the event is stored with them."""
     fetch_stage(request_of(event="xx1"), output)
     records, rejections = sorted_out(collect([output]))
     assert rejections == []

@@ -1,7 +1,7 @@
 """Record what users rely on: names, and the numbers of the bundled run.
 
 ``python -m tests.recorded.record`` writes ``names.json`` and ``numbers.json`` beside this file.
-Record again only for a change on purpose, and list the change in CHANGELOG.md.
+Record again only for an intended change, and list the change in CHANGELOG.md.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 
 
 def keys(of: Any, whole: dict[str, Any], at: str = "") -> Iterator[str]:
-    """Yield the keys of a study, with the tables in which they are."""
+    """Yield the keys of a study, each with the tables that contain it."""
     if isinstance(of, list):
         for inner in of:
             yield from keys(inner, whole, at)
@@ -42,7 +42,7 @@ def keys(of: Any, whole: dict[str, Any], at: str = "") -> Iterator[str]:
 
 
 def names() -> dict[str, Any]:
-    """Return the names of commands, options, keys of studies, and Python's public names."""
+    """Return the names of commands, options, keys of studies, and public Python names."""
     (verbs,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
     commands = {
         verb: sorted(word for a in one._actions for word in (a.option_strings or [a.dest]))  # noqa: SLF001
@@ -57,7 +57,7 @@ def names() -> dict[str, Any]:
 
 
 def summary(values: Any) -> list[Any]:
-    """Return the size, the number of known values and two sums of a variable; of text, a hash."""
+    """Return the size, the number of finite values and two sums; for text, the size and a hash."""
     array = np.asarray(values)
     if array.dtype.kind in "OUSMm":
         return [array.size, hashlib.sha256("\n".join(map(str, array.ravel())).encode()).hexdigest()]
@@ -89,7 +89,7 @@ def numbers(folder: Path) -> dict[str, Any]:
 
 
 def write(name: str, recorded: dict[str, Any]) -> None:
-    """Write one line for each entry, so that a difference names it."""
+    """Write one line for each entry, so that a diff shows its name."""
     lines = (f"{json.dumps(key)}: {json.dumps(value)}" for key, value in recorded.items())
     text = "{\n" + ",\n".join(lines) + "\n}\n"
     (HERE / f"{name}.json").write_text(text, encoding="utf-8")

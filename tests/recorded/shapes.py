@@ -1,7 +1,7 @@
-"""What ``--json`` prints: the keys and types of each command, for the bundled records.
+"""Record the output of ``--json``: keys and types of each command, for the bundled records.
 
-``python -m tests.recorded.shapes`` writes ``json.json`` beside this file. Left out are `fetch` and
-`explore`, which need a service or serve; `step`, which prints nothing; and most claims of `paper`.
+``python -m tests.recorded.shapes`` writes ``json.json`` beside this file. It omits `fetch`, which
+needs a service; `explore`, which is one; `step`, which prints nothing; most claims of `paper`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ surrogates = 0
 [respond]
 margins = "none"
 """
-#: The words of each command, in the order in which they need each other's files.
+#: Arguments of each command, in an order in which their input files exist.
 _COMMANDS = """
 formats
 ingest {record} --output records.nc

@@ -1,4 +1,4 @@
-"""Runs to report on: one whose names do their worst, and the bundled records."""
+"""Runs for the tests of the report: one with hostile names, and one of the bundled records."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ REJECTED = "<img src=x onerror=alert(3)>.csv"
 
 @pytest.fixture(scope="session")
 def hostile_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose names are HTML and script; one file is rejected, one structure stands, one falls,
-    and one never uplifts."""
+    """A run whose names are HTML and script; one file is rejected, and of its structures one
+    stands, one overturns and one never uplifts."""
     home = tmp_path_factory.mktemp("hostile")
     records = home / "records"
     records.mkdir()

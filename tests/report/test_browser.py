@@ -1,4 +1,4 @@
-"""The report in a real browser: what moves, what is said, and that nothing leaves the page."""
+"""The report in a real browser: animation, readings, and no request to other addresses."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_the_table_filters(page: Any, bundled_run: Path) -> None:
     assert page.inner_text("#matches") == f"{count} of 30"
 
 
-@pytest.mark.parametrize("history", [5, 8, 29])  # frame, column, and a fall
+@pytest.mark.parametrize("history", [5, 8, 29])  # frame, column, overturning
 def test_the_cursor_reads_what_the_file_holds(page: Any, bundled_run: Path, history: int) -> None:
     opened(page, bundled_run, history)
     with rockframe.open_response(bundled_run / "response.nc") as response:
@@ -100,7 +100,7 @@ def test_the_cursor_reads_what_the_file_holds(page: Any, bundled_run: Path, hist
 
 @pytest.mark.parametrize("history", [5, 8])
 def test_the_frame_is_drawn_where_it_is(page: Any, bundled_run: Path, history: int) -> None:
-    """The drawing turns columns about their corners; u and v of the file follow from it."""
+    """The drawing rotates columns about their corners; this must give u and v of the file."""
     opened(page, bundled_run, history)
     for sample in (3350, 3600, 3650):
         scrub(page, sample)
@@ -262,7 +262,7 @@ def test_the_sheet_is_light_on_paper(page: Any, bundled_run: Path) -> None:
 
 def test_the_plots_fit_the_sheet_and_come_back(page: Any, bundled_run: Path) -> None:
     opened(page, bundled_run, 29)
-    page.set_viewport_size({"width": 688, "height": 900})  # A4 within its margins
+    page.set_viewport_size({"width": 688, "height": 900})  # A4 without its margins
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     beyond = """() => [...document.querySelectorAll('.plot')].map(

@@ -1,4 +1,4 @@
-"""The report as a file: what it holds, that names stay text, that it is the same each time."""
+"""The report as a file: its contents, escaped names, reproducible bytes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ VENDORED = Path(rockframe.__file__).parent / "web" / "vendor"
 
 
 class Parsed(HTMLParser):
-    """Tags, attributes and texts, as a browser reads them."""
+    """The tags, attributes and texts of a page, as a browser reads them."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -69,7 +69,7 @@ def report(run: Path, *words: str) -> str:
 
 @pytest.fixture(scope="module")
 def page(hostile_run: Path) -> str:
-    """Its report, as long as nothing is asked for."""
+    """The report of the hostile run, with default options."""
     return report(hostile_run)
 
 

@@ -1,4 +1,4 @@
-"""The section of the report on a screening: paths beside the numbers they draw."""
+"""The section of the report on a screening: its paths compared with the plotted numbers."""
 
 from __future__ import annotations
 

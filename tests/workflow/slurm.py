@@ -1,4 +1,4 @@
-"""A Slurm cluster of one node on the loopback: started for a test, and stopped behind it."""
+"""A Slurm cluster of one node on loopback, started for a test and stopped after it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-#: What Debian's slurm-wlm and munge bring.
+#: Programs of Debian's packages slurm-wlm and munge.
 PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "sinfo")
 _START: Final = 60.0
-#: Where jobs look, whose environment is another one; a cluster that is there is left alone.
+#: Configuration that jobs read, since their environment differs; an existing one is not touched.
 _SYSTEM: Final = Path("/etc/slurm/slurm.conf")
 _CONFIGURATION: Final = """\
 ClusterName=rockframe
@@ -48,14 +48,14 @@ PartitionName=local Nodes={host} Default=YES MaxTime=INFINITE State=UP
 
 
 def is_installed() -> bool:
-    """Whether the programs are there, for a user who may start them."""
+    """Return True if the programs are installed, the user may start them, and no cluster exists."""
     there = all(shutil.which(name) for name in PROGRAMS)
     return there and os.geteuid() == 0 and not _SYSTEM.exists()
 
 
 @contextmanager
 def one_node(home: Path) -> Iterator[dict[str, str]]:
-    """Start munge, controller and node; give the environment for `sbatch`; end them all."""
+    """Start munge, controller and node; yield the environment for `sbatch`; stop them all."""
     host = socket.gethostname().split(".")[0]
     for name in ("state", "spool"):
         (home / name).mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""Snakemake as `make study` calls it."""
+"""Helpers that call Snakemake as `make study` does."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.conftest import REPOSITORY
 
 SNAKEMAKE = REPOSITORY / ".venv-workflow" / "bin" / "snakemake"
 WORKFLOW = REPOSITORY / "workflows"
-#: For modules that call it.
+#: Marks of the test modules that call Snakemake.
 MARKS = [
     pytest.mark.workflow,
     pytest.mark.skipif(not SNAKEMAKE.is_file(), reason="no Snakemake: make test-workflow"),
@@ -53,6 +53,6 @@ def snakemake(
 
 
 def jobs_done(ended: subprocess.CompletedProcess[str]) -> set[str]:
-    """Rules of which jobs were executed."""
+    """Return the rules whose jobs were executed."""
     lines = (line.strip().split() for line in ended.stderr.splitlines())
     return {w[1].rstrip(":") for w in lines if len(w) == 2 and w[0] in {"localrule", "rule"}}

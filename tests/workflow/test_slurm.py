@@ -1,4 +1,4 @@
-"""The workflow on a real Slurm of one node: opt-in, ROCKFRAME_SLURM=1.
+"""The workflow on a real Slurm cluster of one node, enabled with ROCKFRAME_SLURM=1.
 
 Debian: apt-get install --no-install-recommends slurm-wlm munge
 """
@@ -14,7 +14,7 @@ from tests.workflow.slurm import is_installed, one_node
 from tests.workflow.snake import MARKS, rockframe, snakemake
 from tests.workflow.test_workflow import results
 
-#: Of a node of two cores, in a cluster that keeps no accounts of ended jobs, looked at often.
+#: Options for a node of two cores without job accounting, with frequent status checks.
 WORDS = (
     *("--max-threads", "2", "--slurm-status-command", "squeue"),
     *("--slurm-init-seconds-before-status-checks", "5", "--seconds-between-status-checks", "5"),

@@ -1,4 +1,4 @@
-"""The workflow gives the bytes of `rockframe run`, and does no more than it must."""
+"""The workflow gives the same bytes as `rockframe run` and runs only the necessary jobs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ KILLS = 5
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study done by Snakemake in `flow`."""
+    """A folder with a study and, in `flow`, its run by Snakemake."""
     home = tmp_path_factory.mktemp("workflow")
     study = make_study(home)
     rockframe("run", study, "--output", home / "flow", "--plan")
@@ -37,7 +37,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def results(folder: Path) -> dict[str, bytes]:
-    """What both ways give; Snakemake keeps files of its own beside it."""
+    """Return the output files of a run without those that Snakemake adds."""
     return {
         name: content
         for name, content in contents(folder).items()
@@ -76,7 +76,7 @@ def test_second_run_is_refused(made: Path) -> None:
 
 
 def test_lock_is_held_until_the_workflow_ends(made: Path) -> None:
-    """Snakemake's own lock is not asked for: this one must refuse a second run."""
+    """Snakemake's own lock is switched off, so the lock of the run must refuse a second run."""
     folder = made / "held"
     rockframe("run", made / "small.toml", "--output", folder, "--plan")
     process = started(folder)
@@ -89,12 +89,12 @@ def test_lock_is_held_until_the_workflow_ends(made: Path) -> None:
 
 
 def logs(folder: Path) -> int:
-    """How many jobs have begun."""
+    """Return the number of jobs that have started."""
     return len(list(folder.glob("logs/*.log")))
 
 
 def test_killed_at_random_moments_it_goes_on(made: Path) -> None:
-    """Kill -9 of the whole process group leaves no lock: the same command goes on."""
+    """kill -9 of the whole process group leaves no lock, so the same command resumes."""
     chance = random.Random(2026)  # noqa: S311 - moments, no secrets
     folder, kills = made / "killed", 0
     while kills < KILLS:
@@ -131,7 +131,7 @@ def test_report_of_snakemake_builds(made: Path, tmp_path: Path) -> None:
 
 
 def test_snakefile_is_short_and_has_no_checkpoint() -> None:
-    """A workflow with checkpoints takes half-written files for whole ones after a kill."""
+    """After a kill, a workflow with checkpoints treats partial files as complete."""
     snakefile = (WORKFLOW / "Snakefile").read_text(encoding="utf-8")
     assert len(snakefile.splitlines()) <= 40
     rules = "".join(path.read_text(encoding="utf-8") for path in WORKFLOW.rglob("*.smk"))
@@ -147,7 +147,7 @@ def test_lock_holds_what_the_extra_asks_for() -> None:
 
 
 def test_change_of_an_option_concerns_what_follows(made: Path) -> None:
-    """The last test: the run is another one after it."""
+    """This must be the last test of the file, because it changes the run."""
     study = made / "small.toml"
     study.write_text(STUDY + "[pulse]\nperiods_s = [0.3, 4.0]\n")
     rockframe("run", study, "--output", made / "flow", "--plan")
