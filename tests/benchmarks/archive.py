@@ -1,9 +1,9 @@
-"""What an archive costs, stage by stage: `python -m tests.benchmarks.archive --records N`.
+"""The cost of an archive, stage by stage: `python -m tests.benchmarks.archive --records N`.
 
-The study is that of docs/howto/archive.md, of synthetic records and fifty structures. The commands
-of its plan are run one after the other, each in a process of its own with the workers it takes by
-itself. For each are printed the clock, the time of all processors, and the memory of its largest
-process. With `--run`, one `rockframe run` of the study follows, in batches.
+The study is that of docs/howto/archive.md, with synthetic records and fifty structures. The
+commands of its plan run one after the other, each in its own process with its default number of
+workers. For each command the wall time, the time of all processors and the memory of its largest
+process are printed. With `--run`, one `rockframe run` of the study follows, in batches.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ HAZARD = "annual_rate,pga_g\n0.1,0.05\n0.01,0.2\n0.002,0.5\n0.0004,1.0\n0.0001,2
 
 
 def make_structures(path: Path, count: int) -> None:
-    """Columns of 2 to 20 m, 7 to 14 degrees slender, bare or under beams of up to 4 times them."""
+    """Write structures of 2 to 20 m, 7 to 14 degrees slender, with mass ratios of 0 to 4."""
     lines = []
     for k in range(count):
         height = 2.0 + 18.0 * k / max(count - 1, 1)
@@ -62,7 +62,7 @@ def make_structures(path: Path, count: int) -> None:
 
 
 def cost(words: Sequence[str], folder: Path) -> dict[str, float]:
-    """Run one command: clock and processors [s], memory of its largest process [MB]."""
+    """Run a command; return its wall and processor time [s] and largest process's memory [MB]."""
     start = time.perf_counter()
     with (folder / "said.log").open("a") as log:
         process = subprocess.Popen([*ROCKFRAME, *words], cwd=folder, stdout=log, stderr=log)

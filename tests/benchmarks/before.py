@@ -1,10 +1,10 @@
-"""Processor time beside that of another commit, in one run on one machine.
+"""Compare the processor time with that of another commit, in one run on one machine.
 
     python -m tests.benchmarks.before [--commit HEAD~1] [--rounds 3]
 
 The commit's files are unpacked into a temporary folder. In each round both trees are measured one
-after the other, each in a process of its own; the best round counts. Only public names are called,
-so that older commits can be measured as well.
+after the other, each in its own process; the best round counts. Only public names are called, so
+that older commits can be measured too.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ROOT: Final = Path(__file__).resolve().parents[2]
 
 
 def measure() -> dict[str, float]:
-    """Return the processor time of each job of the package that is imported [s]."""
+    """Return the processor time [s] of each job of the imported package."""
     rockframe = importlib.import_module("rockframe")
     records = [
         record
@@ -84,7 +84,7 @@ def _table1() -> None:
 
 
 def measured_in(tree: Path) -> dict[str, float]:
-    """Measure the package of a tree in a process of its own."""
+    """Measure the package of a tree in its own process."""
     run = subprocess.run(
         [sys.executable, __file__, "--measure"],
         cwd=tree,

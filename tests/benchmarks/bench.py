@@ -1,4 +1,4 @@
-"""`make bench`: speed and memory of what a user does, and ratios to what they would use otherwise.
+"""`make bench`: speed and memory of what users do, and ratios to other tools for the same task.
 
 All ratios are of times measured in the same run on the same machine. The numbers are printed and
 written as one flat JSON object.
@@ -54,7 +54,7 @@ COMMAND = str(Path(sys.executable).parent / "rockframe")
 
 
 def best_of(function: Callable[[], object], repeats: int, calls: int = 1) -> float:
-    """Least time of one call [s]."""
+    """Return the least time of one call [s]."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -65,14 +65,14 @@ def best_of(function: Callable[[], object], repeats: int, calls: int = 1) -> flo
 
 
 def strong_record() -> tuple[NDArray[np.float64], float]:
-    """40 s at 100 Hz around the peak of a bundled record: CI.CLC, north, 4001 samples."""
+    """Return 40 s at 100 Hz around the peak of a bundled record: CI.CLC, north, 4001 samples."""
     path = bundled_records() / "Ridgecrest2019-CLC.V1"
     record = next(r for r in read_file(path) if r.component == "360")
     return record.acceleration[1200:5201] - record.acceleration.mean(), record.time_step
 
 
 def response() -> dict[str, float]:
-    """One response of a 40 s record at 100 Hz, against solve_ivp."""
+    """Compare one response to a 40 s record at 100 Hz with solve_ivp."""
     acceleration, step = strong_record()
     motion = GroundAcceleration.from_samples(acceleration, step)
     ours = respond(BENT, motion).peak_rotation_ratio
@@ -88,14 +88,14 @@ def response() -> dict[str, float]:
 
 
 def continuous_pulse() -> dict[str, float]:
-    """One response to a continuous Ricker pulse."""
+    """Measure one response to a continuous Ricker pulse."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
     respond(BENT, pulse)
     return {"response_pulse_ms": 1e3 * best_of(lambda: respond(BENT, pulse), repeats=5, calls=20)}
 
 
 def commands() -> dict[str, float]:
-    """Whole commands, as typed: wall time and largest memory."""
+    """Measure whole commands as typed: wall time and largest memory."""
     results = {}
     results["help_s"] = best_of(
         lambda: subprocess.run([COMMAND, "--help"], check=True, capture_output=True), repeats=5
@@ -120,7 +120,7 @@ def commands() -> dict[str, float]:
 
 
 def sample_files(samples: int) -> dict[str, bytes]:
-    """One file of each kind, of the same noise."""
+    """Return one file of each kind, all with the same noise."""
     noise = np.random.default_rng(1).normal(0.0, 0.1, samples)
     scientific = [f"{a:15.7E}" for a in noise]
     at2 = ["".join(scientific[i : i + 5]) for i in range(0, samples, 5)]
@@ -149,7 +149,7 @@ def sample_files(samples: int) -> dict[str, bytes]:
 
 
 def parsing() -> dict[str, float]:
-    """Megabytes of text a second on one core, and ratios to what others make of the same noise."""
+    """Measure megabytes of text read per second on one core, and ratios to other readers."""
     from obspy.io.nied.knet import _read_knet_ascii
 
     files = sample_files(8000)
@@ -172,19 +172,19 @@ def parsing() -> dict[str, float]:
 
 
 def numpy_table(data: bytes, head: int, separator: str | None) -> object:
-    """Numbers as numpy.loadtxt reads them."""
+    """Read the numbers with numpy.loadtxt."""
     return np.loadtxt(io.BytesIO(data), skiprows=head, delimiter=separator, comments="/")
 
 
 def pandas_table(data: bytes, head: int, separator: str) -> object:
-    """Numbers as pandas.read_csv reads them."""
+    """Read the numbers with pandas.read_csv."""
     return pandas.read_csv(
         io.BytesIO(data), skiprows=head, header=None, sep=separator, comment="/", dtype=float
     )
 
 
 def ingesting() -> dict[str, float]:
-    """AT2 files of 8,000 samples into records.nc, 100 to 3,000: time, largest memory of parent."""
+    """Measure `ingest` of 100 to 3,000 AT2 files of 8,000 samples: time, memory of the parent."""
     results = {}
     data = sample_files(8000)["at2"]
     measure = "import resource, sys; from rockframe.cli.main import main; main(sys.argv[1:]); "

@@ -1,7 +1,7 @@
-"""How long a move of a slider of the explorer takes, until its answer is drawn in Chromium.
+"""The time from a move of a slider of the explorer until its answer is drawn in Chromium.
 
-``python tests/benchmarks/explorer.py`` (extras ``browser``, ``explorer``) prints it for a bundled
-record and for one of 60,000 samples: what the server takes, and from slider to drawn frame.
+``python tests/benchmarks/explorer.py`` (extras ``browser``, ``explorer``) prints, for a bundled
+record and for one of 60,000 samples, the time of the server and that from slider to drawn frame.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MOVE = """
 
 
 def long_record() -> Record:
-    """Ten minutes at 100 Hz."""
+    """Return a record of ten minutes at 100 Hz."""
     at = 0.01 * np.arange(60_000)
     noise = np.convolve(np.random.default_rng(7).normal(size=at.size), np.hanning(40), "same")
     strong = 4.0 * np.exp(-(((at - 200.0) / 60.0) ** 2)) * noise / np.abs(noise).max()
@@ -51,7 +51,7 @@ def long_record() -> Record:
 
 
 def shakings() -> list[Motion]:
-    """A bundled record and a long one."""
+    """Return a bundled record and a long one as motions."""
     records = [read_file(bundled_records() / "Ridgecrest2019-CCC.V1")[0], long_record()]
     return [
         Motion(r, GroundAcceleration.from_samples(r.acceleration, r.time_step)) for r in records
@@ -59,7 +59,7 @@ def shakings() -> list[Motion]:
 
 
 def served(held: list[Motion]) -> dict[str, float]:
-    """Median time of an answer as bytes [ms]."""
+    """Return the median time of an answer as bytes [ms]."""
     found = {}
     for shaking in held:
         name = shaking.record.record_id
@@ -76,7 +76,7 @@ def served(held: list[Motion]) -> dict[str, float]:
 
 
 def drawn(page: Any, name: str) -> dict[str, float]:
-    """Times from slider to drawn frame [ms]."""
+    """Return the times from slider to drawn frame [ms]."""
     page.select_option("#record", name)
     page.wait_for_timeout(1000)
     times = [page.evaluate(MOVE, float(scale)) for scale in np.linspace(0.1, 2.0, MOVES)]

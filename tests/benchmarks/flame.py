@@ -1,12 +1,12 @@
 """A flame graph of an archive run: `python -m tests.benchmarks.flame RAW PICTURE`.
 
-RAW is what py-spy says of a run:
+py-spy writes RAW during a run:
 
     py-spy record --subprocesses --function --format raw --output RAW -- \
         python -m tests.benchmarks.archive --records 300
 
-Each bar is a function of the package, under the one that calls it; its width is the share of all
-samples. Functions of other packages count for those that call them.
+Each bar is a function of the package, above the function that calls it; its width is its share of
+all samples. Functions of other packages count for their callers.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-#: A step of the run in the words of its process, and a function of the package.
+#: Patterns of the process of a step, and of a function of the package, in py-spy's frames.
 _STEP: Final = re.compile(r"rockframe\S* step \S+ (\w+)")
 _OWN: Final = re.compile(r"(.+) \(rockframe/([\w/]+)\.py:\d+\)$")
-#: Parts of a run that are the same everywhere, and bars too narrow to be drawn.
+#: Folders that are left out because every step uses them, and the narrowest bar that is drawn.
 _HIDDEN: Final = ("cli/", "runs/", "engines/")
 _LEAST: Final = 0.008
-#: Characters that a bar as wide as the picture has room for.
+#: Number of characters that fit into a bar as wide as the picture.
 _ROOM: Final = 190
 
 
@@ -48,7 +48,7 @@ def read(path: Path) -> dict[tuple[str, ...], int]:
 
 
 def draw(stacks: dict[tuple[str, ...], int], path: Path) -> None:
-    """Draw bars, the callers below."""
+    """Draw the bars, each above its caller."""
     total = sum(stacks.values())
     figure = Figure(figsize=(11.0, 5.6), layout="constrained")
     axes = figure.subplots()

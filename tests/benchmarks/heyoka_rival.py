@@ -19,11 +19,11 @@ REST = 1e-10
 def by_heyoka(
     frame: RockingFrame, pulse: Pulse, *, batch: int = 1, repeats: int = 50
 ) -> tuple[float, float]:
-    """The largest |theta| [rad] until three periods after the pulse, and the time of a run [s].
+    """Return the largest |theta| [rad] to three periods after the pulse, and a run's time [s].
 
-    The instant of uplift is given to it; the peak is an event of its own, as the impact is. Only
-    the propagation is timed, not the compilation of the integrator. With `batch` above 1 as many
-    runs of the same motion are propagated together, in the vectors of its batch mode.
+    heyoka is given the instant of uplift; the peak is an event, as the impact is. Only the
+    propagation is timed, not the compilation of the integrator. With `batch` above 1, that many
+    runs of the same motion are propagated together in the vectors of its batch mode.
     """
     import heyoka as hy
 
@@ -77,7 +77,7 @@ def by_heyoka(
 
 
 def _acceleration(hy: Any, pulse: Pulse) -> Any:
-    """The closed forms of eqs (44) and (45), in heyoka's expressions."""
+    """Return the closed forms of eqs (44) and (45) in heyoka's expressions."""
     t = hy.time - pulse.time
     if pulse.wavelet == "symmetric_ricker":
         x2 = (math.pi / pulse.T_p) ** 2 * t**2.0
@@ -88,7 +88,7 @@ def _acceleration(hy: Any, pulse: Pulse) -> Any:
 
 
 def _next_uplift(frame: RockingFrame, pulse: Pulse, now: float, end: float) -> tuple[float, float]:
-    """When the ground next exceeds g tan(alpha), and the side that the frame lifts to."""
+    """Return when the ground next exceeds g tan(alpha), and the side of the uplift."""
 
     def excess(t: float) -> float:
         return abs(float(pulse.acceleration(np.array([t]))[0])) - frame.uplift_acceleration

@@ -1,7 +1,7 @@
 """The size and shape of the package: ``python -m tests.benchmarks.house``.
 
-It prints the lines of code (without docstrings, comments and blank lines), wide folders, circles of
-imports, the number of modules in which code runs for a record on its way from file to table, and
+It prints the lines of code (without docstrings, comments and blank lines), wide folders, import
+cycles, the number of modules in which code runs for a record on its way from file to table, and
 the time of ``rockframe --help``.
 """
 
@@ -19,12 +19,12 @@ from pathlib import Path
 from types import FrameType
 
 PACKAGE = Path(__file__).resolve().parents[2] / "pipeline" / "rockframe"
-#: A folder with more modules than this is wide.
+#: A folder with more modules than this counts as wide.
 WIDEST = 14
 
 
 def lines_of_code(text: str) -> int:
-    """Return the number of lines that are no docstring, no comment and not blank."""
+    """Return the number of lines that are neither docstring nor comment nor blank."""
     hidden: set[int] = set()
     for node in ast.walk(ast.parse(text)):
         body = getattr(node, "body", None)
@@ -39,7 +39,7 @@ def lines_of_code(text: str) -> int:
 
 
 def imports(modules: dict[str, Path]) -> dict[str, set[str]]:
-    """Return which modules each one imports when it is run, imports for types alone left out."""
+    """Return which modules each module imports when it runs, without imports only for types."""
     edges: dict[str, set[str]] = {}
     for name, path in modules.items():
         tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -60,7 +60,7 @@ def imports(modules: dict[str, Path]) -> dict[str, set[str]]:
 
 
 def in_circles(edges: dict[str, set[str]]) -> list[str]:
-    """Return the modules that import themselves, by whichever way."""
+    """Return the modules that are part of an import cycle."""
 
     def reached(start: str) -> set[str]:
         seen: set[str] = set()
@@ -105,7 +105,7 @@ def on_the_way(folder: Path) -> set[str]:
 
 
 def help_time(runs: int = 7) -> float:
-    """Return the shortest time of ``rockframe --help`` [s], with compiled bytecode in its place."""
+    """Return the shortest time of ``rockframe --help`` [s], with bytecode already compiled."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     took = []
     for _ in range(runs):

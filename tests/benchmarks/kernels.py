@@ -1,9 +1,9 @@
-"""The kernel in lanes, in one run and on one core: against the scalar kernel, solve_ivp and heyoka.
+"""The vectorised kernel on one core, compared with the scalar kernel, solve_ivp and heyoka.
 
-Smooth ground is a sum of four harmonics, rough ground the bundled records with their hundreds of
-bounces: a step of both is one sample interval of one scenario, at rest or rocking, until it
-overturns. Processor time, the least of several repeats, because others may share the machine; the
-million is by the clock, on all cores and rough ground.
+Smooth ground is a sum of four harmonics; rough ground is the bundled records, with hundreds of
+bounces. On both, a step is one sample interval of one scenario, at rest or rocking, until it
+overturns. Times are the least processor time of several repeats, because others may use the
+machine. The million responses are also timed by the clock, on all cores.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ TIED = [
     for area in (2.8e-4, 1.4e-3)
 ]
 SAMPLES = 4001
-#: Runs that heyoka propagates together in its batch mode: a vector of the widest there are.
+#: Number of runs that heyoka propagates together in batch mode: a vector of the widest kind.
 HEYOKA_BATCH = 8
-#: What the grounds are multiplied by.
+#: Smallest and largest factor of the grounds.
 SCALES = (0.6, 1.2)
 
 
 def processor_time(function: Callable[[], object], repeats: int) -> float:
-    """Least processor time of a call [s]."""
+    """Return the least processor time of a call [s]."""
     times = []
     for _ in range(repeats):
         start = time.process_time()
@@ -63,7 +63,7 @@ def processor_time(function: Callable[[], object], repeats: int) -> float:
 
 
 def rough_grounds() -> list[GroundAcceleration]:
-    """40 s at 100 Hz around the peak of each horizontal component of the bundled records."""
+    """Return 40 s at 100 Hz around the peak of each bundled horizontal record."""
     grounds = []
     for path in sorted(bundled_records().glob("*.V1")):
         for record in read_file(path):
@@ -72,14 +72,14 @@ def rough_grounds() -> list[GroundAcceleration]:
             top = int(np.abs(record.acceleration).argmax())
             first = max(0, min(top - 1200, record.acceleration.size - SAMPLES))
             window = record.acceleration[first : first + SAMPLES] - record.acceleration.mean()
-            # as strong as the strongest one, so that all of them make the bent rock
+            # All are as strong as the strongest one, so that all of them make the bent rock.
             window = window * (0.5 * GRAVITY / np.abs(window).max())
             grounds.append(GroundAcceleration.from_samples(window, record.time_step))
     return grounds
 
 
 def smooth_grounds() -> list[GroundAcceleration]:
-    """As long and with as many samples, of periods from 0.5 to 3 s."""
+    """Return motions of the same length and time step, with periods from 0.5 to 3 s."""
     times = 0.01 * np.arange(SAMPLES)
     swell = np.minimum(1.0, times / 3.0) * np.exp(-0.03 * times)
     grounds = []
@@ -95,7 +95,7 @@ def smooth_grounds() -> list[GroundAcceleration]:
 def ask(
     grounds: list[GroundAcceleration], count: int, offset: int = 0, frame: RockingFrame = BENT
 ) -> Scenarios:
-    """Respond to so many scenarios: every ground in turn, at scales that are all different."""
+    """Respond to `count` scenarios: each ground in turn, at scales that are all different."""
     number = offset + np.arange(count)
     scale = SCALES[0] + (SCALES[1] - SCALES[0]) * ((number * 0.6180339887498949) % 1.0)
     zero = np.zeros(count, dtype=np.intp)
@@ -103,7 +103,7 @@ def ask(
 
 
 def one_by_one(ground: GroundAcceleration, scales: Float) -> None:
-    """The scalar kernel over the scales."""
+    """Run the scalar kernel over the scales."""
     frame = np.ones(scales.size)
     kernel.integrate_many(
         ground.coefficients / GRAVITY,
@@ -122,13 +122,13 @@ def one_by_one(ground: GroundAcceleration, scales: Float) -> None:
 
 
 def steps(found: Scenarios) -> float:
-    """Sample intervals of the scenarios, on the average, until they overturn."""
+    """Return the mean number of sample intervals of a scenario until it overturns."""
     fallen = np.minimum(found.overturning_time / 0.01, SAMPLES - 1)
     return float(np.where(np.isnan(fallen), SAMPLES - 1, fallen).mean())
 
 
 def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
-    """Time of a step, and over the other solvers' times."""
+    """Measure the time of a step, and the ratios of the other solvers' times to it."""
     count = 1000 * len(grounds)
     found = ask(grounds, count)
     own = processor_time(partial(ask, grounds, count), repeats=5) / count
@@ -160,13 +160,13 @@ def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
 
 
 def lanes() -> dict[str, float]:
-    """The kernel on smooth ground, and on rough ground under names that end so."""
+    """Measure the kernel on smooth ground, and on rough ground under names ending in `_rough`."""
     rough = {f"{name}_rough": value for name, value in on_ground(rough_grounds()).items()}
     return on_ground(smooth_grounds()) | rough
 
 
 def against_heyoka() -> dict[str, float]:
-    """The same Ricker pulses by heyoka's integrator, whose events are the impacts."""
+    """Compare with heyoka's integrator, whose events are the impacts, under Ricker pulses."""
     if importlib.util.find_spec("heyoka") is None:
         return {}
     results = {}
@@ -175,7 +175,7 @@ def against_heyoka() -> dict[str, float]:
         theirs, rival = by_heyoka(BENT, pulse)
         _, batched = by_heyoka(BENT, pulse, batch=HEYOKA_BATCH)
         zero = np.zeros(2000, dtype=np.intp)
-        scale = 1.0 + 1e-9 * np.arange(2000)  # as good as the same, two thousand times
+        scale = 1.0 + 1e-9 * np.arange(2000)  # practically the same scale, two thousand times
         asked = partial(respond_scenarios, [as_ground(pulse)], [BENT], zero, zero, scale)
         peak = float(asked().peak_rotation[0])
         own = processor_time(asked, repeats=5) / 2000
@@ -188,22 +188,22 @@ def against_heyoka() -> dict[str, float]:
 
 
 def timed(grounds: list[GroundAcceleration], count: int) -> tuple[float, float]:
-    """Time of so many responses by the clock, and of all processors together [s]."""
+    """Return the wall time and the processor time [s] of `count` responses."""
     size = min(32_000, count)
     start, worked = time.perf_counter(), time.process_time()
     for first in range(0, count, size):
-        ask(grounds, size, first)  # what is asked for is not kept: memory stays as it is
+        ask(grounds, size, first)  # results are not kept, so memory does not grow
     return time.perf_counter() - start, time.process_time() - worked
 
 
 def million(most: int = 1_000_000) -> dict[str, float]:
-    """A thousand to a million responses of 4,000 samples; a picture in outputs/bench-linear.png.
+    """Measure a thousand to a million responses of 4,000 samples; draw outputs/bench-linear.png.
 
-    The clock says what a user waits; processor time does not mind who else uses the machine. The
-    smooth million is ten times a hundred thousand.
+    The wall time is what a user waits; the processor time does not depend on who else uses the
+    machine. The smooth million is ten times a hundred thousand.
     """
     rough, smooth = rough_grounds(), smooth_grounds()
-    ask(rough, 10)  # load what is compiled
+    ask(rough, 10)  # load the compiled code
     counts = [count for count in (1000, 10_000, 100_000, 1_000_000) if count <= most]
     times = [timed(rough, count) for count in counts]
     draw(counts, [worked for _, worked in times], Path("outputs/bench-linear.png"))
@@ -222,7 +222,7 @@ def million(most: int = 1_000_000) -> dict[str, float]:
 
 
 def draw(counts: list[int], times: list[float], path: Path) -> None:
-    """Time over the number of scenarios, and the line of proportion through the last."""
+    """Draw the time over the number of scenarios, and the line of proportion through the last."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(3.35, 2.6), layout="constrained")

@@ -1,12 +1,12 @@
-"""How many slivers of overturning the search for the first overturning finds, and what it costs.
+"""Count the slivers of overturning that the search for the first overturning finds, and its cost.
 
     python -m tests.benchmarks.margins [--brute PAIRS] [--random PAIRS] [--seed SEED] [--kind KIND]
 
-The slivers of `../shared/expected/slivers.json` (60 pairs) are looked for, and two draws of the
-robust margin compared. Against brute force: a sample at every 1e-4 of the scale, from where the
-frame begins to rock to where samples 0.32 % apart overturn first, on a lattice that is not that of
-the search, each interval's edges bisected. `--brute` does so for some of the 60 pairs, `--random`
-for pairs that `drawn` draws.
+The search looks for the slivers of `../shared/expected/slivers.json` (60 pairs), and two draws of
+the robust margin are compared. The search is also compared with brute force: a response at every
+1e-4 of the scale, from where the frame begins to rock to where samples 0.32 % apart first
+overturn, on another lattice than that of the search, with the edges of each interval bisected.
+`--brute` does so for some of the 60 pairs, `--random` for pairs that `drawn` draws.
 """
 
 from __future__ import annotations
@@ -52,28 +52,28 @@ Float = NDArray[np.float64]
 
 SHARED: Final = Path(__file__).resolve().parents[3] / "shared"
 STEP: Final = 1e-4
-#: Slivers at least so wide are to be found [1].
+#: Slivers at least this wide must be found [1].
 WIDE: Final = 1e-4
 KINDS: Final = ("records", "vertical", "pulses", "restitution", "long", "sizes")
-#: Samples of a long record; shorter ones are followed by themselves, weaker and weaker.
+#: Number of samples of a long record, which repeats a shorter one, weaker each time.
 LONG: Final = 60_000
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """A frame on a ground, and what it is called."""
+    """A frame on a ground, with a name."""
 
     name: str
     ground: GroundAcceleration
     frame: RockingFrame
 
     def search(self) -> FirstOverturning:
-        """Search for its first overturning."""
+        """Search for the first overturning of this pair."""
         return searched([self])[0]
 
 
 def searched(pairs: Sequence[Pair]) -> list[FirstOverturning]:
-    """Search for the first overturning of each of them."""
+    """Search for the first overturning of each pair."""
     grounds = list({id(pair.ground): pair.ground for pair in pairs}.values())
     order = {id(ground): k for k, ground in enumerate(grounds)}
     return first_overturnings(
@@ -87,7 +87,7 @@ def searched(pairs: Sequence[Pair]) -> list[FirstOverturning]:
 
 
 def shipped_records() -> dict[str, Record]:
-    """The bundled records, and those of Table 1 where they are."""
+    """Return the bundled records, and those of Table 1 if they are present."""
     table1 = SHARED / "records" / "table1"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "records.nc")
@@ -96,7 +96,7 @@ def shipped_records() -> dict[str, Record]:
 
 
 def slivers_above_the_least(pair: Pair) -> tuple[Float, int]:
-    """Find all slivers by brute force: their ends, shape (slivers, 2), and the responses taken."""
+    """Find all slivers by brute force; return their ends and the number of responses."""
     ground, taken = Prepared(pair.ground), 0
 
     def at(scale: Float) -> tuple[NDArray[np.bool_], Float]:
@@ -127,13 +127,14 @@ def slivers_above_the_least(pair: Pair) -> tuple[Float, int]:
 
 
 def drawn(count: int, seed: int, kind: str, records: dict[str, Record]) -> list[Pair]:
-    """Draw pairs at random, of those that overturn at all up to ten times the motion.
+    """Draw random pairs that overturn at some scale up to ten.
 
-    A horizontal record, each as likely; a slenderness uniform between 0.06 and 0.35 rad; a height
-    between 0.4 and 40 m, uniform in its logarithm; a mass ratio of 0, 0.3, 1 or 4. By kind: the
-    vertical record beside it; instead of the record a Ricker pulse of either kind of 0.3 g, its
-    period between 0.3 and 3 s uniform in its logarithm; a restitution factor uniform between 0.8
-    and 1; the record followed by itself times 0.9, 0.81, ... to 60,000 samples; a height such that
+    A pair has a horizontal record, all equally likely; a slenderness uniform between 0.06 and
+    0.35 rad; a height between 0.4 and 40 m, uniform in its logarithm; a mass ratio of 0, 0.3, 1
+    or 4. The kinds differ from this: `vertical` adds the vertical record; `pulses` replaces the
+    record by a Ricker pulse of either kind of 0.3 g, its period between 0.3 and 3 s uniform in
+    its logarithm; `restitution` has a restitution factor uniform between 0.8 and 1; `long`
+    repeats the record times 0.9, 0.81, ... to 60,000 samples; `sizes` has a height such that
     p_hat is between 0.3 and 6 rad/s, uniform in its logarithm.
     """
     rng = np.random.default_rng(seed)
@@ -174,7 +175,7 @@ def drawn(count: int, seed: int, kind: str, records: dict[str, Record]) -> list[
 
 
 def against_brute_force(pairs: Sequence[Pair]) -> None:
-    """Print what both find in the same pairs, and what they take."""
+    """Print the slivers that the search misses, and the cost of search and brute force."""
     begun = time.process_time()
     found = searched(pairs)
     taken = time.process_time() - begun
@@ -230,7 +231,7 @@ def against_slivers(pairs: dict[tuple[str, str], Pair]) -> None:
 
 
 def robustness(pairs: Sequence[Pair]) -> None:
-    """Print how far robust margins of two draws differ, and what one takes: grounds by frames."""
+    """Print how far robust margins of two draws differ, and what a pair costs."""
     grounds = list({id(pair.ground): pair.ground for pair in pairs}.values())
     frames = list({id(pair.frame): pair.frame for pair in pairs}.values())
     begun = time.process_time()

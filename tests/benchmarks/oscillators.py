@@ -1,7 +1,7 @@
-"""Isolated decks and monolithic frames: a step on one core, and ratios to two other ways.
+"""Isolated decks and monolithic frames: time of a step on one core, and ratios to two solvers.
 
-Processor time, the least of several repeats. An elastic frame stays on its branch; a deck on
-lead-rubber bearings leaves it about 80 times in 4,000 steps.
+Times are the least processor time of several repeats. An elastic frame stays on its branch; a
+deck on lead-rubber bearings leaves it about 80 times in 4,000 steps.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DECK = IsolatedDeck.lead_rubber(strength_ratio=0.05, period=2.5)
 
 
 def by_solve_ivp(motion: GroundAcceleration) -> float:
-    """Largest displacement of the deck: RK45, rtol 1e-6, z as a state with a rate that switches."""
+    """Return the deck's largest displacement by RK45, rtol 1e-6; z is a state with two rates."""
     k, k_z, q, _ = DECK.constants
     ground = motion.acceleration()
 
@@ -36,7 +36,7 @@ def by_solve_ivp(motion: GroundAcceleration) -> float:
 
 
 def by_newmark(motion: GroundAcceleration) -> float:
-    """Largest displacement of the deck: average acceleration in a numpy loop, one return a step."""
+    """Return the deck's largest displacement by Newmark's method (average) in a numpy loop."""
     k, k_z, q, _ = DECK.constants
     h, ground = motion.time_step, motion.acceleration()
     u = v = z = 0.0
@@ -58,7 +58,7 @@ def by_newmark(motion: GroundAcceleration) -> float:
 
 
 def measure() -> dict[str, float]:
-    """Time of a step, and over the others' times for the deck."""
+    """Measure the time of a step, and the ratios of the other solvers' times to it."""
     grounds, scales = smooth_grounds(), np.linspace(0.6, 1.2, 40)
     steps = sum(ground.coefficients.shape[0] for ground in grounds) * scales.size
     own = {}

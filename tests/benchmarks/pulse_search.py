@@ -1,6 +1,6 @@
-"""Speed of the search for pulses, beside PyWavelets and a grid of phases, and of whole commands.
+"""Speed of the search for pulses, compared with PyWavelets and a grid of phases, and of commands.
 
-Run alone: ``python -m tests.benchmarks.pulse_search [RECORDS]``.
+To run it alone: ``python -m tests.benchmarks.pulse_search [RECORDS]``.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FAMILY: Final = "mavroeidis_papageorgiou"
 
 
 def best_of(function: Callable[[], object], repeats: int) -> float:
-    """Least processor time of one call [s]."""
+    """Return the least processor time of one call [s]."""
     times = []
     for _ in range(repeats):
         start = time.process_time()
@@ -50,7 +50,7 @@ def best_of(function: Callable[[], object], repeats: int) -> float:
 
 
 def motion(seed: int, samples: int = SAMPLES) -> Float:
-    """Coloured noise that swells and fades [m s-2]."""
+    """Return coloured noise that swells and fades [m s-2]."""
     random = np.random.default_rng(seed)
     frequency = np.fft.rfftfreq(samples, STEP)
     colour = frequency / (0.2 + frequency**2 / random.uniform(0.5, 4.0))
@@ -62,7 +62,7 @@ def motion(seed: int, samples: int = SAMPLES) -> Float:
 
 
 def family() -> dict[str, float]:
-    """The whole family of one record, and what the same costs in other ways, on one core."""
+    """Measure the search of the whole family in one record, and other methods, on one core."""
     record = motion(0)
     options = PulseOptions(wavelet=(FAMILY,))
     rickers = PulseOptions(wavelet=tuple(RICKERS))
@@ -81,7 +81,7 @@ def family() -> dict[str, float]:
     rival = best_of(
         lambda: [pywt.cwt(record, scales, name, method="fft") for name in ("mexh", "gaus3")], 3
     )
-    every = 16  # of the 128 periods; the rest costs as much
+    every = 16  # one of 16 of the 128 periods; each costs the same
     grid = best_of(lambda: phase_grid(record, PERIODS[::every]), 1) * every
     return {
         "pulse_family_ms": 1e3 * own,
@@ -93,7 +93,7 @@ def family() -> dict[str, float]:
 
 
 def surrogates(count: int = 10) -> dict[str, float]:
-    """The search of a surrogate where it can be highest, and over how much one of all of it is."""
+    """Measure the surrogate search, which skips what cannot be highest, and a complete one."""
     options = PulseOptions()
     signal = prepared(Surrogates(motion(0), STEP, options).draw(count), STEP, options, 5.0)
     periods, half_cycles = ladder(0.2, 5.0, 5), (1.0, 2.0, 3.0)
@@ -108,7 +108,7 @@ def surrogates(count: int = 10) -> dict[str, float]:
 
 
 def phase_grid(record: Float, periods: Float) -> float:
-    """The search with a grid of phases: one FFT correlation at all samples for each of them."""
+    """Search with a grid of phases: one FFT correlation at all samples for each of them."""
     size = scipy.fft.next_fast_len(record.size + math.ceil(7.5 / STEP), real=True)
     spectrum = scipy.fft.rfft(record, size)
     best = 0.0
@@ -134,7 +134,7 @@ def _of_period(
 
 
 def archive(count: int = 1000) -> dict[str, float]:
-    """`rockframe pulse` with its defaults on many records: time, and the largest memory."""
+    """Measure `rockframe pulse` with its defaults on many records: time and largest memory."""
     measure = "import resource, sys; from rockframe.cli.main import main; main(sys.argv[1:]); "
     measure += "print(*(resource.getrusage(who).ru_maxrss for who in "
     measure += "(resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))"

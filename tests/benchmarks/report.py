@@ -1,7 +1,7 @@
-"""How long the report of an archive takes: 1,000 records on four structures.
+"""The time of the report of an archive: 1,000 records on four structures.
 
-``python tests/benchmarks/report.py`` (extra ``browser``) makes a run of synthetic records, prints
-the time and the size of its page, and the time to its first paint in Chromium.
+``python tests/benchmarks/report.py`` (extra ``browser``) makes a run of synthetic records and
+prints the time and the size of its page, and the time to its first paint in Chromium.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from rockframe.study.structures import SHIPPED_STRUCTURES
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 #: 40 s at 100 Hz.
 SAMPLES = 4_000
-#: The paper's wavelets alone: what else a pulse is asked does not change the page.
+#: Only the paper's wavelets: other options of the search do not change the page.
 PULSES = (
     *("--surrogates", "0", "--runners-up", "0"),
     *("--wavelet", "symmetric_ricker", "--wavelet", "antisymmetric_ricker"),
@@ -36,7 +36,7 @@ PAINT = "performance.getEntriesByName('first-contentful-paint')[0].startTime"
 
 
 def files(folder: Path, records: int) -> None:
-    """Noise under an envelope, with a pulse in it, in g."""
+    """Write records of noise under an envelope [g]."""
     folder.mkdir()
     random = np.random.default_rng(11)
     at = 0.01 * np.arange(SAMPLES)
@@ -48,7 +48,7 @@ def files(folder: Path, records: int) -> None:
 
 
 def run(home: Path, records: int) -> Path:
-    """Make a run with the commands of a user; return its folder."""
+    """Make a run with a user's commands; return its folder."""
     files(home / "records", records)
     folder = home / "run"
     folder.mkdir()

@@ -1,8 +1,8 @@
-"""What screening costs: scenarios a second, memory over the number of scenarios, and the engines.
+"""The cost of screening: scenarios per second, memory over the number of scenarios, and a pool.
 
-``python -m tests.benchmarks.screening`` prints one flat JSON object; ``--output FILE`` writes it
-too. The bundled records with the shipped structures, without margins. Each screening is a process
-of its own: its time holds Python's start, its memory is the peak of the parent.
+``python -m tests.benchmarks.screening`` prints one flat JSON object; ``--output FILE`` also
+writes it. The bundled records and shipped structures are screened without margins. Each screening
+is its own process: its time includes the start of Python, its memory is the peak of the parent.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from pathlib import Path
 from rockframe.study.structures import bundled_records
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")
-#: Structures that are shipped, and bundled records that are horizontal.
+#: Shipped structures times bundled horizontal records.
 PAIRS = 5 * 6
 
 
 def timed(words: Sequence[str]) -> dict[str, float]:
-    """Time, processor time of all processes, and peak memory of a command."""
+    """Return wall time, processor time of all processes and peak memory of a command."""
     begin = time.perf_counter()
     process = subprocess.Popen([COMMAND, *words], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
@@ -40,14 +40,14 @@ def timed(words: Sequence[str]) -> dict[str, float]:
 
 
 def screened(folder: Path, scales: int, *words: str) -> dict[str, float]:
-    """A screening at so many scales."""
+    """Screen at a number of scales; return time and memory."""
     output = ["--output", str(folder / "screen.nc"), "--margins", "none"]
     stated = ["--scales", f"0.25:3:{scales}"] if scales > 1 else ["--scales", "1"]
     return timed(["screen", str(folder / "records.nc"), *output, *stated, *words])
 
 
 def measure(repeats: int = 2) -> dict[str, float]:
-    """Least times of so many repeats, peak memories, and ratios."""
+    """Return the least times of `repeats` runs, peak memories, and ratios."""
     found: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

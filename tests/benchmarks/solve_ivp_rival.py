@@ -1,4 +1,4 @@
-"""What a careful user of scipy's solve_ivp writes, to compare with."""
+"""The response as a careful user of scipy's solve_ivp would compute it, for comparison."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rockframe.units import GRAVITY
 
 
 def by_solve_ivp(frame: RockingFrame, motion: GroundAcceleration) -> float:
-    """The largest |theta| / alpha.
+    """Return the largest |theta| / alpha.
 
     RK45, rtol 1e-6, steps no longer than the record's, an event for the impact, uplift at the
     first sample beyond g tan(alpha), rest below 1e-4 rad/s.

@@ -1,4 +1,4 @@
-"""Figure 9 in full, and what margins cost."""
+"""Figure 9 in full, and the cost of margins."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COMMAND = str(Path(sys.executable).parent / "rockframe")
 
 
 def figure_9() -> dict[str, float]:
-    """The command as typed: 4 panels, 5 mass ratios, a map of 400 x 400 responses each."""
+    """Measure the command: 4 panels and 5 mass ratios with a map of 400 x 400 responses each."""
     times = []
     with tempfile.TemporaryDirectory() as folder:
         words = [COMMAND, "figure", "9", "--output", f"{folder}/figure.png"]
@@ -28,7 +28,7 @@ def figure_9() -> dict[str, float]:
 
 
 def margins_of_bundled() -> dict[str, float]:
-    """One record of 100 s at 100 Hz with the shipped structures: processor time a pair."""
+    """Return the processor time of a pair: 100 s at 100 Hz and one of the shipped structures."""
     records = read_file(bundled_records() / "Ridgecrest2019-CCC.V1")[:1]
     frames = read_structures(SHIPPED_STRUCTURES)
     margins(records, frames)

@@ -1,9 +1,9 @@
-"""What a run of a study costs over its bare stages: `python -m tests.benchmarks.studies`.
+"""The cost of a run of a study over its bare stages: `python -m tests.benchmarks.studies`.
 
-The bare stages are the commands of the plan as a person types them, one after the other and on all
-records at once. Both are measured in this call on this machine, each in processes of its own; the
-processor time is of all of them, so that other work on the machine does not count. The stages are
-as cheap as they can be, without surrogates and margins: what a run adds weighs most.
+The bare stages are the commands of the plan as a user types them, one after the other and on all
+records at once. Both are measured in this call on this machine, each in its own processes. The
+processor time is that of all of them, so other work on the machine does not count. The stages are
+as cheap as possible, without surrogates and margins, so that the overhead weighs most.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ ROCKFRAME = (sys.executable, "-m", "rockframe.cli.main")
 
 
 def make_records(folder: Path, count: int) -> None:
-    """Pulses in noise, as text: each other than all others."""
+    """Write pulses in noise as text files that all differ."""
     folder.mkdir()
     chance = np.random.default_rng(2026)
     time_axis = 0.01 * np.arange(SAMPLES)
@@ -65,7 +65,7 @@ def make_records(folder: Path, count: int) -> None:
 
 
 def cost(commands: Sequence[Sequence[object]], folder: Path) -> tuple[float, float]:
-    """Time on the clock and of the processors for commands one after the other [s]."""
+    """Return the wall time and the processor time [s] of commands run one after the other."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     for words in commands:
         ended = subprocess.run(
@@ -91,7 +91,7 @@ def main() -> None:
             make_records(home / "motions", options.records)
             study = home / "bench.toml"
             study.write_text(STUDY)
-        whole = home / "whole.toml"  # of one batch: the commands of its plan are the bare ones
+        whole = home / "whole.toml"  # one batch: its plan's commands are the bare stages
         text = study.read_text(encoding="utf-8")
         if options.study is None:
             whole.write_text(f"{text}\n[batches]\nrecords = 1000000\n")
