@@ -1,4 +1,4 @@
-# Needs python3 (3.11 or newer, with venv) and make. Each target makes what it needs.
+# Needs python3 (3.11 or newer, with venv) and make. Each target builds what it needs.
 
 PYTHON ?= python3
 VENV := .venv
@@ -11,12 +11,12 @@ DOCS ?= outputs/docs
 SECONDS ?= 30
 STUDY ?= workflows/studies/table1.toml
 PROFILE ?= workflows/profiles/default
-# Snakemake has an environment of its own: it asks for older packages than the tools in $(VENV).
+# Snakemake has its own environment, because it needs older packages than the tools in $(VENV).
 WORKFLOW := .venv-workflow
 SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflows/Snakefile
 
 PYTEST = $(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist
-# What one process compiles serves the others; it lies in __pycache__, as the code of numba does.
+# Processes share compiled bytecode through __pycache__, where numba's compiled code is too.
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help

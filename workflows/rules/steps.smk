@@ -1,9 +1,9 @@
-# One rule for each stage of the plan: `rockframe step FOLDER NAME`. Exit status 1 means that records
-# were rejected, and listed, and is no failure but for `verify`.
+# One rule for each stage of the plan: `rockframe step FOLDER NAME`. Exit status 1 means that
+# records were rejected and listed; it is a failure of `verify` only.
 
 
 def outputs_of(steps):
-    """The outputs of a stage: of batches those of any of them, by a wildcard."""
+    """Return the outputs of a stage, with a wildcard for the number of the batch."""
     first = steps[0]
     if not first["outputs"]:
         return [touch(f".rockframe/ended/{first['name']}")]
@@ -14,13 +14,13 @@ def outputs_of(steps):
 
 
 def step_of(rule_name, wildcards):
-    """The step of the plan that a job is."""
+    """Return the step of the plan that a job performs."""
     number = int(getattr(wildcards, "batch", 1))
     return STEPS[rule_name][number - 1]
 
 
 def called(step):
-    """How a step is called: with its processes, and with what is no failure."""
+    """Return the shell command of a step; where records may be rejected, status 1 is accepted."""
     words = "rockframe step . {params.step}" + " --workers {threads}" * step["workers"]
     return f"{words} || [ $? -eq 1 ]" if step["may_reject"] else words
 
@@ -30,7 +30,7 @@ def name_of(rule_name):
 
 
 def key_of(rule_name):
-    """What a step depends on, the package's source among it: a change of it runs the job again."""
+    """Return the key of a step, with the package's source: if it changes, the job runs again."""
     return lambda wildcards: PLAN["keys"][step_of(rule_name, wildcards)["name"]]
 
 
