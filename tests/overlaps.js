@@ -1,4 +1,4 @@
-// Texts and controls that lie on each other or past the edge, but for those in parts that scroll.
+// Return texts and controls that overlap or cross the page's edge, except in parts that scroll.
 () => {
   const boxes = [];
   const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);

@@ -1,4 +1,4 @@
-"""The engine of a Dask cluster; `make test-dask` installs what it needs and runs this."""
+"""The Dask engine. `make test-dask` installs what it needs and runs these tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ distributed = pytest.importorskip("distributed", reason="needs the extra dask: m
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    """A cluster of two processes on this machine."""
+    """Start a cluster of two processes on this machine and yield its address."""
     cluster = distributed.LocalCluster(
         n_workers=2, threads_per_worker=2, dashboard_address=":0", silence_logs=50
     )
@@ -39,7 +39,7 @@ def test_cluster_gives_the_bits_of_one_process(address: str) -> None:
 
 
 def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
-    """The threads of a Dask worker share netCDF's library: no batch may touch it."""
+    """The threads of a Dask worker share the netCDF library, so no batch may use it."""
     records = stored(site(12), tmp_path)
     files = []
     for engine in (OneProcess(), ProcessPool(2, patience=0.0), DaskScheduler(address)):
@@ -79,7 +79,7 @@ def test_scheduler_without_workers() -> None:
 
 
 def test_scheduler_that_loses_its_workers() -> None:
-    """Without a nanny nobody replaces a worker, and Dask would wait for another one for ever."""
+    """Without a nanny nobody replaces a worker, and Dask would wait for ever."""
     with distributed.LocalCluster(
         n_workers=1, processes=False, protocol="tcp", dashboard_address=":0", silence_logs=50
     ) as cluster:

@@ -1,4 +1,4 @@
-"""Engines: the same results in order, whatever dies on the way."""
+"""Engines return the same results in the same order, even if workers die."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from rockframe.engines.scheduler import DaskScheduler, _require_listening, choos
 from rockframe.errors import EngineError, InputError, ParameterError
 from rockframe.provenance import sha256_of
 
-#: A pool that starts its workers for the smallest job.
+#: A pool that starts its workers even for the smallest job.
 POOL = ProcessPool(2, patience=0.0)
-#: Batches for `eval`, a function that every worker can import: each ends its worker in its way.
+#: A batch for `eval`, a function that every worker can import; it kills its worker.
 DIES = "__import__('os').kill(__import__('os').getpid(), 9)"
-#: A batch that says which process does it.
+#: A batch that returns the number of the process that computes it.
 ASKS = "__import__('os').getpid()"
 
 
 def once(marker: Path, then: str, value: str) -> str:
-    """An expression that does something the first time only, and gives a value the second."""
+    """Return an expression that runs `then` the first time, and gives `value` the second time."""
     first = f"__import__('os').open({str(marker)!r}, {os.O_CREAT | os.O_EXCL})"
     seen = f"__import__('os').path.exists({str(marker)!r})"
     return f"({value}) if {seen} else ({first}, {then})"
@@ -49,7 +49,7 @@ def test_pool_gives_the_bits_of_one_process() -> None:
 
 @pytest.fixture
 def _clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each batch that is done here takes one second, however busy the machine is."""
+    """Let each batch that is computed in this process take one second, on any machine."""
     monkeypatch.setattr("rockframe.engines.engine.perf_counter", count().__next__)
 
 
@@ -64,7 +64,7 @@ def test_nothing_is_started_for_no_batches() -> None:
 
 @pytest.mark.usefixtures("_clock")
 def test_a_little_that_is_left_is_done_here() -> None:
-    """After two batches one is left, of 1 s, or two, of 2 s: more than the 1.5 s of patience."""
+    """After two batches of three, 1 s of work is left; of four, 2 s: more than the patience."""
     engine = ProcessPool(2, patience=1.5)
     assert set(map_batches(eval, [ASKS] * 3, engine=engine)) == {os.getpid()}
     there = [pid != os.getpid() for pid in map_batches(eval, [ASKS] * 4, engine=engine)]
@@ -126,7 +126,7 @@ def test_workers_have_one_thread() -> None:
 
 
 def _run_pool(workers: int, batch: str) -> subprocess.Popen[str]:
-    """A process of its own that starts workers, says their numbers, and computes."""
+    """Start a process that starts workers, prints their process numbers, and computes."""
     program = (
         "from rockframe import ProcessPool, map_batches\n"
         f"batches = ['__import__(\"os\").getpid()'] * {workers} + [{batch!r}] * {workers}\n"

@@ -1,4 +1,4 @@
-"""Threads: as many as the process may have, and none within another."""
+"""Threads: as many as the process may use, and none inside another thread."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Examples in Markdown: blocks of shell, Python and TOML, and the output shown after them.
 
 A fenced block of ``sh`` or ``python`` is run; a ``text`` block that follows it is what it prints.
-Comments before a block say what a reader need not see:
+Comments before a block give instructions that readers do not see:
 
 - ``<!-- file: NAME -->``: the block is the content of that file;
 - ``<!-- not run: REASON -->``: it is not run;
@@ -24,7 +24,7 @@ _PARTS = re.compile(
 
 @dataclass(frozen=True)
 class Block:
-    """One block of a page, with what the comments before it say."""
+    """One block of a page, with the instructions in the comments before it."""
 
     kind: str
     body: str
@@ -33,7 +33,7 @@ class Block:
 
 
 def blocks(page: str) -> Iterator[Block]:
-    """Give the blocks of a page in their order."""
+    """Yield the blocks of a page in their order."""
     marks: dict[str, str] = {}
     for part in _PARTS.finditer(page):
         line = page.count("\n", 0, part.start()) + 1
@@ -49,9 +49,9 @@ def blocks(page: str) -> Iterator[Block]:
 
 
 def missing(shown: str, printed: str) -> str | None:
-    """Return the first line that is shown and was not printed, in order; None if there is none.
+    """Return the first line that is shown but was not printed in this order, or None.
 
-    ``...`` stands for anything; how many spaces there are does not count.
+    ``...`` stands for anything, and the number of spaces does not count.
     """
     lines = iter([" ".join(line.split()) for line in printed.splitlines()])
     for wanted in (" ".join(line.split()) for line in shown.splitlines()):

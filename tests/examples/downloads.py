@@ -1,6 +1,6 @@
 """`python -m tests.examples.downloads`: archives and catalogues as data centres lay them out.
 
-Their samples are made, except those of the bundled records.
+Their samples are synthetic, except those of the bundled records.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tests.ingest.test_knet import knet
 
 from rockframe.wavelets.pulse import Pulse
 
-#: Accelerations every 0.01 s, largest 0.4.
+#: Accelerations every 0.01 s with a peak of 0.4.
 _MOTION = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=1.2, time=6.0).acceleration(
     0.01 * np.arange(1500)
 )
@@ -40,7 +40,7 @@ _COMCAT = """\
 
 
 def main() -> None:
-    """Write the files into the present folder."""
+    """Write the files into the current folder."""
     horizontals = {f"RSN1001_MADE_NOW{name}.AT2": _at2(name) for name in ("000", "090")}
     _zip("PEERNGARecords_Unscaled.zip", {**horizontals, "_SearchResults.csv": _PEER})
     Path("ngawest2").mkdir()

@@ -1,4 +1,4 @@
-"""`make test-examples`: every example of the README and of the documentation, run as it stands."""
+"""`make test-examples`: run every example of the README and of the documentation unchanged."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ PAGES: Final = [
     REPOSITORY / "README.md",
     *sorted(path for path in (REPOSITORY / "docs").rglob("*.md") if "generated" not in path.parts),
 ]
-#: What the commands of a page may find beside them.
+#: Files that the commands of a page may use.
 BESIDE: Final = ("Makefile", "pyproject.toml", "requirements.lock")
 
 
 @pytest.fixture
 def workplace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder like a clone, made: the bundled records, and nothing of a run."""
+    """Return a folder like a clone that is set up: bundled records, no results."""
     for name in BESIDE:
         shutil.copy(REPOSITORY / name, tmp_path)
     shutil.copytree(REPOSITORY / "records", tmp_path / "records")
     shutil.copytree(REPOSITORY / "workflows" / "studies", tmp_path / "workflows" / "studies")
-    # A folder of its own: were `make` to make it anew, it would not be that of the clone.
+    # A folder of its own, so that `make` could never rebuild the environment of the clone.
     (tmp_path / ".venv").mkdir()
     for entry in Path(sys.prefix).iterdir():
         if entry.name != ".made":
@@ -64,7 +64,7 @@ def test_the_examples_of_a_page_run_and_print_what_is_shown(page: Path) -> None:
 
 
 def run(block: Block, names: dict[str, Any], where: str) -> str | None:
-    """Run a block; return what it printed, None if it is nothing to run."""
+    """Run a block; return what it printed, or None if it has nothing to run."""
     if "file" in block.marks:
         Path(block.marks["file"]).write_text(block.body, encoding="utf-8")
         return None
@@ -85,7 +85,7 @@ def shell(block: Block, where: str) -> str:
 
 
 def python(block: Block, names: dict[str, Any], where: str) -> str:
-    """Run statement by statement; a number in a comment behind an expression is its value."""
+    """Run statement by statement; a number in a comment after an expression is its value."""
     output = io.StringIO()
     lines = block.body.splitlines()
     with contextlib.redirect_stdout(output):

@@ -1,4 +1,4 @@
-"""How examples are found in a page, and how what they print is compared."""
+"""How examples are found in a page, and how their output is compared."""
 
 from __future__ import annotations
 

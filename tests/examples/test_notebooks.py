@@ -18,7 +18,7 @@ def test_there_are_three() -> None:
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Outputs are not kept: each build of the documentation computes them."""
+    """Notebooks are stored without outputs, because each build of the documentation runs them."""
     from matplotlib import pyplot as plt
 
     monkeypatch.chdir(tmp_path)

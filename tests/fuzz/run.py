@@ -1,7 +1,7 @@
-"""`make fuzz`: each reader of `FORMATS`, and the archives, fed for a while; counts and findings.
+"""`make fuzz`: feed each reader of `FORMATS`, and the archives, for a while; print the findings.
 
-Seeds are good files: made here, bundled, and those of the shared folder where it is present. What
-a target failed on is left in `outputs/fuzz/NAME-*`, to be fed again as its only argument.
+Seeds are good files: made here, bundled, and those of the shared folder if it is present. What a
+target failed on is kept in `outputs/fuzz/NAME-*`; to repeat it, give it as the only argument.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from pathlib import Path
 from rockframe.ingest import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Larger seeds are fed only to a format that has no smaller one [bytes].
+#: Larger seeds are used only for a format that has no smaller one [bytes].
 LARGEST_SEED = 40_000
 
 
 def good_files() -> Iterator[bytes]:
-    """Good files of many formats."""
+    """Yield good files of many formats."""
     damage = import_module("damage")
     v1 = "\r\n".join(import_module("conftest").v1_channel()).encode()
     yield from (damage.good_at2(), damage.good_table(), b"0.1\n-0.2\n0.3\n", v1)
@@ -42,7 +42,7 @@ def good_files() -> Iterator[bytes]:
 
 
 def small_files() -> Iterator[bytes]:
-    """Files of the archives' formats with a few samples: what is small is fed often."""
+    """Yield files of the archives' formats with few samples: small files are fed more often."""
     names = ("afad", "cosmos", "csmip_v2", "esm", "geonet", "knet", "sac", "smc")
     tests = {name: import_module(f"test_{name}") for name in names}
     yield tests["afad"].afad().encode("latin-1")
@@ -58,7 +58,7 @@ def small_files() -> Iterator[bytes]:
 
 
 def seeds(target: str) -> list[bytes]:
-    """Seeds of a target: what its format recognises, or archives of a few small files."""
+    """Return a target's seeds: files that its format recognises, or archives of small files."""
     files = sorted(good_files(), key=len)
     known = next((known for known in FORMATS if known.name == target), None)
     if known is None:
@@ -73,7 +73,7 @@ def seeds(target: str) -> list[bytes]:
 
 
 def fuzz(target: str, seconds: int, findings: Path) -> tuple[int, str]:
-    """Executions of one target, and the last line of its finding, if any."""
+    """Return the number of executions of a target, and the last line of its finding, if any."""
     with tempfile.TemporaryDirectory() as corpus:
         own = seeds(target)
         for number, seed in enumerate(own):
@@ -102,7 +102,7 @@ def fuzz(target: str, seconds: int, findings: Path) -> tuple[int, str]:
 
 
 def main() -> int:
-    """Run every target and print a line for each; 1 if one failed."""
+    """Run every target and print a line for each; return 1 if one failed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=int, default=30)
     parser.add_argument("targets", nargs="*", help="by default all")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def target(name: str) -> Callable[[bytes], None]:
-    """Return what is fed; readers are imported here, so that they are instrumented."""
+    """Return the function to feed. It imports the readers, so that they are instrumented."""
     from rockframe.errors import RockframeError
     from rockframe.ingest import FORMATS, ReadOptions, read_bytes
     from rockframe.ingest.reading.containers import contents
@@ -39,7 +39,7 @@ def target(name: str) -> Callable[[bytes], None]:
 
 
 def main() -> None:
-    """Fuzz; the process ends with the time or with a finding."""
+    """Fuzz until the time ends or there is a finding."""
     import atheris
 
     with atheris.instrument_imports(include=["rockframe"]):

@@ -23,7 +23,7 @@ TIME = STEP * np.arange(5001, dtype=np.float64)
 
 
 def noise(seed: int, size: int = 1600) -> np.ndarray:
-    """Coloured noise that swells and fades."""
+    """Return coloured noise that swells and fades."""
     random = np.random.default_rng(seed)
     frequency = np.fft.rfftfreq(size, 0.01)
     colour = frequency / (0.3 + frequency**2)
@@ -52,7 +52,7 @@ def test_mavroeidis_papageorgiou_on_ricker_pulses(ricker: str, key: str) -> None
 
 
 def test_energies_are_those_of_the_theory() -> None:
-    """E(gamma, phi) of psi, of which our acceleration is -(pi / gamma)."""
+    """The energies are E(gamma, phi) of psi; our acceleration is -(pi / gamma) psi."""
     for gamma in (1.0, 1.4, 2.0, 3.0):
         even, odd = WAVELETS["mavroeidis_papageorgiou"].parts(gamma)
         for part, phi in ((even, 0.0), (odd, 0.5 * math.pi)):
@@ -68,7 +68,7 @@ def test_energies_are_those_of_the_theory() -> None:
 @pytest.mark.parametrize("wavelet", WAVELETS)
 @pytest.mark.parametrize("seed", range(2))
 def test_brute_force_finds_nothing_better(wavelet: str, seed: int) -> None:
-    """Sums over samples on a grid of periods, times, half cycles; the phase by least squares."""
+    """Brute force sums over samples on a grid; the phase follows by least squares."""
     record = noise(seed, 700)
     time = 0.01 * np.arange(record.size)
     match = match_pulse(record, 0.01, wavelet, periods_s=(0.4, 2.0))

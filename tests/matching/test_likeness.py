@@ -1,6 +1,6 @@
-"""Pulses are reported, and noise that swells and fades is not.
+"""Pulses are reported as pulses, and noise that swells and fades is not.
 
-``python -m tests.matching.test_likeness`` prints how often over more records.
+``python -m tests.matching.test_likeness`` prints the rates over more records.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def noise(seed: int) -> np.ndarray:
 
 
 def with_pulse(seed: int, ratio: float) -> np.ndarray:
-    """Noise with a pulse of `ratio` times its energy."""
+    """Return noise with a pulse of `ratio` times its energy."""
     planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.2, time=10.0).acceleration(TIME)
     beside = noise(seed)
     beside *= math.sqrt(float(planted @ planted) / float(beside @ beside) / ratio)
@@ -70,7 +70,7 @@ def test_the_same_seed_draws_the_same_surrogates() -> None:
 
 
 def test_drawing_ends_when_the_verdict_is_certain_and_not_before() -> None:
-    """If 5 of 99 match better than the record, p cannot reach 0.05 any more."""
+    """If 5 of 99 surrogates match better than the record, p can no longer reach 0.05."""
     some = judged(noise(1))["symmetric_ricker"]
     assert 19 <= some.surrogates < 99
     assert some.verdict is PulseVerdict.NOISE
@@ -131,7 +131,7 @@ def test_velocity_indicator_tells_a_long_pulse_from_none() -> None:
 
 
 def sudden(seed: int) -> np.ndarray:
-    """Noise that starts within half a second and fades over 1 to 4 s."""
+    """Return noise that starts within half a second and fades over 1 to 4 s."""
     random = np.random.default_rng([seed, 7])
     fading = np.exp(-(TIME - 5.0) / random.uniform(1.0, 4.0))
     envelope = np.clip((TIME - 4.5) / 0.5, 0.0, 1.0) * np.where(TIME < 5.0, 1.0, fading)

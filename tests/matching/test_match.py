@@ -1,4 +1,4 @@
-"""The wavelet transform: without bias, invariant, and equal to other computations."""
+"""The wavelet transform is unbiased, invariant, and equal to other computations."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_a_brute_force_grid_finds_nothing_better(wavelet: str) -> None:
 
 @pytest.mark.parametrize("wavelet", RICKERS)
 def test_pywavelets_sees_the_same_optimum(wavelet: str) -> None:
-    """PyWavelets samples its wavelets coarsely: half a sample in time, half a percent."""
+    """PyWavelets samples its wavelets coarsely: it errs by half a sample and half a percent."""
     record = synthetic()
     match = match_pulse(record, 0.01, wavelet)
     periods = match.pulse.T_p * np.array([0.97, 1.0, 1.03])

@@ -1,6 +1,6 @@
-"""Errors of pulses of each kind that were added to coloured noise, in a table.
+"""Errors of pulses of each kind that were added to coloured noise.
 
-``python -m tests.matching.test_noise`` prints it.
+``python -m tests.matching.test_noise`` prints them in a table.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ KINDS = (
     ("ricker_any_phase", 0.9, None),
     ("mavroeidis_papageorgiou", 2.0, 1.6),
 )
-#: Energy of the pulse over that of the noise: bias and spread of ln T_p and ln a_p over 24 records
-#: that are allowed. As measured, the largest were 0.005 and 0.044, 0.012 and 0.082.
+#: Energy of the pulse over that of the noise: allowed bias and spread of ln T_p and ln a_p over
+#: 24 records. The largest measured ones were 0.005 and 0.044, 0.012 and 0.082.
 LIMITS = {10.0: (0.01, 0.05), 3.0: (0.02, 0.1)}
 
 
 def coloured(random: np.random.Generator) -> np.ndarray:
-    """Noise of a soil of 1 to 4 Hz that swells and fades."""
+    """Return noise of a soil of 1 to 4 Hz that swells and fades."""
     frequency = np.fft.rfftfreq(TIME.size, STEP)
     soil = random.uniform(1.0, 4.0)
     colour = frequency / np.hypot(0.2, frequency) / np.hypot(1.0 - (frequency / soil) ** 2, 1.0)

@@ -1,4 +1,4 @@
-"""Times that are not searched cannot contain the best match, and cuts do not move a pulse."""
+"""Times that are skipped cannot contain the best match, and cuts do not move a pulse."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from .test_noise import STEP, TIME
 def test_where_no_wavelet_can_be_as_high_is_not_searched(weighting: Weighting) -> None:
     """A coefficient's square is at most the energy in its window (Cauchy-Schwarz).
 
-    The heights that may be highest are those of the whole search, but for the rounding of lines.
+    Heights that may be the highest equal those of the complete search, except for the rounding of
+    spectral lines.
     """
     long = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=4.0, time=15.0).acceleration(TIME)
     records = np.stack([noise(0), noise(1), long])
@@ -34,7 +35,7 @@ def test_where_no_wavelet_can_be_as_high_is_not_searched(weighting: Weighting) -
         search(signal, periods, options.wavelet, (1.0, 2.0, 3.0), 6, nearly=nearly)
         for nearly in (0.0, 0.95)
     )
-    # slow drifts are on the first lines, whose rounding counts
+    # Slow drifts are on the first spectral lines, where rounding matters.
     rounding = 5e-2 if weighting.of_velocity else 2e-3
     left_out = 0
     for name, all_heights in whole.items():
@@ -43,13 +44,13 @@ def test_where_no_wavelet_can_be_as_high_is_not_searched(weighting: Weighting) -
         wanted = all_heights.power * weight >= 1.01 * least
         np.testing.assert_allclose(some[wanted], all_heights.power[wanted], rtol=rounding)
         left_out += int((some == 0.0).sum())
-    assert left_out > 0 or weighting is Weighting.AREA  # by which short periods weigh more
+    assert left_out > 0 or weighting is Weighting.AREA  # it favours short periods
 
 
 @pytest.mark.parametrize("wavelet", WAVELETS)
 @pytest.mark.parametrize("time", [0.4, 8.0, 29.7])
 def test_a_crest_is_that_of_the_whole_record(wavelet: str, time: float) -> None:
-    """The samples beside a pulse are cut off: its wavelet is zero there, also beyond a record."""
+    """Samples outside the wavelet are cut off without effect, also if it extends past an end."""
     record = with_pulse(3, 1.0)
     half_cycles = 1.5 if WAVELETS[wavelet].has_half_cycles else None
     signal = prepared(record, STEP, PulseOptions(), 5.0)
@@ -58,14 +59,14 @@ def test_a_crest_is_that_of_the_whole_record(wavelet: str, time: float) -> None:
         time = cut.time
     whole = crest(signal, wavelet, 1.1, time, half_cycles, every=True)
     assert cut.signal.samples.size < record.size
-    exact = 1e-3 if WAVELETS[wavelet].has_half_cycles else 1e-9  # kinks: lines of any frequency
+    exact = 1e-3 if WAVELETS[wavelet].has_half_cycles else 1e-9  # kinks have high frequencies
     assert cut.explained == pytest.approx(whole.explained, rel=exact)
     if exact < 1e-3:
         assert cut.time == pytest.approx(whole.time, abs=exact)
 
 
 def test_surrogates_of_a_record_in_any_unit_are_the_same() -> None:
-    """They are drawn in single precision, in which squares of 1e20 overflow."""
+    """Surrogates are drawn in single precision, in which squares of 1e20 overflow."""
     options = PulseOptions(wavelet=("symmetric_ricker",), surrogates=19)
     for unit in (1e-12, 1e12):
         record = unit * with_pulse(1, 3.0)

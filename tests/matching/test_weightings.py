@@ -28,7 +28,7 @@ SHAPES = [
 @pytest.mark.parametrize("wavelet", RICKERS)
 @pytest.mark.parametrize("weighting", ["energy", "area", "none"])
 def test_bias_of_the_period(wavelet: str, weighting: str) -> None:
-    """A record that is a Ricker of period T: the maximum is at T sqrt((n + 1 - q) / (n + q))."""
+    """For a Ricker record of period T the maximum is at T sqrt((n + 1 - q) / (n + q))."""
     n, q = ORDER[wavelet], Weighting(weighting).exponent
     planted = Pulse(wavelet=wavelet, a_p=1.0, T_p=1.2, time=15.0)
     match = match_pulse(planted.acceleration(TIME), 0.01, wavelet, weighting=weighting)
@@ -45,7 +45,7 @@ def test_both_unbiased_weightings_find_what_was_planted(
         wavelet=wavelet, a_p=2.0, T_p=1.2, time=15.0, phase=phase, half_cycles=half_cycles
     )
     match = match_pulse(planted.acceleration(TIME), 0.01, wavelet, weighting=weighting)
-    # kinks of the ends between two samples; the trapezoids of the velocity
+    # The ends have kinks between two samples; the velocity is integrated by trapezoids.
     kinks = 2e-3 if half_cycles else 1e-3 if weighting == "velocity" else 1e-6
     assert match.pulse.T_p == pytest.approx(1.2, rel=kinks)
     assert match.pulse.a_p == pytest.approx(2.0, rel=kinks)
@@ -69,7 +69,7 @@ def test_velocity_weighting_is_the_integrated_wavelet_with_the_root_of_the_perio
 
 @pytest.mark.parametrize("wavelet", ["ricker_any_phase", "mavroeidis_papageorgiou"])
 def test_projection_is_the_best_of_all_phases(wavelet: str) -> None:
-    """Compared with 3600 phases on noise."""
+    """The best of 3600 phases explains as much of a noise record."""
     random = np.random.default_rng(3)
     record = random.normal(size=1500)
     options = PulseOptions(wavelet=(wavelet,))
@@ -87,7 +87,7 @@ def test_projection_is_the_best_of_all_phases(wavelet: str) -> None:
 
 
 def test_longer_pulses_win_in_the_velocity() -> None:
-    """A short strong acceleration pulse on a long weak one: the paper's 'override'."""
+    """Of a short strong pulse and a long weak one, velocity shows the long one: 'override'."""
     short = Pulse(wavelet="symmetric_ricker", a_p=3.0, T_p=0.5, time=10.0)
     long = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=2.5, time=20.0)
     record = short.acceleration(TIME) + long.acceleration(TIME)

@@ -32,7 +32,7 @@ class Direct:
 
 @dataclass(frozen=True)
 class Branch:
-    """One branch within one interval; `side` is +1 or -1 while it yields, `held` while stuck."""
+    """One branch in one interval; `side` is +1 or -1 while yielding, `held` while sticking."""
 
     constants: tuple[float, float, float, float]
     row: Float
@@ -46,7 +46,7 @@ class Branch:
         return float(np.polynomial.polynomial.polyval(t - self.start, self.row))
 
     def spring(self, u: float) -> float:
-        """z at a displacement."""
+        """Return z at a displacement."""
         return self.z if self.side else self.z + self.constants[1] * (u - self.u)
 
     def rates(self, t: float, y: Float) -> list[float]:
@@ -96,7 +96,7 @@ def _stuck(
     now = times[0] if n == 0 else brentq(branch.pull, times[n - 1], times[n], xtol=1e-15)
     side = -math.copysign(1.0, branch.ground(times[n]) + branch.constants[0] * y[0])
     found.count(now)
-    moving = np.array([y[0], side * 1e-16, y[2]])  # the sign of round-off is not to end it
+    moving = np.array([y[0], side * 1e-16, y[2]])  # round-off must not end the branch
     return now, moving, replace(branch, held=False, side=side, z=side * branch.constants[2])
 
 
@@ -104,7 +104,7 @@ def _moving(
     branch: Branch, y: Float, now: float, end: float, found: Direct
 ) -> tuple[float, Float, Branch]:
     branch = replace(branch, z=branch.spring(y[0]), u=y[0])
-    # without a limit on its steps, solve_ivp overlooks two events in one of them
+    # Without a limit on its steps, solve_ivp overlooks two events in one of them.
     span, most = (now, end), (end - branch.start) / 8.0
     done = solve_ivp(
         branch.rates, span, y, "DOP853", rtol=1e-13, atol=1e-15, max_step=most, events=branch.end

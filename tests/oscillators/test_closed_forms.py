@@ -20,14 +20,14 @@ ELASTIC = FixedFrame(period=PERIOD, damping_ratio=DAMPING)
 
 
 def free(t: Float, u: float, v: float) -> Float:
-    """Free vibration from a displacement and velocity."""
+    """Return the free vibration from a displacement and a velocity."""
     decay = np.exp(-DAMPING * RATE * t)
     sine = (v + DAMPING * RATE * u) / DAMPED
     return np.asarray(decay * (u * np.cos(DAMPED * t) + sine * np.sin(DAMPED * t)))
 
 
 def test_a_suddenly_applied_acceleration() -> None:
-    """1 - a free vibration, which overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
+    """1 minus a free vibration: it overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
     found = respond_oscillator(ELASTIC, GroundAcceleration(np.full((300, 1), 2.0), STEP))
     static = -2.0 / RATE**2
     np.testing.assert_allclose(found.u, static + free(found.time, -static, 0.0), atol=1e-14)
@@ -37,7 +37,7 @@ def test_a_suddenly_applied_acceleration() -> None:
 
 
 def test_a_ramp() -> None:
-    """The quasi-static displacement, delayed by 2 zeta / w, and a free vibration."""
+    """The response is the quasi-static one, delayed by 2 zeta / w, plus a free vibration."""
     found = respond_oscillator(ELASTIC, GroundAcceleration.from_samples(np.arange(300.0), STEP))
     slope = -1.0 / STEP / RATE**2
     late = 2.0 * DAMPING / RATE
@@ -46,7 +46,7 @@ def test_a_ramp() -> None:
 
 
 def test_harmonic_ground() -> None:
-    """The steady state of a sine, and the free vibration that makes it start from rest."""
+    """The response is the steady state plus the free vibration that makes it start from rest."""
     drive = 1.7 * RATE
     ground = GroundAcceleration.from_function(
         lambda t: np.asarray(np.sin(drive * t)), 0.0, 3.0, intervals=600, degree=5
@@ -91,7 +91,7 @@ def test_a_friction_pendulum_loses_twice_mu_radius_each_half_cycle() -> None:
 
 
 def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
-    """The force is that of the ground on a rigid body, also at a peak between nodes."""
+    """The peak force is that of the ground on a rigid body, also at a peak between nodes."""
     ground = GroundAcceleration.from_function(
         lambda t: np.asarray(0.5 * np.sin(t)), 0.0, 3.0, intervals=4, degree=5
     )
@@ -103,7 +103,7 @@ def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
 
 
 def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> None:
-    """From an initial velocity V: peak uy / 2 + V^2 / (2 fy), residual less by uy."""
+    """An initial velocity V gives the peak uy / 2 + V^2 / (2 fy), and a residual less by uy."""
     frame = FixedFrame(period=1.0, damping_ratio=0.0, strength_ratio=0.1)
     speed, strength = 1.0, 0.1 * GRAVITY
     blow = GroundAcceleration(np.array([[-speed / 1e-9], [0.0]]), 1e-9)

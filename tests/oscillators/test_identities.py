@@ -43,7 +43,7 @@ def rough(seed: int, samples: int = 150, step: float = 0.05) -> GroundAccelerati
 
 
 def divided(motion: GroundAcceleration, parts: int) -> GroundAcceleration:
-    """The same straight lines in shorter intervals."""
+    """Return the same straight lines in shorter intervals."""
     first, slope = np.repeat(motion.coefficients, parts, axis=0).T
     step = motion.time_step / parts
     within = np.tile(step * np.arange(parts), motion.coefficients.shape[0])
@@ -61,7 +61,7 @@ def test_ground_that_jumps_at_nodes() -> None:
     frame = FixedFrame(period=1.0, damping_ratio=0.0)
     for seed in (14, 57, 71):
         lines = np.random.default_rng(seed).uniform(-3.0, 3.0, (60, 2))
-        lines[:, 1] = (0.2 * lines[:, 1] - lines[:, 0]) / 0.1  # from the first to 0.2 of the second
+        lines[:, 1] = (0.2 * lines[:, 1] - lines[:, 0]) / 0.1  # ends at 0.2 of the second number
         motion = GroundAcceleration(lines, 0.1)
         coarse, fine = (respond_oscillator(frame, one) for one in (motion, divided(motion, 32)))
         assert_same(coarse, fine, 1e-10)
@@ -72,7 +72,7 @@ def test_ground_that_jumps_at_nodes() -> None:
 def test_another_solver_finds_the_same(
     model: IsolatedDeck | FixedFrame, seed: int, step: float
 ) -> None:
-    """DOP853 with events, with time steps from a hundredth of the period to the whole period."""
+    """DOP853 with events agrees, for time steps from a hundredth of the period to all of it."""
     motion = rough(seed, 60, step).followed_by_rest(4.0)
     ours, theirs = respond_oscillator(model, motion), direct(model, motion)
     np.testing.assert_allclose(ours.u, theirs.u, atol=1e-11 * np.abs(theirs.u).max())
@@ -132,7 +132,7 @@ def test_the_other_direction_is_the_mirror_image(model: IsolatedDeck | FixedFram
 
 
 def test_motion_and_strength_scale_together() -> None:
-    """Three times the motion, strength and yield displacement: three times the response."""
+    """Three times the motion, strength and yield displacement give three times the response."""
     motion = rough(7)
     strong = replace(RUBBER, strength_ratio=0.15, yield_displacement=0.03)
     one, three = respond_oscillator(RUBBER, motion), respond_oscillator(strong, motion.scaled(3.0))
@@ -164,7 +164,7 @@ def test_company_does_not_change_a_bit() -> None:
 
 
 def test_free_vibration_goes_on_to_what_was_foretold() -> None:
-    """Peaks and residual displacement are known at the end of the motion."""
+    """Peaks and residual displacement are already known at the end of the motion."""
     motion = rough(12, samples=20)
     for model in MODELS:
         short = respond_oscillator(model, motion)
@@ -176,7 +176,7 @@ def test_free_vibration_goes_on_to_what_was_foretold() -> None:
 
 
 def test_vibration_that_just_reaches_the_strength_in_each_cycle() -> None:
-    """Undamped and perfectly plastic, over still ground: hundreds of cycles to +q and -q."""
+    """On still ground an undamped elastic-plastic frame reaches +q and -q hundreds of times."""
     blow = GroundAcceleration.from_samples([0.0, 2.0, -1.0, *[0.0] * 400], 0.07)
     frame = FixedFrame(period=0.017, strength_ratio=0.006, damping_ratio=0.0)
     found, other = (respond_oscillator(frame, motion) for motion in (blow, divided(blow, 3)))

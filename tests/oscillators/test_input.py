@@ -66,7 +66,7 @@ def test_the_effective_period_is_that_of_the_secant_at_the_design_displacement()
 
 
 def test_the_columns_stiffness_and_mass() -> None:
-    """12 E I / H^3 each, and 13/35 of their mass: the integral of (3 x^2 - 2 x^3)^2."""
+    """Columns have 12 E I / H^3 each, and 13/35 of their mass: int (3 x^2 - 2 x^3)^2 dx."""
     frame = FixedFrame.from_columns(**{**COLUMNS, "depth": None}, cracked_stiffness_ratio=0.5)
     stiffness = 2.0 * 12.0 * 0.5 * 30e9 * math.pi * 0.8**4 / 4.0 / 9.6**3
     share = 9.0 / 5.0 - 12.0 / 6.0 + 4.0 / 7.0
