@@ -93,7 +93,7 @@ def complaints() -> list[str]:
 
 @pytest.fixture
 def page(browser: Any, own_addresses: str, complaints: list[str]) -> Iterator[Any]:
-    """A browser page that, at teardown, must have no complaints and no other requests."""
+    """A browser page; at teardown it must have no complaints and only requests to its addresses."""
     context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
     page = context.new_page()
     page.on("console", lambda message: complaints.append(message.text))

@@ -86,7 +86,7 @@ def test_closed_output_is_output_that_nobody_wants(
     ["<&- >&- 2>&-", *(pytest.param(one, marks=pytest.mark.faults) for one in (">&-", "2>&-"))],
 )
 def test_closed_streams_reach_no_file_and_no_worker(motion: Path, closed: str) -> None:
-    """The next file opened would get the number of a closed stream, and printed text with it."""
+    """The next file opened would get the descriptor of a closed stream, and its printed text."""
     output = motion.with_name("records.nc")
     words = ("ingest", motion, "--units", "g", "--time-step", "0.01", "--output", output)
     assert shell(f'exec "$@" {closed}', *words) == (0, "")

@@ -1,4 +1,4 @@
-"""Motions of a screening: filters, azimuths, vertical components, pulses, rejected records."""
+"""Selection of the motions of a screening: filters, azimuths, vertical components, pulses."""
 
 from __future__ import annotations
 

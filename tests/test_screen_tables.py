@@ -84,7 +84,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
 
 
 def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The tables match the file, also if scenarios are read in chunks of four motions."""
+    """The tables match the file even if scenarios are read in chunks of four motions."""
     monkeypatch.setattr("rockframe.results.screening.tables._TOGETHER", 4 * 2 * 5)
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")

@@ -113,7 +113,7 @@ def test_a_wrong_value_is_named_and_mended(
     rotation = page.inner_text("#verdict-line").split(". ")[1]  # the margin comes later
     page.fill("#width", "wide")
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
-    assert all("400 (Bad Request)" in complaint for complaint in complaints)  # by the browser
+    assert all("400 (Bad Request)" in complaint for complaint in complaints)  # from the browser
     complaints.clear()
     assert page.inner_text("#trouble") == "Invalid width 'wide'. Must be a finite number."
     assert page.get_attribute("#width", "aria-invalid") == "true"

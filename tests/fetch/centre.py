@@ -1,4 +1,4 @@
-"""A test data centre on 127.0.0.1, with synthetic events and stations and set waveforms."""
+"""A data centre on 127.0.0.1: synthetic events and stations, and waveforms that a test can set."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Record the output of ``--json``: keys and types of each command, for the bundled records.
 
 ``python -m tests.recorded.shapes`` writes ``json.json`` beside this file. It omits `fetch`, which
-needs a service; `explore`, which is one; `step`, which prints nothing; most claims of `paper`.
+needs a service, `explore`, which runs one, `step`, which prints nothing, and most claims of
+`paper`.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def test_no_overflow_over_eighteen_decades() -> None:
 
 
 def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open() -> None:
-    """The lower bound of P steps up at 0.6 and 0.9, the upper one at 0.2 and 0.3, where it is 1."""
+    """The lower bound of P rises at 0.6 and 0.9, the upper bound at 0.2 and 0.3 (there to 1)."""
     points = np.geomspace(0.01, 10.0, 200)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])

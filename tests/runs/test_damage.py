@@ -237,7 +237,7 @@ def test_step_whose_options_are_of_another_version_says_why(home: Path) -> None:
 def test_what_a_killed_worker_leaves_does_not_stop_the_run(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Another worker repeats the step; `report` and `verify` must accept the partial file."""
+    """Another worker repeats the step; `report` and `verify` must not fail on the partial file."""
 
     def repeated(work: Work) -> int:
         if work.step.name == "ingest":

@@ -123,7 +123,7 @@ def test_file_is_not_replaced_by_a_folder_of_figures(made: Path, tmp_path: Path)
 @pytest.mark.faults
 @pytest.mark.parametrize("change", ["list damaged", "figure gone"])
 def test_figures_in_folders_are_made_again(home: Path, change: str) -> None:
-    """The figures of screening and spectra are in subfolders, which are listed as well."""
+    """The figures of screening and spectra are in subfolders, and they are made again as well."""
     folder = home / "run"
     before, index = contents(folder), folder / "figures" / "figures.csv"
     if change == "list damaged":
