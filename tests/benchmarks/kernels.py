@@ -72,7 +72,7 @@ def rough_grounds() -> list[GroundAcceleration]:
             top = int(np.abs(record.acceleration).argmax())
             first = max(0, min(top - 1200, record.acceleration.size - SAMPLES))
             window = record.acceleration[first : first + SAMPLES] - record.acceleration.mean()
-            # All are as strong as the strongest one, so that all of them make the bent rock.
+            # All are scaled to the same peak, so that all of them make the bent rock.
             window = window * (0.5 * GRAVITY / np.abs(window).max())
             grounds.append(GroundAcceleration.from_samples(window, record.time_step))
     return grounds

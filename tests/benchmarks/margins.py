@@ -96,7 +96,7 @@ def shipped_records() -> dict[str, Record]:
 
 
 def slivers_above_the_least(pair: Pair) -> tuple[Float, int]:
-    """Find all slivers by brute force; return their ends and the number of responses."""
+    """Find all slivers by brute force: their ends, shape (slivers, 2), and count of responses."""
     ground, taken = Prepared(pair.ground), 0
 
     def at(scale: Float) -> tuple[NDArray[np.bool_], Float]:

@@ -21,7 +21,7 @@ DECK = IsolatedDeck.lead_rubber(strength_ratio=0.05, period=2.5)
 
 
 def by_solve_ivp(motion: GroundAcceleration) -> float:
-    """Return the deck's largest displacement by RK45, rtol 1e-6; z is a state with two rates."""
+    """Return the deck's largest displacement by RK45, rtol 1e-6; the rate of z switches."""
     k, k_z, q, _ = DECK.constants
     ground = motion.acceleration()
 
@@ -36,7 +36,10 @@ def by_solve_ivp(motion: GroundAcceleration) -> float:
 
 
 def by_newmark(motion: GroundAcceleration) -> float:
-    """Return the deck's largest displacement by Newmark's method (average) in a numpy loop."""
+    """Return the deck's largest displacement by Newmark's method in a numpy loop.
+
+    The acceleration is averaged over a step, and yielding takes one return mapping a step.
+    """
     k, k_z, q, _ = DECK.constants
     h, ground = motion.time_step, motion.acceleration()
     u = v = z = 0.0

@@ -81,7 +81,7 @@ def family() -> dict[str, float]:
     rival = best_of(
         lambda: [pywt.cwt(record, scales, name, method="fft") for name in ("mexh", "gaus3")], 3
     )
-    every = 16  # one of 16 of the 128 periods; each costs the same
+    every = 16  # only every 16th of the 128 periods is timed; all cost the same
     grid = best_of(lambda: phase_grid(record, PERIODS[::every]), 1) * every
     return {
         "pulse_family_ms": 1e3 * own,

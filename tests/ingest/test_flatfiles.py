@@ -82,7 +82,7 @@ def test_a_download_of_peer_keeps_its_metadata(
 
 
 def test_catalogues_in_an_archive_apply_to_their_folder(tmp_path: Path, at2: At2) -> None:
-    """`catalogue.csv` names files without their folder; one outside the archive overrides it."""
+    """A `catalogue.csv` outside the archive overrides those inside, which name no folders."""
     header, path = "file,magnitude,station\n", tmp_path / "a.zip"
     members = {"p/catalogue.csv": f"{header}x.AT2,5,P\n", "q/catalogue.csv": "file\nx.AT2,7\n"}
     samples = {

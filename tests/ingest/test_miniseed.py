@@ -167,7 +167,7 @@ def test_no_station_xml(write: Write) -> None:
 
 @pytest.mark.parametrize("deeper", [False, True])
 def test_station_xml_in_the_archive(tmp_path: Path, *, deeper: bool) -> None:
-    """miniSEED and SAC files find StationXML in the archive that a data centre packed."""
+    """miniSEED and SAC files find StationXML in the same archive, as data centres pack it."""
     from .test_containers import tarred, zipped
     from .test_sac import SCALE, sac
 

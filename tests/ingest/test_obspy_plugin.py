@@ -41,7 +41,7 @@ def test_read_by_name(tmp_path: Path, at2: Callable[..., bytes]) -> None:
     assert trace.data.dtype == np.float64
     assert trace.data.tolist() == [0.1 * 9.81, -0.2 * 9.81, 0.3 * 9.81]
     assert (trace.stats.delta, trace.stats.npts, trace.stats.channel) == (0.005, 3, "164")
-    # A name of a place is no station code.
+    # The name of a place is not a station code.
     assert trace.stats.station == ""
     assert trace.stats.peerat2.station == "Pacoima Dam (upper left abut)"
     assert trace.stats.peerat2.units == "m s-2"

@@ -27,7 +27,7 @@ AFAD = "afad/20170720223109_0921.txt"
 
 @dataclass(frozen=True)
 class Lie:
-    """Replaces the first match of a pattern in a file; `words` are those of the rejection."""
+    """A replacement of the first match of a pattern in a file, and the words of the rejection."""
 
     file: str
     pattern: bytes

@@ -87,7 +87,7 @@ def test_projection_is_the_best_of_all_phases(wavelet: str) -> None:
 
 
 def test_longer_pulses_win_in_the_velocity() -> None:
-    """Of a short strong pulse and a long weak one, velocity shows the long one: 'override'."""
+    """Energy selects a short strong pulse, velocity a long weak one: the paper's 'override'."""
     short = Pulse(wavelet="symmetric_ricker", a_p=3.0, T_p=0.5, time=10.0)
     long = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=2.5, time=20.0)
     record = short.acceleration(TIME) + long.acceleration(TIME)

@@ -27,7 +27,7 @@ def free(t: Float, u: float, v: float) -> Float:
 
 
 def test_a_suddenly_applied_acceleration() -> None:
-    """1 minus a free vibration: it overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
+    """The response, 1 minus a free vibration, overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
     found = respond_oscillator(ELASTIC, GroundAcceleration(np.full((300, 1), 2.0), STEP))
     static = -2.0 / RATE**2
     np.testing.assert_allclose(found.u, static + free(found.time, -static, 0.0), atol=1e-14)

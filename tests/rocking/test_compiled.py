@@ -97,7 +97,7 @@ compiled(twice)(1.0)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends itself a signal")
 def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
-    """The signal arrives in a function called from C, where Python prints errors and goes on."""
+    """The signal arrives in a callback from C, where Python prints errors and continues."""
     script = tmp_path / "script.py"
     script.write_text(_INTERRUPTED)
     ran = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)

@@ -17,7 +17,7 @@ from rockframe.wavelets.pulse import Pulse
 
 
 def test_least_spacing_is_where_the_beam_would_lift_off_a_column() -> None:
-    """The least force on one of two columns is zero there, and positive at larger spacings."""
+    """At the least spacing the smallest column force is zero; at larger ones it is positive."""
     bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, beam_depth=2.0)
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
     response = with_contact(respond(bent, pulse), pulse)

@@ -31,7 +31,7 @@ SAME = Ensemble(height=0.0, width=0.0, restitution=0.0, amplitude=0.0)
 
 
 def test_an_ensemble_of_one_structure_overturns_at_its_critical_scale() -> None:
-    """Half of the scales within 4 % overturn there, and a tenth at 3.6 steps of 1 % below."""
+    """At s50 half of the scales within 4 % overturn; at s10, 3.6 steps of 1 % lower, a tenth."""
     [[one]] = margins([PULSE], [BENT])
     [[robust]] = robust_margins([PULSE], [BENT], SAME)
     assert_allclose(robust.s50, one.critical_scale, rtol=0.006)
