@@ -11,23 +11,25 @@ Symbols are those of the paper: theta [rad], omega its rate [rad s-1], s = sgn(t
 alpha the slenderness [rad], p_hat the frequency parameter [rad s-1].
 
 `steps` has one Taylor step, `tails` the motion after the record's end, `ties` tendons and
-dissipaters. The longest function is one loop, because passing arrays to more functions costs time.
+dissipaters. Private functions are compiled into their callers: counting references to the arrays
+that they take would cost more time than they need.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.kernels.compiled import compiled
-from rockframe.rocking.kernels.polynomials import NEVER, derivatives, shift
+from rockframe.rocking.kernels.compiled import compiled, inlined
+from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, derivatives, shift
 from rockframe.rocking.kernels.steps import (
     ALOFT,
     CHANGED,
     FALLEN,
+    LANDED,
     MAX_SMOOTH_STRIDE,
     MAX_STRIDE,
     MOVING,
@@ -42,6 +44,7 @@ from rockframe.rocking.kernels.ties import (
     REST,
     TIE_LOG_SIZE,
     YIELD_TIME,
+    States,
     Ties,
     begun,
     both_held,
@@ -53,6 +56,8 @@ from rockframe.rocking.kernels.ties import (
 )
 
 Float = NDArray[np.float64]
+#: Rotation, its rate, the side s, and what ties add to the uplift acceleration [g].
+State: TypeAlias = tuple[float, float, float, float]
 
 # Outcomes, the values of the flag variable `verdict`.
 NO_UPLIFT: Final = 0
@@ -70,8 +75,218 @@ IMPACT_VELOCITY: Final = 6  # largest |omega| just before an impact [rad s-1], 0
 SUMMARY_SIZE: Final = 7
 
 
+@inlined
+def _bound(ground: Float, vertical: Float, i: int, time_step: float, share: float) -> float:
+    """Return an upper bound of |a_h| + share |a_v| in an interval [g]."""
+    largest = 0.0
+    for j in range(ground.shape[1] - 1, -1, -1):
+        largest = largest * time_step + abs(ground[i, j])
+        if vertical.shape[0] > 0:
+            largest += share * abs(vertical[i, j])
+    return largest
+
+
+@inlined
+def _polynomial(rows: Float, i: int, scale: float) -> Polynomial:
+    """Return the acceleration in an interval, times a factor."""
+    coefficients = rows.shape[1]
+    return (
+        scale * rows[i, 0],
+        scale * rows[i, 1] if coefficients > 1 else 0.0,
+        scale * rows[i, 2] if coefficients > 2 else 0.0,
+        scale * rows[i, 3] if coefficients > 3 else 0.0,
+        scale * rows[i, 4] if coefficients > 4 else 0.0,
+        scale * rows[i, 5] if coefficients > 5 else 0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+
+
+@inlined
+def _begin(
+    alpha: float, ties: Ties, theta: float, pull: float, tie_log: Float
+) -> tuple[float, float, States]:
+    """Return the strongest pull with the ties, what they add to uplift [g], and their states."""
+    if len(ties) > 0:
+        for j in range(2):
+            pull += ties[j][0] + abs(ties[j][1]) + (ties[j][2] if ties[j][4] != ELASTIC else 0.0)
+            for k in range(TIE_LOG_SIZE):
+                tie_log[j, k] = 0.0
+            tie_log[j, YIELD_TIME] = math.nan
+            tie_log[j, REST] = math.nan
+        states = (begun(ties[0], theta), begun(ties[1], theta))
+        return pull, uplift_hold(alpha, ties, states), states
+    return pull, 0.0, ()  # type: ignore[return-value]  # the kernels take it as no ties
+
+
+@inlined
+def _keep_node(
+    node: int,
+    theta: float,
+    omega: float,
+    ties: Ties,
+    states: States,
+    histories: tuple[Float, Float, Float],
+) -> None:
+    """Store the state at a node, unless the arrays of histories are empty."""
+    thetas, omegas, forces = histories
+    if thetas.shape[0] > 0:
+        thetas[node] = theta
+        omegas[node] = omega
+        if len(ties) > 0:
+            for j in range(2):
+                forces[node, j] = force_at(ties[j], states[j], theta)
+
+
+@inlined
+def _note_peaks(summary: Float, high: float, time: float, fast: float) -> None:
+    summary[PEAK_VELOCITY] = max(summary[PEAK_VELOCITY], fast)
+    if high > summary[PEAK]:
+        summary[PEAK] = high
+        summary[PEAK_TIME] = time
+
+
+@inlined
+def _note_impact(summary: Float, impacts: Float, time: float, omega: float) -> None:
+    count = int(summary[IMPACTS])
+    if count < impacts.shape[0]:
+        impacts[count, 0] = time
+        impacts[count, 1] = omega
+    summary[IMPACTS] = count + 1
+    summary[IMPACT_VELOCITY] = max(summary[IMPACT_VELOCITY], abs(omega))
+
+
+@inlined
+def _step(
+    c: Polynomial,
+    start: int,
+    time: float,
+    span: float,
+    s: float,
+    ties: Ties,
+    states: States,
+    summary: Float,
+    tie_log: Float,
+) -> tuple[int, float, float, float, States]:
+    """Follow theta, a polynomial from a time on, to its first event within a span.
+
+    Returns the kind of event, its time within the span, theta and omega then, and the states of the
+    ties.
+    """
+    ended, t, theta, omega, high, high_time, fast = flight(c, s, span, start, summary[PEAK])
+    if len(ties) > 0:
+        which, when, level = next_change(ties, states, c, s, t)
+        if which >= 0:
+            ended, t, theta, omega, high, high_time, fast = flight(c, s, when, start, summary[PEAK])
+            ended = CHANGED
+            theta, omega, states = changed(
+                theta, omega, s, level, which, ties, states, tie_log, time + t
+            )
+    _note_peaks(summary, high, time + high_time, fast)
+    return ended, t, theta, omega, states
+
+
+@inlined
+def _follow(  # noqa: C901  one loop, event by event
+    a: Polynomial,
+    v: Polynomial,
+    lifts: bool,
+    time: float,
+    span: tuple[float, float],
+    frame: tuple[float, float, float],
+    state: State,
+    ties: Ties,
+    states: States,
+    impacts: Float,
+    summary: Float,
+    tie_log: Float,
+) -> tuple[State, States]:
+    """Follow the frame through a part of an interval, or until it overturns.
+
+    `a` and `v` are the ground accelerations [g] in powers of the time since `time`; the part begins
+    and ends at the times `span` after it.
+    """
+    alpha, p_hat, restitution = frame
+    theta, omega, s, hold = state
+    limit = math.tan(alpha)
+    elapsed, end = span
+    start = MOVING
+    while elapsed < end:
+        now = shift(a, elapsed) if elapsed > 0.0 else a
+        lift = shift(v, elapsed) if lifts and elapsed > 0.0 else v
+        if s == 0.0:
+            wait, start = lift_off(now, lift, limit, hold, end - elapsed)
+            if wait == NEVER:
+                break
+            if wait > 0.0:
+                elapsed += wait
+                now = shift(a, elapsed)
+                lift = shift(v, elapsed) if lifts else v
+            s = -1.0 if now[0] > 0.0 else 1.0
+            if math.isnan(summary[UPLIFT_TIME]):
+                summary[UPLIFT_TIME] = time + elapsed
+        held = both_held(ties, states) if len(ties) > 0 else ()
+        c = taylor(theta, omega, s, now, lift, alpha, p_hat * p_hat, start, held)
+        ended, t, theta, omega, states = _step(
+            c, start, time + elapsed, end - elapsed, s, ties, states, summary, tie_log
+        )
+        elapsed += t
+        start = MOVING
+        if ended == ALOFT:
+            break
+        if ended == FALLEN:
+            summary[OVERTURNING_TIME] = time + elapsed
+            break
+        if ended == LANDED:
+            _note_impact(summary, impacts, time + elapsed, omega)
+            omega *= restitution
+            s = -s
+        if len(ties) > 0:
+            if ended == LANDED:
+                states = landed(ties, states, tie_log)
+            hold = uplift_hold(alpha, ties, states)
+        if ended == LANDED and abs(omega) < REST_VELOCITY_RATIO * p_hat:
+            needed = limit * (1.0 + derivatives(v, elapsed)[0]) + hold
+            if omega == 0.0 or abs(derivatives(a, elapsed)[0]) <= needed:
+                omega = s = 0.0
+    return (theta, omega, s, hold), states
+
+
+@inlined
+def _finish(
+    time: float,
+    step: float,
+    frame: tuple[float, float, float],
+    state: State,
+    ties: Ties,
+    states: States,
+    impacts: Float,
+    summary: Float,
+    tie_log: Float,
+) -> None:
+    """Follow the frame over still ground from a time on, where the energy decides."""
+    alpha, p_hat, restitution = frame
+    theta, omega, s, _ = state
+    if len(ties) > 0:
+        overturns, after, high, fast, landing_time, landing = tied_tail(
+            theta, omega, s, alpha, p_hat, restitution, ties, states, step, tie_log, time
+        )
+    else:
+        overturns, after, high, fast, landing_time, landing = tail(
+            theta, omega, s, alpha, p_hat, restitution
+        )
+    if not math.isnan(landing_time):
+        _note_impact(summary, impacts, time + landing_time, landing)
+    summary[IMPACT_VELOCITY] = max(summary[IMPACT_VELOCITY], abs(landing))
+    _note_peaks(summary, high, math.nan, fast)
+    if overturns:
+        summary[OVERTURNING_TIME] = summary[PEAK_TIME] = time + after
+
+
 @compiled
-def integrate(  # noqa: C901  one loop over arrays, see above
+def integrate(
     ground: Float,
     vertical: Float,
     time_step: float,
@@ -125,232 +340,60 @@ def integrate(  # noqa: C901  one loop over arrays, see above
     int
         NO_UPLIFT, SAFE or OVERTURNED.
     """
-    intervals, coefficients = ground.shape
+    intervals = ground.shape[0]
     lifts = vertical.shape[0] > 0
-    keeps = thetas.shape[0] > 0
+    frame = (alpha, p_hat, restitution)
+    histories = (thetas, omegas, forces)
     strongest = 0.0
     for i in range(intervals):
-        largest = 0.0
-        for j in range(coefficients - 1, -1, -1):
-            largest = largest * time_step + abs(ground[i, j])
-            if lifts:
-                largest += abs(vertical[i, j])
-        strongest = max(strongest, largest)
-    strongest *= abs(scale)
-    limit = math.tan(alpha)
-    p2 = p_hat * p_hat
-    most = 1.0 + strongest  # upper bound of the pull [g]
-    hold = 0.0
-    if len(ties) > 0:
-        states = (begun(ties[0], theta_0), begun(ties[1], theta_0))
-        for j in range(2):
-            most += ties[j][0] + abs(ties[j][1]) + (ties[j][2] if ties[j][4] != ELASTIC else 0.0)
-            for k in range(TIE_LOG_SIZE):
-                tie_log[j, k] = 0.0
-            tie_log[j, YIELD_TIME] = math.nan
-            tie_log[j, REST] = math.nan
-        hold = uplift_hold(alpha, ties, states)
-    rate = p_hat * math.sqrt(most)
+        strongest = max(strongest, _bound(ground, vertical, i, time_step, 1.0))
+    pull, hold, states = _begin(alpha, ties, theta_0, 1.0 + strongest * abs(scale), tie_log)
+    rate = p_hat * math.sqrt(pull)
     stride = MAX_SMOOTH_STRIDE if ground.shape[1] > 2 else MAX_STRIDE
     pieces = max(1, math.ceil(rate * time_step / stride))
     h = time_step / pieces
-
-    theta = theta_0
-    omega = omega_0
-    s = np.sign(theta) if theta != 0.0 else np.sign(omega)
-    peak = abs(theta)
-    peak_time = start_time if s != 0.0 else math.nan
-    uplift_time = start_time if s != 0.0 else math.nan
-    overturning_time = math.nan
-    fastest = abs(omega)
-    hardest = 0.0
-    count = 0
-    if keeps:
-        thetas[0] = theta
-        omegas[0] = omega
-        if len(ties) > 0:
-            for j in range(2):
-                forces[0, j] = force_at(ties[j], states[j], theta)
-    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    v = zero
+    s = np.sign(theta_0) if theta_0 != 0.0 else np.sign(omega_0)
+    summary[:] = 0.0
+    summary[PEAK], summary[PEAK_VELOCITY] = abs(theta_0), abs(omega_0)
+    summary[PEAK_TIME] = summary[UPLIFT_TIME] = start_time if s != 0.0 else math.nan
+    summary[OVERTURNING_TIME] = math.nan
+    state = (theta_0, omega_0, s, hold)
+    _keep_node(0, theta_0, omega_0, ties, states, histories)
+    v = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    limit = math.tan(alpha)
     for i in range(intervals):
-        time = start_time + i * time_step
-        if s == 0.0:
-            largest = 0.0
-            for j in range(coefficients - 1, -1, -1):
-                largest = largest * time_step + abs(ground[i, j])
-                if lifts:
-                    largest += limit * abs(vertical[i, j])
-            if abs(scale) * largest <= limit + hold:
-                if keeps:
-                    thetas[i + 1] = 0.0
-                    omegas[i + 1] = 0.0
-                    if len(ties) > 0:
-                        for j in range(2):
-                            forces[i + 1, j] = force_at(ties[j], states[j], 0.0)
-                continue
-        a = (
-            scale * ground[i, 0],
-            scale * ground[i, 1] if coefficients > 1 else 0.0,
-            scale * ground[i, 2] if coefficients > 2 else 0.0,
-            scale * ground[i, 3] if coefficients > 3 else 0.0,
-            scale * ground[i, 4] if coefficients > 4 else 0.0,
-            scale * ground[i, 5] if coefficients > 5 else 0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        )
-        if lifts:
-            v = (
-                scale * vertical[i, 0],
-                scale * vertical[i, 1] if coefficients > 1 else 0.0,
-                scale * vertical[i, 2] if coefficients > 2 else 0.0,
-                scale * vertical[i, 3] if coefficients > 3 else 0.0,
-                scale * vertical[i, 4] if coefficients > 4 else 0.0,
-                scale * vertical[i, 5] if coefficients > 5 else 0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-            )
-        for k in range(pieces):
-            elapsed = k * h
-            end = elapsed + h
-            start = MOVING
-            while elapsed < end:
-                now = shift(a, elapsed) if elapsed > 0.0 else a
-                lift = shift(v, elapsed) if lifts and elapsed > 0.0 else v
-                if s == 0.0:
-                    wait, start = lift_off(now, lift, limit, hold, end - elapsed)
-                    if wait == NEVER:
-                        break
-                    if wait > 0.0:
-                        elapsed += wait
-                        now = shift(a, elapsed)
-                        lift = shift(v, elapsed) if lifts else v
-                    s = -1.0 if now[0] > 0.0 else 1.0
-                    if math.isnan(uplift_time):
-                        uplift_time = time + elapsed
-                if len(ties) > 0:
-                    held = both_held(ties, states)
-                    c = taylor(theta, omega, s, now, lift, alpha, p2, start, held)
-                else:
-                    c = taylor(theta, omega, s, now, lift, alpha, p2, start, ())
-                ended, t, theta, omega, high, high_time, fast = flight(
-                    c, s, end - elapsed, start, peak
+        bound = abs(scale) * _bound(ground, vertical, i, time_step, limit) if s == 0.0 else 0.0
+        if s != 0.0 or bound > limit + hold:
+            a = _polynomial(ground, i, scale)
+            if lifts:
+                v = _polynomial(vertical, i, scale)
+            for k in range(pieces):
+                state, states = _follow(
+                    a,
+                    v,
+                    lifts,
+                    start_time + i * time_step,
+                    (k * h, k * h + h),
+                    frame,
+                    state,
+                    ties,
+                    states,
+                    impacts,
+                    summary,
+                    tie_log,
                 )
-                if len(ties) > 0:
-                    which, when, level = next_change(ties, states, c, s, t)
-                    if which >= 0:
-                        ended, t, theta, omega, high, high_time, fast = flight(
-                            c, s, when, start, peak
-                        )
-                        ended = CHANGED
-                        theta, omega, states = changed(
-                            theta,
-                            omega,
-                            s,
-                            level,
-                            which,
-                            ties,
-                            states,
-                            tie_log,
-                            time + elapsed + t,
-                        )
-                        hold = uplift_hold(alpha, ties, states)
-                fastest = max(fastest, fast)
-                if high > peak:
-                    peak = high
-                    peak_time = time + elapsed + high_time
-                elapsed += t
-                if ended == ALOFT:
-                    break
-                if ended == FALLEN:
-                    overturning_time = time + elapsed
-                    break
-                start = MOVING
-                if ended == CHANGED:
-                    continue
-                if len(ties) > 0:
-                    states = landed(ties, states, tie_log)
-                    hold = uplift_hold(alpha, ties, states)
-                if count < impacts.shape[0]:
-                    impacts[count, 0] = time + elapsed
-                    impacts[count, 1] = omega
-                count += 1
-                hardest = max(hardest, abs(omega))
-                omega *= restitution
-                s = -s
-                if abs(omega) < REST_VELOCITY_RATIO * p_hat:
-                    needed = limit * (1.0 + derivatives(v, elapsed)[0]) + hold
-                    if abs(derivatives(a, elapsed)[0]) <= needed:
-                        omega = 0.0
-                    if omega == 0.0:
-                        s = 0.0
-            if not math.isnan(overturning_time):
-                break
-        if not math.isnan(overturning_time):
-            if keeps:
-                for j in range(i + 1, intervals + 1):
-                    thetas[j] = math.nan
-                    omegas[j] = math.nan
-                    if len(ties) > 0:
-                        for k in range(2):
-                            forces[j, k] = math.nan
-            break
-        if keeps:
-            thetas[i + 1] = theta
-            omegas[i + 1] = omega
-            if len(ties) > 0:
-                for j in range(2):
-                    forces[i + 1, j] = force_at(ties[j], states[j], theta)
-
-    verdict = NO_UPLIFT if math.isnan(uplift_time) else SAFE
-    if not math.isnan(overturning_time):
-        verdict = OVERTURNED
-    else:  # the ground is still: the energy decides
-        end_time = start_time + intervals * time_step
-        if len(ties) > 0:
-            overturns, after, high, fast, landing_time, landing = tied_tail(
-                theta,
-                omega,
-                s,
-                alpha,
-                p_hat,
-                restitution,
-                ties,
-                states,
-                MAX_STRIDE / rate,
-                tie_log,
-                end_time,
-            )
-        else:
-            overturns, after, high, fast, landing_time, landing = tail(
-                theta, omega, s, alpha, p_hat, restitution
-            )
-        fastest = max(fastest, fast)
-        hardest = max(hardest, abs(landing))
-        if not math.isnan(landing_time):
-            if count < impacts.shape[0]:
-                impacts[count, 0] = end_time + landing_time
-                impacts[count, 1] = landing
-            count += 1
-        if high > peak:
-            peak = high
-            peak_time = math.nan
-        if overturns:
-            verdict = OVERTURNED
-            overturning_time = end_time + after
-            peak_time = overturning_time
-    summary[PEAK] = peak
-    summary[PEAK_TIME] = peak_time
-    summary[UPLIFT_TIME] = uplift_time
-    summary[OVERTURNING_TIME] = overturning_time
-    summary[IMPACTS] = count
-    summary[PEAK_VELOCITY] = fastest
-    summary[IMPACT_VELOCITY] = hardest
-    return verdict
+                if not math.isnan(summary[OVERTURNING_TIME]):
+                    thetas[i + 1 :] = math.nan
+                    omegas[i + 1 :] = math.nan
+                    forces[i + 1 :] = math.nan
+                    return OVERTURNED
+        _, _, s, hold = state
+        _keep_node(i + 1, state[0], state[1], ties, states, histories)
+    end_time = start_time + intervals * time_step
+    _finish(end_time, MAX_STRIDE / rate, frame, state, ties, states, impacts, summary, tie_log)
+    if not math.isnan(summary[OVERTURNING_TIME]):
+        return OVERTURNED
+    return NO_UPLIFT if math.isnan(summary[UPLIFT_TIME]) else SAFE
 
 
 @compiled
@@ -386,48 +429,34 @@ def integrate_many(
         The pair of ties of each scenario.
     """
     none = np.empty(0)
-    no_log = np.empty((0, 2))
+    no_impacts = np.empty((0, 2))
     tie_log = np.empty((2, TIE_LOG_SIZE))
     for k in range(scale.size):
-        if len(tied) > 0:
-            t = ties[k]
-            pair = ((t[0], t[1], t[2], t[3], t[4]), (t[5], t[6], t[7], t[8], t[9]))
-            verdicts[k] = integrate(
-                ground,
-                vertical,
-                time_step,
-                start_time,
-                scale[k],
-                alpha[k],
-                p_hat[k],
-                restitution[k],
-                0.0,
-                0.0,
-                none,
-                none,
-                no_log,
-                summaries[k],
-                pair,
-                no_log,
-                tie_log,
-            )
-        else:
-            verdicts[k] = integrate(
-                ground,
-                vertical,
-                time_step,
-                start_time,
-                scale[k],
-                alpha[k],
-                p_hat[k],
-                restitution[k],
-                0.0,
-                0.0,
-                none,
-                none,
-                no_log,
-                summaries[k],
-                (),
-                no_log,
-                no_log,
-            )
+        verdicts[k] = integrate(
+            ground,
+            vertical,
+            time_step,
+            start_time,
+            scale[k],
+            alpha[k],
+            p_hat[k],
+            restitution[k],
+            0.0,
+            0.0,
+            none,
+            none,
+            no_impacts,
+            summaries[k],
+            _pair(tied, ties, k),
+            no_impacts,
+            tie_log,
+        )
+
+
+@inlined
+def _pair(tied: Marker, ties: Float, k: int) -> Ties:
+    """Return the ties of a scenario."""
+    if len(tied) > 0:
+        t = ties[k]
+        return (t[0], t[1], t[2], t[3], t[4]), (t[5], t[6], t[7], t[8], t[9])
+    return ()
