@@ -7,8 +7,7 @@ until a pack of them can hop. Lanes at rest are moved to their next uplift. Lane
 their motion take the next scenario. So no lane waits for another one's motion, and the result of a
 scenario has the same bits whatever the other lanes contain.
 
-The longest function is one loop over one set of arrays, for the reason given in the scalar kernel;
-the functions that this loop calls make the file long.
+Private functions are compiled into their callers, as in the scalar kernel; they make the file long.
 """
 
 from __future__ import annotations
@@ -114,6 +113,15 @@ _HOLD: Final = (HOT_ROWS + 9) * WIDTH  # term that the ties add to the uplift ac
 _HARDEST: Final = (HOT_ROWS + 10) * WIDTH  # largest |omega| just before an impact
 _CALM: Final = (HOT_ROWS + 11) * WIDTH  # rate below which `_dies_out` is tried
 _BLOCK: Final = (HOT_ROWS + 12) * WIDTH  # not a power of two: those cause cache conflicts
+
+# What a lane needs after a hop.
+_STRIDE: Final = 0
+_HOP: Final = 1
+_ATTENTION: Final = 2  # it rests, its interval or its scenario has ended
+
+# Counts of scenarios: those that have begun, and those that are in lanes.
+_BEGUN: Final = 0
+_LIVE: Final = 1
 
 
 @inlined
@@ -490,8 +498,166 @@ def _fly_on(pool: Float, q: int, theta: float, omega: float) -> None:
     pool[q + PENDING] = 0.0
 
 
+@inlined
+def _ready(
+    pool: Float,
+    q: int,
+    counts: NDArray[np.int64],
+    ground: Float,
+    bounds: Float,
+    coarse: Float,
+    curved: Marker,
+    lifts: Marker,
+    tied: Marker,
+    asked: Float,
+    verdicts: NDArray[np.int8],
+    summaries: Float,
+    ahead: Float,
+    excursions: Float,
+    tie_log: Float,
+) -> bool:
+    """Prepare a lane for a hop, with the next scenario if its own has ended.
+
+    Returns False if no scenario is left for it.
+    """
+    while True:
+        if pool[q + _WHO] < 0.0:
+            if counts[_BEGUN] == asked.shape[0]:
+                return False
+            _seat(pool, q, counts[_BEGUN], asked)
+            counts[_BEGUN] += 1
+            counts[_LIVE] += 1
+        if pool[q + _SIDE] == 0.0:
+            _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts, tied)
+            if excursions.shape[0] > 0 and pool[q + AT] < pool[q + END]:
+                _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
+        if pool[q + AT] < pool[q + END]:
+            pool[q + PENDING] = 1.0
+            return True
+        _end(pool, q, asked, verdicts, summaries, tied, tie_log)
+        counts[_LIVE] -= 1
+
+
+@inlined
+def _join(
+    pack: Float, k: int, pool: Float, q: int, curved: Marker, lifts: Marker, tied: Marker
+) -> None:
+    """Copy a lane to a place in a pack."""
+    for r in range(0, A, WIDTH):
+        pack[k + r] = pool[q + r]
+    for r in range(0, (6 if len(curved) > 0 else 2) * WIDTH, WIDTH):
+        pack[k + A + r] = pool[q + A + r]
+        if len(lifts) > 0:
+            pack[k + V + r] = pool[q + V + r]
+    if len(tied) > 0:
+        pack[k + TIE] = pool[q + TIE]
+
+
+@inlined
+def _scalar_flight(
+    pool: Float,
+    q: int,
+    ground: Float,
+    asked: Float,
+    curved: Marker,
+    lifts: Marker,
+    tied: Marker,
+) -> tuple[int, float, float, float]:
+    """Compute a lane's flight as the scalar kernel does; return its end, and the state then."""
+    a, v = _ground_of(pool, q, ground, asked, pool[q + _SIDE], curved, lifts)
+    who = _index(pool[q + _WHO])
+    start = int(pool[q + START])
+    theta, omega, alpha = pool[q + THETA], pool[q + OMEGA], pool[q + ALPHA]
+    if len(tied) > 0:
+        p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
+        held = (asked[who, TIE_STIFFNESS], asked[who, TIE_FORCE])
+        c = taylor(theta, omega, 1.0, a, v, alpha, p2, start, held)
+    else:
+        c = taylor(theta, omega, 1.0, a, v, alpha, pool[q + P2], start, ())
+    ended, t, theta, omega, high, _, fast = flight(
+        c, 1.0, 1.0 - pool[q + ELAPSED], start, pool[q + PEAK]
+    )
+    pool[q + PEAK] = max(high, pool[q + PEAK])
+    pool[q + FASTEST] = max(fast, pool[q + FASTEST])
+    return ended, t, theta, omega
+
+
+@inlined
+def _after_hop(
+    pack: Float,
+    k: int,
+    pool: Float,
+    q: int,
+    counts: NDArray[np.int64],
+    ground: Float,
+    curved: Marker,
+    lifts: Marker,
+    tied: Marker,
+    asked: Float,
+    verdicts: NDArray[np.int8],
+    summaries: Float,
+    ahead: Float,
+    excursions: Float,
+) -> int:
+    """Move a lane to the end of its hop; return what it needs next."""
+    pool[q + PEAK] = pack[k + PEAK]
+    pool[q + FASTEST] = pack[k + FASTEST]
+    kind, t = pack[k + KIND], pack[k + TAU]
+    theta, omega = pack[k + THETA_AFTER], pack[k + OMEGA_AFTER]
+    aloft = kind == HOP_ALOFT
+    if kind != HOP_ALOFT and kind != HOP_LANDED:
+        ended, t, theta, omega = _scalar_flight(pool, q, ground, asked, curved, lifts, tied)
+        if ended == FALLEN:
+            who = _index(pool[q + _WHO])
+            verdicts[who] = OVERTURNED
+            fallen = pool[q + AT] - asked[who, FIRST] + pool[q + ELAPSED] + t
+            _file(pool, q, asked, summaries, HALF_PI, pool[q + FASTEST], fallen)
+            _empty(pool, q)
+            counts[_LIVE] -= 1
+            return _ATTENTION
+        aloft = ended == ALOFT
+    if aloft:
+        _fly_on(pool, q, theta, omega)
+        return _STRIDE
+    attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts, tied)
+    if excursions.shape[0] > 0 and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
+        _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
+    return _ATTENTION if attention else _HOP
+
+
+@inlined
+def _advance(
+    pool: Float,
+    used: int,
+    fresh: NDArray[np.uint32],
+    ground: Float,
+    curved: Marker,
+    lifts: Marker,
+    tied: Marker,
+) -> int:
+    """Let all lanes stride; return the number of those that need attention, listed in `fresh`.
+
+    All blocks are loaded before the first stride: reading just-written numbers as a vector stalls.
+    """
+    freshes = 0
+    for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
+        if b >= used:
+            break
+        for q in range(b, b + WIDTH):
+            _load(pool, q, ground, curved, lifts, tied)
+    for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
+        if b >= used:
+            break
+        stride(pool, b, curved, lifts, tied)
+        for q in range(b, b + WIDTH):
+            if pool[q + SEEN] == 0.0:
+                fresh[freshes] = q
+                freshes += 1
+    return freshes
+
+
 @compiled
-def integrate_lanes(  # noqa: C901  one loop, see above
+def integrate_lanes(  # noqa: C901  rounds, as described above
     ground: Float,
     bounds: Float,
     coarse: Float,
@@ -533,21 +699,18 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         Distances must be minus infinity. Filled with the excursions of the largest distances, in no
         particular order. Shape (0, ...) if excursions are not requested.
     """
-    total = asked.shape[0]
-    notes = excursions.shape[0] > 0
     pool = np.zeros(_BLOCKS * _BLOCK)
     # empty lanes take as long as others, so a few scenarios use only a few blocks; the loops below
     # keep constant bounds, because the compiler vectorises them only then
-    used = min(_BLOCKS, (total + WIDTH - 1) // WIDTH) * _BLOCK
+    used = min(_BLOCKS, (asked.shape[0] + WIDTH - 1) // WIDTH) * _BLOCK
     pack = np.zeros(PACK_SIZE)
     tie_log = np.zeros((2, TIE_LOG_SIZE))
     # unsigned, so that the compiler need not check for negative indices
     fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
     pending = np.zeros(_LANES, dtype=np.uint32)  # lanes that wait for a hop
+    counts = np.zeros(2, dtype=np.int64)
     freshes = 0
     waiting = 0
-    live = 0
-    following = 0
     for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
         for q in range(b, b + WIDTH):
             _empty(pool, q)
@@ -558,122 +721,59 @@ def integrate_lanes(  # noqa: C901  one loop, see above
         while True:
             for e in range(freshes):
                 q = _index(fresh[e])
-                while True:
-                    if pool[q + _WHO] < 0.0:
-                        if following == total:
-                            break
-                        _seat(pool, q, following, asked)
-                        following += 1
-                        live += 1
-                    if pool[q + _SIDE] == 0.0:
-                        _wait_for_uplift(
-                            pool, q, ground, bounds, coarse, asked, curved, lifts, tied
-                        )
-                        if notes and pool[q + AT] < pool[q + END]:
-                            _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
-                    if pool[q + AT] < pool[q + END]:
-                        pool[q + PENDING] = 1.0
-                        pending[waiting] = q
-                        waiting += 1
-                        break
-                    _end(pool, q, asked, verdicts, summaries, tied, tie_log)
-                    live -= 1
+                if _ready(
+                    pool,
+                    q,
+                    counts,
+                    ground,
+                    bounds,
+                    coarse,
+                    curved,
+                    lifts,
+                    tied,
+                    asked,
+                    verdicts,
+                    summaries,
+                    ahead,
+                    excursions,
+                    tie_log,
+                ):
+                    pending[waiting] = q
+                    waiting += 1
             freshes = 0
             # a pack that is not full waits until it is, or until no other lane moves
-            if waiting == 0 or (waiting < WIDTH and waiting < live):
+            if waiting == 0 or (waiting < WIDTH and waiting < counts[_LIVE]):
                 break
             taken = min(waiting, WIDTH)
             waiting -= taken
             back = waiting
             for k in range(taken):
-                q = _index(pending[back + k])
-                for r in range(0, A, WIDTH):
-                    pack[k + r] = pool[q + r]
-                for r in range(0, (6 if len(curved) > 0 else 2) * WIDTH, WIDTH):
-                    pack[k + A + r] = pool[q + A + r]
-                    if len(lifts) > 0:
-                        pack[k + V + r] = pool[q + V + r]
-                if len(tied) > 0:
-                    pack[k + TIE] = pool[q + TIE]
+                _join(pack, k, pool, _index(pending[back + k]), curved, lifts, tied)
             hop(pack, curved, lifts, tied)
             for k in range(taken):
                 q = _index(pending[back + k])
-                pool[q + PEAK] = pack[k + PEAK]
-                pool[q + FASTEST] = pack[k + FASTEST]
-                if pack[k + KIND] == HOP_ALOFT:
-                    _fly_on(pool, q, pack[k + THETA_AFTER], pack[k + OMEGA_AFTER])
-                    continue
-                if pack[k + KIND] == HOP_LANDED:
-                    t = pack[k + TAU]
-                    omega = pack[k + OMEGA_AFTER]
-                else:
-                    a, v = _ground_of(pool, q, ground, asked, pool[q + _SIDE], curved, lifts)
-                    start = int(pool[q + START])
-                    if len(tied) > 0:
-                        who = _index(pool[q + _WHO])
-                        c = taylor(
-                            pool[q + THETA],
-                            pool[q + OMEGA],
-                            1.0,
-                            a,
-                            v,
-                            pool[q + ALPHA],
-                            (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2,
-                            start,
-                            (asked[who, TIE_STIFFNESS], asked[who, TIE_FORCE]),
-                        )
-                    else:
-                        c = taylor(
-                            pool[q + THETA],
-                            pool[q + OMEGA],
-                            1.0,
-                            a,
-                            v,
-                            pool[q + ALPHA],
-                            pool[q + P2],
-                            start,
-                            (),
-                        )
-                    ended, t, theta, omega, high, _, fast = flight(
-                        c, 1.0, 1.0 - pool[q + ELAPSED], start, pool[q + PEAK]
-                    )
-                    pool[q + PEAK] = max(high, pool[q + PEAK])
-                    pool[q + FASTEST] = max(fast, pool[q + FASTEST])
-                    if ended == ALOFT:
-                        _fly_on(pool, q, theta, omega)
-                        continue
-                    if ended == FALLEN:
-                        who = _index(pool[q + _WHO])
-                        verdicts[who] = OVERTURNED
-                        fallen = pool[q + AT] - asked[who, FIRST] + pool[q + ELAPSED] + t
-                        _file(pool, q, asked, summaries, HALF_PI, pool[q + FASTEST], fallen)
-                        _empty(pool, q)
-                        live -= 1
-                        fresh[freshes] = q
-                        freshes += 1
-                        continue
-                attention = _rebound(pool, q, t, omega, ground, asked, curved, lifts, tied)
-                if notes and pool[q + _SIDE] != 0.0 and pool[q + AT] < pool[q + END]:
-                    _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
-                if attention:
+                needs = _after_hop(
+                    pack,
+                    k,
+                    pool,
+                    q,
+                    counts,
+                    ground,
+                    curved,
+                    lifts,
+                    tied,
+                    asked,
+                    verdicts,
+                    summaries,
+                    ahead,
+                    excursions,
+                )
+                if needs == _ATTENTION:
                     fresh[freshes] = q
                     freshes += 1
-                else:
+                elif needs == _HOP:
                     pending[waiting] = q
                     waiting += 1
-        if live == 0:
+        if counts[_LIVE] == 0:
             break
-        # load all blocks before the first stride: reading just-written numbers as a vector stalls
-        for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
-            if b >= used:
-                break
-            for q in range(b, b + WIDTH):
-                _load(pool, q, ground, curved, lifts, tied)
-        for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
-            if b >= used:
-                break
-            stride(pool, b, curved, lifts, tied)
-            for q in range(b, b + WIDTH):
-                if pool[q + SEEN] == 0.0:
-                    fresh[freshes] = q
-                    freshes += 1
+        freshes = _advance(pool, used, fresh, ground, curved, lifts, tied)
