@@ -265,8 +265,11 @@ def _finish(
     impacts: Float,
     summary: Float,
     tie_log: Float,
-) -> None:
-    """Follow the frame over still ground from a time on, where the energy decides."""
+) -> bool:
+    """Follow the frame over still ground from a time on; return True if it overturns.
+
+    The energy decides. A frame that balances on the barrier overturns at no time.
+    """
     alpha, p_hat, restitution = frame
     theta, omega, s, _ = state
     if len(ties) > 0:
@@ -283,6 +286,7 @@ def _finish(
     _note_peaks(summary, high, math.nan, fast)
     if overturns:
         summary[OVERTURNING_TIME] = summary[PEAK_TIME] = time + after
+    return bool(overturns)
 
 
 @compiled
@@ -390,8 +394,8 @@ def integrate(
         _, _, s, hold = state
         _keep_node(i + 1, state[0], state[1], ties, states, histories)
     end_time = start_time + intervals * time_step
-    _finish(end_time, MAX_STRIDE / rate, frame, state, ties, states, impacts, summary, tie_log)
-    if not math.isnan(summary[OVERTURNING_TIME]):
+    step = MAX_STRIDE / rate
+    if _finish(end_time, step, frame, state, ties, states, impacts, summary, tie_log):
         return OVERTURNED
     return NO_UPLIFT if math.isnan(summary[UPLIFT_TIME]) else SAFE
 

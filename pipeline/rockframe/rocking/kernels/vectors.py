@@ -15,7 +15,7 @@ The file is long because the compiler vectorises only operations that are writte
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from rockframe.rocking.kernels.polynomials import Polynomial, shift
 from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker
 
 Float = NDArray[np.float64]
+#: Taylor coefficients of psi''.
+Bends: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 
 #: Number of lanes in a block: two of the widest vectors of current processors.
 WIDTH: Final = 16
@@ -167,7 +169,7 @@ def _turn(  # noqa: C901  sums written out
     curved: Marker,
     lifts: Marker,
     tie: tuple[()] | tuple[float, float],
-) -> tuple[float, float, float, float, float, float, float, float]:
+) -> Bends:
     """Return Taylor coefficients f0, g1 to g7 of psi'' from eq (26), with psi' = -omega.
 
     Psi changes by d = d1 t + d2 t^2 + .... With s and k the sine and cosine of psi at t = 0,
@@ -369,38 +371,66 @@ def _locate_peaks(pack: Float) -> None:
 
 
 @inlined
-def hop(  # noqa: C901  one loop, see above
-    pack: Float, curved: Marker, lifts: Marker, tied: Marker
-) -> None:
-    """Take each lane of a pack from within its interval to its landing or the interval's end.
+def _locate_landings(pack: Float) -> None:
+    """Locate the landings of a pack's lanes by Newton's method on theta."""
+    for _ in range(_LANDING_STEPS):
+        active = 0.0
+        for j in range(WIDTH):
+            active += pack[j + OPEN]
+        if active == 0.0:
+            break
+        for j in range(WIDTH):
+            t = pack[j + TAU]
+            value, slope = _value(pack, j, t)
+            new = t - value / slope
+            on = pack[j + OPEN] > 0.0
+            pack[j + TAU] = new if on else t
+            pack[j + OPEN] = 1.0 if on & (abs(new - t) > 1e-8 * t) else 0.0
+    for j in range(WIDTH):
+        t = pack[j + TAU]
+        _, slope = _value(pack, j, t)
+        kind = pack[j + KIND]
+        fast = pack[j + FASTEST]
+        sure = (pack[j + OPEN] == 0.0) & (t > 0.0) & (t <= 1.0 - pack[j + ELAPSED]) & (slope < 0.0)
+        down_here = kind == HOP_LANDED
+        landed = down_here & sure
+        pack[j + KIND] = HOP_ALONE if down_here & (not sure) else kind
+        pack[j + FASTEST] = most_of(-slope, fast) if landed else fast
+        pack[j + OMEGA_AFTER] = slope if landed else pack[j + OMEGA_AFTER]
 
-    Lanes that the scalar kernel must compute are marked: the second derivative changes its sign, a
-    peak exceeds the earlier ones and is not located, or the frame overturns. In all other hops
-    theta is monotone, or concave from the start to the landing.
-    """
+
+@inlined
+def _bends(pack: Float, j: int, curved: Marker, lifts: Marker, tied: Marker) -> Bends:
+    """Return the Taylor coefficients of psi'' of a lane in its hop (see `_turn`)."""
+    elapsed = pack[j + ELAPSED]
+    a, v = _pushed(pack, j, curved, lifts)
+    if len(curved) > 0:
+        a = shift(a, elapsed)
+        if len(lifts) > 0:
+            v = shift(v, elapsed)
+    else:
+        a = (a[0] + elapsed * a[1], a[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        if len(lifts) > 0:
+            v = (v[0] + elapsed * v[1], v[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    theta, omega = pack[j + THETA], pack[j + OMEGA]
+    psi = pack[j + ALPHA] - theta
+    pushed = 0.0 if pack[j + START] == FROM_UPLIFT else 1.0
+    if len(tied) > 0:
+        sine, cosine = _sine_cosine(0.5 * theta)
+        tie = (pack[j + TIE] * sine, pack[j + TIE] * cosine)
+        return _turn(psi, omega, a, v, pushed, curved, lifts, tie)
+    return _turn(psi, omega, a, v, pushed, curved, lifts, ())
+
+
+@inlined
+def _take_off(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
+    """Start the hops of a pack: series, kind of end, first guesses of peaks and landings."""
     for j in range(WIDTH):
         theta = pack[j + THETA]
         omega = pack[j + OMEGA]
         start = pack[j + START]
-        elapsed = pack[j + ELAPSED]
-        h = 1.0 - elapsed
-        a, v = _pushed(pack, j, curved, lifts)
-        if len(curved) > 0:
-            a = shift(a, elapsed)
-            if len(lifts) > 0:
-                v = shift(v, elapsed)
-        else:
-            a = (a[0] + elapsed * a[1], a[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-            if len(lifts) > 0:
-                v = (v[0] + elapsed * v[1], v[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        psi = pack[j + ALPHA] - theta
-        pushed = 0.0 if start == FROM_UPLIFT else 1.0
-        if len(tied) > 0:
-            sine, cosine = _sine_cosine(0.5 * theta)
-            tie = (pack[j + TIE] * sine, pack[j + TIE] * cosine)
-            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, pushed, curved, lifts, tie)
-        else:
-            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, pushed, curved, lifts, ())
+        h = 1.0 - pack[j + ELAPSED]
+        f0, g1, g2, g3, g4, g5, g6, g7 = _bends(pack, j, curved, lifts, tied)
         c2 = f0 * (-1.0 / 2.0)
         c3 = g1 * (-1.0 / 6.0)
         c4 = g2 * (-1.0 / 12.0)
@@ -473,28 +503,16 @@ def hop(  # noqa: C901  one loop, see above
         pack[j + FASTEST] = most_of(most_of(abs(omega), abs(omega_h)), fast) if up else fast
         pack[j + THETA_AFTER] = theta_h
         pack[j + OMEGA_AFTER] = omega_h
+
+
+@inlined
+def hop(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
+    """Take each lane of a pack from within its interval to its landing or the interval's end.
+
+    Lanes that the scalar kernel must compute are marked: the second derivative changes its sign, a
+    peak exceeds the earlier ones and is not located, or the frame overturns. In all other hops
+    theta is monotone, or concave from the start to the landing.
+    """
+    _take_off(pack, curved, lifts, tied)
     _locate_peaks(pack)
-    for _ in range(_LANDING_STEPS):
-        active = 0.0
-        for j in range(WIDTH):
-            active += pack[j + OPEN]
-        if active == 0.0:
-            break
-        for j in range(WIDTH):
-            t = pack[j + TAU]
-            value, slope = _value(pack, j, t)
-            new = t - value / slope
-            on = pack[j + OPEN] > 0.0
-            pack[j + TAU] = new if on else t
-            pack[j + OPEN] = 1.0 if on & (abs(new - t) > 1e-8 * t) else 0.0
-    for j in range(WIDTH):
-        t = pack[j + TAU]
-        _, slope = _value(pack, j, t)
-        kind = pack[j + KIND]
-        fast = pack[j + FASTEST]
-        sure = (pack[j + OPEN] == 0.0) & (t > 0.0) & (t <= 1.0 - pack[j + ELAPSED]) & (slope < 0.0)
-        down_here = kind == HOP_LANDED
-        landed = down_here & sure
-        pack[j + KIND] = HOP_ALONE if down_here & (not sure) else kind
-        pack[j + FASTEST] = most_of(-slope, fast) if landed else fast
-        pack[j + OMEGA_AFTER] = slope if landed else pack[j + OMEGA_AFTER]
+    _locate_landings(pack)
