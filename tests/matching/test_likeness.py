@@ -55,7 +55,7 @@ def test_planted_pulses_are_called_pulses() -> None:
 
 
 def test_plain_scrambling_calls_noise_a_pulse_because_it_swells_and_fades() -> None:
-    """Without the envelope, noise that swells and fades is called a pulse, steady noise rarely."""
+    """Without the envelope, noise that swells is called a pulse, and steady noise rarely is."""
     plain = RICKERS.replaced(scrambling="plain")
     assert calls([noise(seed) for seed in range(20)], plain) >= 0.7
     steady = [np.random.default_rng([seed, 6]).normal(size=1500) for seed in range(20)]

@@ -85,7 +85,7 @@ function draw(motion, fresh) {
   trouble(null);
 }
 
-// The margin takes some tenths of a second, so it is asked for once the settings rest.
+// The margin takes some tenths of a second, so it is requested only when the settings rest.
 const REST = 400;
 let resting = 0;
 let known = {};
@@ -151,7 +151,7 @@ async function ask(fresh) {
 
 const windowOf = (fresh) => (fresh || !player.plots ? [0, settings.chosen.duration] : player.plots.window());
 
-// The page has only the drawn samples of a long record: zooming fetches those of the window.
+// The page has only the drawn samples of a long record, so zooming fetches those of the window.
 let waiting = 0;
 let last = "";
 new MutationObserver(() => {

@@ -1,4 +1,4 @@
-// Tables wider than the screen say so.
+// Mark tables that are wider than the screen.
 const markWide = () => document.querySelectorAll(".wide").forEach((box) =>
   box.classList.toggle("scrolls", box.scrollWidth > box.clientWidth + 1));
 addEventListener("resize", markWide);

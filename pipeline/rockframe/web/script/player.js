@@ -68,7 +68,7 @@ class Player {
   take(motion) {
     this.motion = motion;
     this.largest = motion.acceleration.reduce((most, a) => Math.max(most, Math.abs(a)), 0);
-    // The history of a structure that overturns ends; show its last rotation from there on.
+    // The history of a structure that overturns ends early; then show its last rotation.
     const ended = motion.theta.findIndex(Number.isNaN);
     this.last = ended < 0 ? motion.theta.length - 1 : Math.max(0, ended - 1);
     at("scrub").max = motion.time.length - 1;
