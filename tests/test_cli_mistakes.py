@@ -122,14 +122,14 @@ def test_ingest_never_replaces_its_input(
 def test_what_is_written_must_fit_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Every --output option checks the ending of the name before anything is written."""
+    """Options that name outputs check the ending of the name before anything is written."""
     monkeypatch.chdir(tmp_path)
     verbs = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
     writing = [
         (verb, action)
         for verb, its in verbs.choices.items()
         for action in its._actions  # noqa: SLF001
-        if action.dest == "output"
+        if action.dest in ("output", "figures")
     ]
     assert len(writing) > 10
     for verb, action in writing:

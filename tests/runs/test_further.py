@@ -309,7 +309,7 @@ def test_any_number_that_a_study_states_is_one_on_the_command_line(number: str) 
     assert parser().parse_args(words).pga_g == [float(number), 9.0]
 
 
-def test_run_that_was_moved_says_what_it_cannot_compute_again(
+def test_without_its_hazard_file_only_the_screening_cannot_be_recomputed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The file of the hazard curve is missing; pulses and responses do not need it."""
