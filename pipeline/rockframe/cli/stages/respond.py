@@ -6,7 +6,6 @@ import argparse
 import math
 import textwrap
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from rockframe.cli.arguments import (
@@ -18,7 +17,7 @@ from rockframe.cli.arguments import (
     chosen_structures,
 )
 from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows, table_width
-from rockframe.cli.options import add_options, chosen, path
+from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.respond import RespondOptions
@@ -132,7 +131,7 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
     add_output(parser)
     parser.add_argument(
         "--figures",
-        type=Path,
+        type=folder_to_write,
         metavar="FOLDER",
         help="folder for figures of the records with the largest drifts",
     )
