@@ -51,7 +51,7 @@ def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     import bad_reader  # type: ignore[import-not-found]
 
-    # The package has a function with the module's name, so the module is taken from sys.modules.
+    # Collecting now sends the bad reader to the workers.
     monkeypatch.setattr(
         sys.modules["rockframe.ingest.reading.collect"], "read_outcomes", bad_reader.read_outcomes
     )
