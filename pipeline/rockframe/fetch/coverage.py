@@ -54,20 +54,16 @@ Must be whole records.
             )
         offset += length
     if offset > len(body):
-        raise InputError(
-            name,
-            f"truncated: the last record ends at byte {offset}, the data at {len(body)}. "
-            "Must be whole records.",
-        )
+        message = f"truncated: the last record ends at byte {offset}, the data at {len(body)}."
+        raise InputError(name, f"{message} Must be whole records.")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", UserWarning)
             return read(BytesIO(body), format="MSEED")
     except (ObsPyException, UserWarning, ValueError, TypeError) as error:
         words = one_line(str(error))
-        raise InputError(
-            name, f"samples cannot be unpacked ({words}). Must be sound miniSEED."
-        ) from error
+        message = f"samples cannot be unpacked ({words}). Must be sound miniSEED."
+        raise InputError(name, message) from error
 
 
 def _record_length(body: bytes, offset: int) -> int:

@@ -109,9 +109,8 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
     try:
         if not path.is_file():
             if folder.exists() and any(folder.iterdir()):
-                raise InputError(
-                    folder, f"holds files but no {REQUEST}. Must be new, empty or an earlier fetch."
-                )
+                message = f"holds files but no {REQUEST}. Must be new, empty or an earlier fetch."
+                raise InputError(folder, message)
             return Ledger(folder, request)
         document = read_json(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -136,9 +135,6 @@ def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
     )
     if different:
         key = different[0]
-        raise InputError(
-            path,
-            f"holds another request: {key} {before.get(key)!r}, now {request.get(key)!r}. "
-            "Use the same request, or another folder.",
-        )
+        message = f"holds another request: {key} {before.get(key)!r}, now {request.get(key)!r}."
+        raise InputError(path, f"{message} Use the same request, or another folder.")
     return Ledger(path.parent, request, *(document[part] for part in parts[1:]))

@@ -82,10 +82,10 @@ class ReadOptions:
 NO_OPTIONS: Final = ReadOptions()
 
 
-def settle_units(
+def factor_to_si(
     path: Path, stated: str | None, options: ReadOptions, line: int | None = None
-) -> str:
-    """Return the acceleration units that the file states, otherwise those that the user states.
+) -> float:
+    """Return the size [m s-2] of the units that the file states, otherwise of the user's units.
 
     Parameters
     ----------
@@ -101,26 +101,18 @@ def settle_units(
 
     Examples
     --------
-    >>> settle_units(Path("motion.csv"), None, ReadOptions(units="gal"))
-    'gal'
+    >>> factor_to_si(Path("motion.csv"), None, ReadOptions(units="gal"))
+    0.01
     """
-    if stated is None:
-        if options.units is None:
-            raise InputError(
-                path,
-                "acceleration units unstated. State them in the column name (as in 'acc_g') "
-                "or with --units.",
-                line=line,
-            )
-        return options.units
     given = options.units
-    if given is not None and acceleration_factor(given) != acceleration_factor(stated):
-        raise InputError(
-            path,
-            f"acceleration units {given!r} given, but the file states {stated!r}. Must agree.",
-            line=line,
-        )
-    return stated
+    if stated is None and given is None:
+        message = "acceleration units unstated. State them in the column name (as in 'acc_g') "
+        raise InputError(path, f"{message}or with --units.", line)
+    factor = acceleration_factor(stated or given or "")
+    if given is not None and acceleration_factor(given) != factor:
+        message = f"acceleration units {given!r} given, but the file states {stated!r}. Must agree."
+        raise InputError(path, message, line)
+    return factor
 
 
 def settle_time_step(
@@ -142,9 +134,6 @@ def settle_time_step(
         raise InputError(path, f"time step {stated!r} s. Must be positive and finite.", line=line)
     given = options.time_step
     if given is not None and not math.isclose(given, stated, rel_tol=_SAME_STEP):
-        raise InputError(
-            path,
-            f"time step {given!r} s given, but the file states {stated!r} s. Must agree.",
-            line=line,
-        )
+        message = f"time step {given!r} s given, but the file states {stated!r} s. Must agree."
+        raise InputError(path, message, line)
     return stated

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import (
     head_lines,
@@ -22,7 +22,6 @@ from rockframe.ingest.parsing.lines import (
 )
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _TOP: Final = re.compile(r"STRONG GROUND MOTION RECORDS OF T.{1,2}RK", re.I)
 _COMPONENTS: Final = ("N-S", "E-W", "U-D")
@@ -63,7 +62,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     text = text_of(path, data)
     header = _header(path, text)
-    units = settle_units(path, "gal", options, header.lines.get(_PEAK))
+    factor = factor_to_si(path, "gal", options, header.lines.get(_PEAK))
     table = _table(header, text)
     step = header.required(_STEP)
     if not is_number(step.encode("latin-1", "replace")):
@@ -73,16 +72,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     size = _MAGNITUDE.match(header.values.get("EARTHQUAKE MAGNITUDE", ""))
     records = []
     for column, record_id in enumerate(record_ids(path, _COMPONENTS)):
-        orientation, azimuth = direction(_COMPONENTS[column])
         records.append(
             Record(
                 record_id=record_id,
-                acceleration=table[:, column] * acceleration_factor(units),
+                acceleration=table[:, column] * factor,
                 time_step=time_step,
                 uncorrected=True,
-                component=_COMPONENTS[column],
-                orientation=orientation,
-                azimuth=azimuth,
+                **directed(_COMPONENTS[column]),
                 event=header.values.get("EARTHQUAKE DATE", ""),
                 station=header.values.get("STATION ID", ""),
                 start_time=_start_time(header.values.get("RECORD TIME", "")),
@@ -104,10 +100,8 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         if colon:
             values[key.strip()] = value.strip()
             lines[key.strip()] = number
-    raise InputError(
-        path,
-        f"no line 'N-S E-W U-D' above the samples in the first {_LONGEST_HEADER} lines.",
-    )
+    message = f"no line 'N-S E-W U-D' above the samples in the first {_LONGEST_HEADER} lines."
+    raise InputError(path, message)
 
 
 def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:

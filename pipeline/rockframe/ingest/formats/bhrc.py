@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import math
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.geography import distances, place_in
-from rockframe.ingest.metadata.identify import direction, record_ids, require_distinct
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import directed, distinct_records
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 27
 _COLUMNS: Final = Columns(10, 13)
@@ -77,14 +77,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     names = [one["component"] for one in stated]
     if names != ["L", "V", "T"] or [one["number"] for one in stated] != ["1", "2", "3"]:
         raise InputError(path, f"components {', '.join(names)}. Must be L1, V2, T3.")
-    records = [
-        _record(path, lines, top, end, one, options, record_id)
-        for top, end, one, record_id in zip(
-            tops, ends, stated, record_ids(path, names), strict=True
-        )
-    ]
-    require_distinct(path, records)
-    return records
+    blocks = zip(tops, ends, stated, strict=True)
+    return distinct_records(path, names, blocks, partial(_record, path, lines, options))
 
 
 def _stated(path: Path, words: list[str], top: int) -> dict[str, str]:
@@ -97,14 +91,14 @@ def _stated(path: Path, words: list[str], top: int) -> dict[str, str]:
 def _record(
     path: Path,
     lines: list[bytes],
+    options: ReadOptions,
+    record_id: str,
     top: int,
     end: int,
     stated: dict[str, str],
-    options: ReadOptions,
-    record_id: str,
 ) -> Record:
     line = top + 11
-    units = settle_units(path, "g", options, line + 1)
+    factor = factor_to_si(path, "g", options, line + 1)
     rows = lines[top + _HEADER_LINES : end]
     found = sum(-(-len(row.rstrip()) // _COLUMNS.width) for row in rows)
     count = count_of(path, stated["count"], line, found)
@@ -117,18 +111,15 @@ def _record(
     about, quake = (lines[top + k].decode("latin-1") for k in (7, 8))
     place, depth, size = _STATION.match(about), _DEPTH.match(quake), _MAGNITUDE.search(quake)
     name = stated["component"]
-    orientation, azimuth = direction(place[name] if place and name != "V" else name)
     deep = float(depth[1]) if depth else math.nan
     return Record(
         record_id=record_id,
-        acceleration=tenths * 0.1 * acceleration_factor(units),
+        acceleration=tenths * 0.1 * factor,
         time_step=settle_time_step(path, 1.0 / rate, options, top + 22),
         uncorrected=True,
-        component=name,
-        orientation=orientation,
-        azimuth=azimuth,
+        **directed(name, place[name] if place and name != "V" else name),
         event=lines[top + 2].decode("latin-1").partition(":")[2].strip(),
         station=place["name"].strip() if place else "",
         magnitude=float(size[1]) if size else math.nan,
-        **distances(place_in(quake), place_in(about), deep),  # type: ignore[arg-type]
+        **distances(place_in(quake), place_in(about), deep),
     )

@@ -9,14 +9,13 @@ from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.geography import distances, place_in
-from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import site_of_location
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 16
 _NUMBER: Final = r"(-?\d*\.?\d+)"
@@ -78,7 +77,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     found: dict[str, str] = {}
     for index, pattern, example in _LINES:
         found |= required_line(path, lines, index, pattern, example).groupdict()
-    units = settle_units(path, "cm/s2", options, 11)
+    factor = factor_to_si(path, "cm/s2", options, 11)
     rest = text.split(b"\n", _HEADER_LINES)
     samples = parse_numbers(path, rest[-1] if len(rest) > _HEADER_LINES else b"", _HEADER_LINES + 1)
     count_of(path, found["count"], 12, samples.size)
@@ -91,17 +90,14 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         path, found["peak"], samples, "cm/s2", 13,
         signed=True, time=found["time"], time_step=step,
     )  # fmt: skip
-    orientation, azimuth = direction(found["component"])
     header = "\n".join(lines[:9])
     return [
         Record(
             record_id=record_ids(path, [found["component"]])[0],
-            acceleration=samples * acceleration_factor(units),
+            acceleration=samples * factor,
             time_step=step,
             uncorrected=found["un"] == "UN",
-            component=found["component"],
-            orientation=orientation,
-            azimuth=azimuth,
+            **directed(found["component"]),
             site_type=site_of_location(_text(header, r"OBSERVING POINT:\s*(.*)")),
             event=lines[2].strip(),
             station=_text(header, r"STATION:\s*(\w+)"),
@@ -111,7 +107,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
                 place_in(_text(header, r"EPICENTER\s+(.*?)\s+DEPTH")),
                 place_in(_text(header, r"STATION:\s*\w+\s+(.*)")),
                 float(_text(header, r"DEPTH\s+(\d+\.?\d*)\s*KM") or math.nan),
-            ),  # type: ignore[arg-type]
+            ),
         )
     ]
 

@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.geography import distances
-from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import time_step_of
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _COMPONENTS: Final = ("U", "N", "E")
 _COLUMNS: Final = Columns(4, 10)
@@ -63,7 +62,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise header.invalid("#DataSequence", "Time U(+); N(+); E(+)")
     if not header.required(_UNITS).lower().startswith("gal"):
         raise header.invalid(_UNITS, "gal")
-    factor = acceleration_factor(settle_units(path, "gal", options, header.lines[_UNITS]))
+    factor = factor_to_si(path, "gal", options, header.lines[_UNITS])
     rows = lines[end:]
     numbers = read_columns(path, rows, _COLUMNS, _COLUMNS.count * len(rows), end)
     table = numbers.reshape(len(rows), _COLUMNS.count)
@@ -116,7 +115,6 @@ def _record(
             extremes, (np.maximum(samples, 0.0), np.minimum(samples, 0.0)), strict=True
         )
     ]
-    orientation, azimuth = direction({"U": "UP"}.get(name, name))
     places = [
         (header.number(f"{what}Latitude(N)"), header.number(f"{what}Longitude(E)"))
         for what in ("#Epicenter", "#Station")
@@ -126,15 +124,13 @@ def _record(
         acceleration=factor * samples,
         time_step=step,
         uncorrected=True,
-        component=name,
-        orientation=orientation,
-        azimuth=azimuth,
+        **directed(name, {"U": "UP"}.get(name, name)),
         event=f"{header.get('#Origin Time(GMT+08)')} GMT+8".strip(),
         station=header.get("#StationCode"),
         start_time=_utc(header.get("#StartTime(GMT+08)")),
         magnitude=header.number("#Magnitude(Ml)"),
         peak_ratio=ratios[0],
-        **distances(places[0], places[1], header.number("#Depth(km)")),  # type: ignore[arg-type]
+        **distances(places[0], places[1], header.number("#Depth(km)")),
     )
 
 

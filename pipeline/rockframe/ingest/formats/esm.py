@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
 from rockframe.ingest.metadata.site import site_of_depth
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _KEY: Final = re.compile(r"(?P<key>[A-Z][A-Z0-9_^/]*):(?P<value>.*)")
 _MARKS: Final = ("NDATA:", "SAMPLING_INTERVAL_S:", "HEADER_FORMAT:")
@@ -71,7 +70,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     text = text_of(path, data)
     header = _header(path, text)
-    units = settle_units(path, "cm/s2", options, header.lines["UNITS"])
+    factor = factor_to_si(path, "cm/s2", options, header.lines["UNITS"])
     step = settle_time_step(
         path, header.number("SAMPLING_INTERVAL_S"), options, header.lines["SAMPLING_INTERVAL_S"]
     )
@@ -95,7 +94,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     return [
         Record(
             record_id=record_ids(with_ending(path, [".asc"]), [component])[0],
-            acceleration=samples * acceleration_factor(units),
+            acceleration=samples * factor,
             time_step=step,
             uncorrected=_is_uncorrected(header),
             component=component,

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Orientation, Record
-from rockframe.units import acceleration_factor
 
 _TEXT_LINES: Final = 16
 _HEADER_LINES: Final = 26
@@ -154,19 +153,15 @@ def _components(path: Path, lines: list[bytes]) -> list[_Component]:
     for top, end in zip(tops, [*tops[1:], len(lines)], strict=True):
         header = [line.decode("latin-1") for line in lines[top : min(top + _HEADER_LINES, end)]]
         if len(header) < _HEADER_LINES:
-            raise InputError(
-                path,
-                f"the file ends after {len(header)} lines of a component's header. "
-                f"Must be {_HEADER_LINES} lines.",
-                line=top + len(header),
-            )
+            message = f"the file ends after {len(header)} lines of a component's header."
+            raise InputError(path, f"{message} Must be {_HEADER_LINES} lines.", top + len(header))
         components.append(_Component(path, header, lines[top + _HEADER_LINES : end], top + 1))
     return components
 
 
 def _record(component: _Component, record_id: str, options: ReadOptions) -> Record:
     path, line = component.path, component.first_line
-    units = settle_units(path, "mm/s2", options, line + 13)
+    factor = factor_to_si(path, "mm/s2", options, line + 13)
     step = settle_time_step(path, _step(component), options, line + 10)
     samples = _samples(component, step)
     peak = component.matched(13, _PEAK, "Acceleration:  peak    -41.6 mm/s/s at  43.68 sec")
@@ -188,7 +183,7 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
     magnitude = _MAGNITUDE.search(component.header[8])
     return Record(
         record_id=record_id,
-        acceleration=samples * acceleration_factor(units),
+        acceleration=samples * factor,
         time_step=step,
         uncorrected=component.uncorrected,
         component=component.name,

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import direction, record_ids, with_ending
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import directed, record_ids, with_ending
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, keyed_header, number_of
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _HEADER_LINES: Final = 10
 _COLUMNS: Final = Columns(5, 14)
@@ -64,7 +63,6 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ratio = require_printed_peak(path, stated[_PEAK], samples, "m/s2", header.lines[_PEAK])
     step = number_of(path, stated[_STEP], header.lines[_STEP], "time step")
     name = header.get("Orientation")
-    orientation, azimuth = direction(name)
     filtered = re.match(
         r"(\d*\.?\d+)\s*-\s*(\d*\.?\d+)\s*$", header.get("Filter Cut-off Frequency (Hz)")
     )
@@ -72,15 +70,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         number_of(path, token, 6, "filter corner") if token else float("nan")
         for token in (filtered.groups() if filtered else ("", ""))
     )
-    units = settle_units(path, "m/s2", options, _HEADER_LINES)
+    factor = factor_to_si(path, "m/s2", options, _HEADER_LINES)
     return [
         Record(
             record_id=record_ids(with_ending(path, [".acc", ".cor.acc"]), [name])[0],
-            acceleration=samples * acceleration_factor(units),
+            acceleration=samples * factor,
             time_step=settle_time_step(path, step, options, header.lines[_STEP]),
-            component=name,
-            orientation=orientation,
-            azimuth=azimuth,
+            **directed(name),
             event=header.get("Event Date & Time"),
             station=header.get("Station Code / Name").partition(" / ")[2],
             peak_ratio=ratio,

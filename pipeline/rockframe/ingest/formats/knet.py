@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.geography import distances
-from rockframe.ingest.metadata.identify import direction, record_ids, with_ending
+from rockframe.ingest.metadata.identify import directed, record_ids, with_ending
 from rockframe.ingest.obspy.readers import read_stream
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import (
     head_lines,
@@ -89,8 +89,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     text = text_of(path, data)
     header = _header(path, text)
     rate = int(_matched(header, "Sampling Freq(Hz)", _RATE, "100Hz")["rate"])
-    units = settle_units(path, "gal", options, header.lines["Scale Factor"])
-    factor = acceleration_factor(units) * _scale(header)
+    gal = factor_to_si(path, "gal", options, header.lines["Scale Factor"])
+    factor = gal * _scale(header)
     magnitude, component = header.number("Mag."), _component(header)
     body = text.split(b"\n", len(_KEYS))[-1]
     counts = parse_numbers(path, body, len(_KEYS) + 1)
@@ -99,7 +99,6 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     trace = read_stream(path, text, "KNET")[0]
     acceleration = _same(path, np.asarray(trace.data, dtype=np.float64) * factor, counts * factor)
     peak_ratio = _peak_ratio(header, acceleration)
-    orientation, azimuth = direction(component.rstrip("12"))
     station = header.values["Station Code"]
     return [
         Record(
@@ -107,9 +106,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             acceleration=acceleration,
             time_step=settle_time_step(path, 1.0 / rate if rate else 0.0, options, 11),
             uncorrected=True,
-            component=component,
-            orientation=orientation,
-            azimuth=azimuth,
+            **directed(component, component.rstrip("12")),
             # K-NET and the surface sensors of KiK-net are in the free field.
             site_type=SiteType.BOREHOLE if component.endswith("1") else SiteType.FREE_FIELD,
             event=f"{header.values['Origin Time']} JST",
@@ -122,7 +119,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
                 (header.number("Lat."), header.number("Long.")),
                 (header.number("Station Lat."), header.number("Station Long.")),
                 header.number("Depth. (km)"),
-            ),  # type: ignore[arg-type]
+            ),
         )
     ]
 
@@ -134,12 +131,8 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         line = lines[number - 1] if number <= len(lines) else ""
         value = line.removeprefix(key).strip()
         if not line.startswith(key) or not (value or key == "Memo."):
-            raise InputError(
-                path,
-                f"{line.strip()[:40]!r}. Must be {key!r} and its value: "
-                f"line {number} of the header.",
-                line=number,
-            )
+            message = f"{line.strip()[:40]!r}. Must be {key!r} and its value:"
+            raise InputError(path, f"{message} line {number} of the header.", number)
         values[key] = value
     return KeyedHeader(path, values, _LINES, len(_KEYS))
 
@@ -189,9 +182,8 @@ def _require_columns(path: Path, body: bytes) -> None:
 
 def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> NDArray[np.float64]:
     if read.shape != own.shape or not np.array_equal(read, own):
-        raise InputError(
-            path, f"{own.size} samples in the file, read otherwise by obspy. Must be equal."
-        )
+        message = f"{own.size} samples in the file, read otherwise by obspy. Must be equal."
+        raise InputError(path, message)
     return read
 
 

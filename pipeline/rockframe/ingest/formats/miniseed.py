@@ -19,7 +19,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import record_ids, with_ending
 from rockframe.ingest.metadata.stationxml import ChannelResponse, find_response
 from rockframe.ingest.obspy.readers import read_stream
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite
 from rockframe.ingest.reading.members import printable
 from rockframe.record import Record
@@ -102,9 +102,8 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
         order = ">" if 1900 <= struct.unpack_from(">H", header, 20)[0] <= 2100 else "<"
         length = _length(data, start, order)
         if length is None:
-            raise InputError(
-                path, f"no length in the record at byte {start}. Must be stated in blockette 1000."
-            )
+            message = f"no length in the record at byte {start}. Must be stated in blockette 1000."
+            raise InputError(path, message)
         if start + length > len(data):
             message = f"{len(data) - start} bytes in the record at byte {start}. Must be {length}."
             raise InputError(path, message)
@@ -158,20 +157,14 @@ def _record(
     stats = trace.stats
     counts = _counts(path, trace)
     if stats.channel[1:2] == _SEISMOMETER:
-        raise InputError(
-            path,
-            f"channel {stats.channel!r} is a velocity, of a seismometer. "
-            "Must be an accelerometer's, as 'HNE'.",
-        )
+        message = f"channel {stats.channel!r} is a velocity, of a seismometer."
+        raise InputError(path, f"{message} Must be an accelerometer's, as 'HNE'.")
     instrument = find_response(path, trace, options)
-    settle_units(path, "m/s2", options)
+    factor_to_si(path, "m/s2", options)
     rate = float(stats.sampling_rate)
     if abs(rate - instrument.sample_rate) > _SAME_RATE * rate:
-        raise InputError(
-            path,
-            f"{rate:g} samples a second in the file, {instrument.sample_rate:g} in "
-            f"{instrument.source}. Must be equal.",
-        )
+        message = f"{rate:g} samples a second in the file, {instrument.sample_rate:g} in"
+        raise InputError(path, f"{message} {instrument.source}. Must be equal.")
     acceleration, step = _converted(path, trace, counts, instrument, options.water_level)
     return Record(
         record_id=record_id,

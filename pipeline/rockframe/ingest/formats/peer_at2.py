@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import site_of_station
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 #: Largest number of header lines; all known releases have four.
 _LONGEST_HEADER: Final = 12
@@ -109,23 +108,17 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     body = text.split(b"\n", last)[last] if text.count(b"\n") >= last else b""
     samples = parse_numbers(path, body, last + 1)
     if samples.size != count:
-        raise InputError(
-            path,
-            f"NPTS {count} in the header, {samples.size} samples in the file. Must be equal.",
-            line=last,
-        )
+        message = f"NPTS {count} in the header, {samples.size} samples in the file. Must be equal."
+        raise InputError(path, message, last)
     peak_ratio = _peak_ratio(path, header, samples)
     low, high = filter_corners(header)
     title = read_title(header[1]) if last > 1 else Title()
-    orientation, azimuth = direction(title.component)
     return [
         Record(
             record_id=record_ids(path, [title.component])[0],
             acceleration=samples * factor,
             time_step=step,
-            component=title.component,
-            orientation=orientation,
-            azimuth=azimuth,
+            **directed(title.component),
             site_type=site_of_station(title.station),
             event=title.event,
             station=title.station,
@@ -219,9 +212,8 @@ def _refuse_other_quantities(path: Path, header: list[str]) -> None:
         other = _OTHER_QUANTITY.search(line)
         if other:
             quantity = other["quantity"].lower()
-            raise OtherQuantityError(
-                path, f"is a {quantity} time series. Must be an acceleration.", line=number
-            )
+            message = f"is a {quantity} time series. Must be an acceleration."
+            raise OtherQuantityError(path, message, number)
 
 
 def _factor(path: Path, header: list[str], options: ReadOptions) -> float:
@@ -230,15 +222,11 @@ def _factor(path: Path, header: list[str], options: ReadOptions) -> float:
         if stated:
             units = stated["units"].rstrip(".;").lower()
             if units != "g":
-                raise InputError(
-                    path, f"acceleration units {stated['units']!r}. Must be g.", line=number
-                )
-            return acceleration_factor(settle_units(path, units, options, number))
-    raise InputError(
-        path,
-        "acceleration units unstated. Must be stated in the header: "
-        "'ACCELERATION TIME SERIES IN UNITS OF G'.",
-    )
+                message = f"acceleration units {stated['units']!r}. Must be g."
+                raise InputError(path, message, number)
+            return factor_to_si(path, units, options, number)
+    message = "acceleration units unstated. Must be stated in the header:"
+    raise InputError(path, f"{message} 'ACCELERATION TIME SERIES IN UNITS OF G'.")
 
 
 def _count_and_step(path: Path, line: str, number: int) -> tuple[int, float]:

@@ -11,7 +11,7 @@ import struct
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
 from rockframe.ingest.metadata.stationxml import find_response
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.reading.members import printable
 from rockframe.record import Orientation, Record
@@ -120,12 +120,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             network=file.name(_NETWORK),
             start_time=_start_time(file),
             magnitude=file.stated(_MAGNITUDE),
-            **instrument,  # type: ignore[arg-type]
+            **instrument,
         )
     ]
 
 
-def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[str, object]]:
+def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[str, Any]]:
     """Return m s-2 per sample, and the instrument if the samples are counts.
 
     Services of data centres write counts, with the sensitivity of the instrument in SCALE.
@@ -149,7 +149,7 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
     if abs(scale - found.counts) > _SAME_SCALE * found.counts:
         message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
         raise InputError(path, f"{message} Must be equal.")
-    settle_units(path, "m/s2", options)
+    factor_to_si(path, "m/s2", options)
     note = f"divided by the sensitivity of {found.counts:g} counts per m/s2 ({found.source})"
     return 1.0 / found.counts, {
         "instrument_file": printable(found.source),
@@ -234,11 +234,8 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         message = f"IDEP {integers[_QUANTITY]} is {quantity}. Must be an acceleration."
         raise OtherQuantityError(path, message)
     if integers[_EVEN] != 1 or integers[_FILE_TYPE] not in (_TIME_SERIES, int(_UNDEFINED)):
-        raise InputError(
-            path,
-            f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}. "
-            "Must be 1 and 1: an evenly sampled time series.",
-        )
+        message = f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}."
+        raise InputError(path, f"{message} Must be 1 and 1: an evenly sampled time series.")
     if file.samples.size < 2:
         raise InputError(path, f"NPTS {file.samples.size}. Must be 2 or more.")
     if not are_finite(file.samples):
@@ -263,11 +260,8 @@ def _require_end(path: Path, file: _Sac) -> None:
     begin = file.stated(_B)
     found = begin + (file.samples.size - 1) * step
     if abs(end - found) > 1.5 * step:
-        raise InputError(
-            path,
-            f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from "
-            f"{begin:g} s end at {found:g} s. Must be equal.",
-        )
+        message = f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from"
+        raise InputError(path, f"{message} {begin:g} s end at {found:g} s. Must be equal.")
 
 
 def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:

@@ -21,13 +21,12 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_smc
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.lines import bad_number, head_lines, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
 from rockframe.record import Orientation, Record
-from rockframe.units import acceleration_factor
 
 _TEXT_LINES, _INTEGER_LINES, _REAL_LINES = 11, 6, 10
 _HEADER_LINES: Final = _TEXT_LINES + _INTEGER_LINES + _REAL_LINES
@@ -117,7 +116,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     kind = _kind(path, lines[0].decode("latin-1"))
     header = _header(path, lines)
     line = _HEADER_LINES + _comments(header, lines)
-    factor = acceleration_factor(settle_units(path, "cm/s2", options))
+    factor = factor_to_si(path, "cm/s2", options)
     columns = _PRECISE if header.integer(47) == _PRECISE_CODE else _PLAIN
     if math.isnan(header.real(2)):
         samples, step = _pairs(header, lines[line:], columns, line, options)
@@ -171,11 +170,8 @@ def _comments(header: _Header, lines: list[bytes]) -> int:
     stated = header.integer(16) or 0
     found = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
     if stated != found:
-        raise InputError(
-            header.path,
-            f"{stated} comment lines stated, {found} in the file. Must be equal.",
-            line=_TEXT_LINES + 2,
-        )
+        message = f"{stated} comment lines stated, {found} in the file. Must be equal."
+        raise InputError(header.path, message, _TEXT_LINES + 2)
     return found
 
 
@@ -190,11 +186,8 @@ def _count(header: _Header) -> int:
 def _time_step(header: _Header) -> float:
     rate = header.real(2)
     if rate <= 0.0:
-        raise InputError(
-            header.path,
-            f"{rate:g} samples a second. Must be a positive number.",
-            line=_TEXT_LINES + _INTEGER_LINES + 1,
-        )
+        message = f"{rate:g} samples a second. Must be a positive number."
+        raise InputError(header.path, message, _TEXT_LINES + _INTEGER_LINES + 1)
     return 1.0 / rate
 
 
@@ -252,12 +245,8 @@ def _record(
         and stated_azimuth is not None
         and (stated_azimuth - azimuth) % 360.0 != 0.0
     ):
-        raise InputError(
-            header.path,
-            f"component {component} stated, but azimuth {stated_azimuth} in the integer "
-            "header. Must be equal.",
-            line=6,
-        )
+        message = f"component {component} stated, but azimuth {stated_azimuth} in the integer"
+        raise InputError(header.path, f"{message} header. Must be equal.", 6)
     event = _EVENT.fullmatch(header.text[3])
     return Record(
         record_id=record_ids(header.path, [component])[0],

@@ -11,14 +11,13 @@ import numpy as np
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.geography import distances, place_in
-from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _TOP: Final = "ARCHIVO ESTANDAR DE ACELERACION"
 _RULE: Final = "---------+"
@@ -72,7 +71,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     layout = re.fullmatch(r"(\d)F10\.\d", header.required(_FORMAT))
     if not layout or int(layout[1]) != len(names):
         raise header.invalid(_FORMAT, f"{len(names)}F10.4")
-    factor = acceleration_factor(settle_units(path, "gal", options, header.lines[_UNITS]))
+    factor = factor_to_si(path, "gal", options, header.lines[_UNITS])
     rows = lines[rules[1] + 1 :]
     columns = Columns(len(names), 10)
     table = read_columns(path, rows, columns, columns.count * len(rows), rules[1] + 1)
@@ -107,7 +106,6 @@ def _record(
         path, stated[_PEAK], gal, f"gal {name}", lines[_PEAK],
         signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,
     )  # fmt: skip
-    orientation, azimuth = direction(name)
     # Latitude and longitude are in two lines.
     places = [
         place_in(f"{header.get(key)} {header.get(f'{key} (2)')}")
@@ -123,9 +121,7 @@ def _record(
         acceleration=factor * gal,
         time_step=settle_time_step(path, step, options, lines[_STEP]),
         uncorrected=True,
-        component=name,
-        orientation=orientation,
-        azimuth=azimuth,
+        **directed(name),
         event=f"{day} {header.get('HORA EPICENTRO (GMT)')} GMT",
         station=header.get("CLAVE DE LA ESTACION"),
         start_time=f"{day}T{first}Z" if timed else "",
@@ -133,7 +129,7 @@ def _record(
         peak_ratio=ratio,
         **distances(
             places[0], places[1], float(depth) if re.fullmatch(r"\d+\.?\d*", depth) else math.nan
-        ),  # type: ignore[arg-type]
+        ),
     )
 
 

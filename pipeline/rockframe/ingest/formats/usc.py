@@ -13,15 +13,14 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import direction, record_ids
+from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import site_of_station
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 _VOLUME_2: Final = re.compile(r"CORRECTED ACCELEROGRAM\s+II\w+.*?\bCOMP\s+(?P<name>\S+)")
 _SECOND: Final = re.compile(r"FILE\s+\d+ OF UNCORRECTED ACCELEROGRAM DATA")
@@ -105,16 +104,13 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
         path, peak["peak"], samples, "cm/s2", 18, time=peak["time"], time_step=step
     )
     facts, band = _FACTS.match(words[22]), _BAND.match(words[14])
-    units = settle_units(path, "cm/s2", options, line)
-    orientation, azimuth = direction(name)
+    factor = factor_to_si(path, "cm/s2", options, line)
     station = re.match(r"STATION USC#\s*(\w+)", words[5])
     return Record(
         record_id=record_ids(path, [name])[0],
-        acceleration=samples * acceleration_factor(units),
+        acceleration=samples * factor,
         time_step=settle_time_step(path, step, options, line),
-        component=name,
-        orientation=orientation,
-        azimuth=azimuth,
+        **directed(name),
         event=re.split(r"\s{2,}", words[2].strip())[0],
         station=station[1] if station else "",
         magnitude=float(facts["size"]) if facts else math.nan,
@@ -132,9 +128,8 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
         rate = required_line(path, words, top + 5, _RATE, f"SAMPLES/SEC=200 ... TYPE={quantity}")
         points = required_line(path, words, top + 6, _POINTS, "NO OF POINTS= 5983, UNITS=CM/...")
         if rate["quantity"] != quantity or words[top : top + 5] != words[:5]:
-            raise InputError(
-                path, f"block of {rate['quantity']}. Must be {quantity}.", line=top + 6
-            )
+            message = f"block of {rate['quantity']}. Must be {quantity}."
+            raise InputError(path, message, top + 6)
         start, size = top + _BLOCK_HEADER, int(points["count"][:9])
         end = start - (-size // columns.count)
         rows = lines[start:end]
@@ -151,16 +146,13 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
     rate, samples = blocks[0]
     named = re.match(r"\s*(\d{1,3}|UP|DOWN)(?: DEGREES)?\s*$", words[1])
     name = named[1] if named else ""
-    orientation, azimuth = direction(name)
     hertz = number_of(path, rate["rate"], 6, "samples a second")
-    units = settle_units(path, "cm/s2", options, 7)
+    factor = factor_to_si(path, "cm/s2", options, 7)
     return Record(
         record_id=record_ids(path, [name])[0],
-        acceleration=samples * acceleration_factor(units),
+        acceleration=samples * factor,
         time_step=settle_time_step(path, 1.0 / hertz if hertz else 0.0, options, 6),
-        component=name,
-        orientation=orientation,
-        azimuth=azimuth,
+        **directed(name),
         site_type=site_of_station(words[0]),
         event=words[2].strip(),
         station=words[0].strip(),

@@ -241,9 +241,8 @@ def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     for name in header:
         if name not in _FIELDS or header.count(name) > 1:
             known = ", ".join(_FIELDS)
-            raise InputError(
-                path, f"column {name!r} unknown or repeated. Must be one of: {known}.", line=1
-            )
+            message = f"column {name!r} unknown or repeated. Must be one of: {known}."
+            raise InputError(path, message, 1)
     if "file" not in header:
         raise InputError(path, "column 'file' missing.", line=1)
     for line, row in rows:

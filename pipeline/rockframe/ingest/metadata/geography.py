@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Final
+from typing import Any, Final
 
 #: Mean radius of the earth [km].
 _RADIUS: Final = 6371.0
@@ -33,7 +33,7 @@ def place_in(text: str) -> tuple[float, float]:
 
 def distances(
     event: tuple[float, float], station: tuple[float, float], depth: float = math.nan
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Return epicentral and hypocentral distance [km] as fields of a record.
 
     The earth is taken as a sphere, which causes errors of at most 0.5 %.

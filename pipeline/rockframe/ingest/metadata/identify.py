@@ -6,10 +6,10 @@ import math
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import dropwhile, takewhile
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.record import LONGEST_ID, Orientation, Record, is_record_id
@@ -97,8 +97,22 @@ def other_ids(ids: Sequence[str], name: str) -> Iterator[list[str]]:
         yield [_join(other, end) for end in ends]
 
 
-def require_distinct(path: Path, records: Sequence[Record]) -> None:
-    """Reject a file that contains a channel twice.
+def distinct_records(
+    path: Path,
+    components: Sequence[str],
+    channels: Iterable[tuple[Any, ...]],
+    read: Callable[..., Record],
+) -> list[Record]:
+    """Return the records of the channels of a file.
+
+    Parameters
+    ----------
+    components : sequence of str
+        Name of each channel, for `record_ids`.
+    channels : iterable of tuple
+        Arguments of `read` for each channel, after its identifier.
+    read : callable
+        Returns the record of a channel.
 
     Raises
     ------
@@ -107,18 +121,21 @@ def require_distinct(path: Path, records: Sequence[Record]) -> None:
 
     Examples
     --------
-    >>> from dataclasses import replace
-    >>> one = Record(record_id="a-1", acceleration=[0.0, 1.0], time_step=0.1, component="UP")
-    >>> require_distinct(Path("a.V2"), [one, replace(one, record_id="a-2")])
+    >>> def read(name, samples):
+    ...     return Record(record_id=name, acceleration=samples, time_step=0.1, component="UP")
+    >>> distinct_records(Path("a.V2"), ["UP", "UP"], [([0.0, 1.0],)] * 2, read)
     Traceback (most recent call last):
     rockframe.errors.InputError: a.V2: channel 'UP' occurs twice.
     """
+    ids = record_ids(path, components)
+    records = [read(name, *channel) for name, channel in zip(ids, channels, strict=True)]
     seen = set()
     for record in records:
         channel = record.component, record.acceleration.tobytes()
         if channel in seen:
             raise InputError(path, f"channel {record.component!r} occurs twice.")
         seen.add(channel)
+    return records
 
 
 def with_ending(path: Path, endings: Sequence[str]) -> Path:
@@ -196,6 +213,25 @@ def direction(component: str) -> tuple[Orientation, float]:
         east = int(bearing[2]) if bearing[3] == "E" else -int(bearing[2])
         return Orientation.HORIZONTAL, float((east if bearing[1] == "N" else 180 - east) % 360)
     return Orientation.UNSTATED, math.nan
+
+
+def directed(component: str, meant: str | None = None) -> dict[str, Any]:
+    """Return name and direction of a component as fields of a record.
+
+    Parameters
+    ----------
+    component : str
+        Name of the component.
+    meant : str, optional
+        Text that states its direction (default: the name).
+
+    Examples
+    --------
+    >>> directed("EW1", "EW")["azimuth"]
+    90.0
+    """
+    orientation, azimuth = direction(component if meant is None else meant)
+    return {"component": component, "orientation": orientation, "azimuth": azimuth}
 
 
 def upright_sense(component: str, coded: Orientation) -> Orientation | None:

@@ -139,11 +139,8 @@ def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
     file, channel = found[0]
     for other_file, other in found[1:]:
         if _summary(other) != _summary(channel) or other.response != channel.response:
-            raise InputError(
-                path,
-                f"{trace.id} is described differently in {file.name} and {other_file.name}. "
-                "Must be one description.",
-            )
+            message = f"{trace.id} is described differently in {file.name} and {other_file.name}."
+            raise InputError(path, f"{message} Must be one description.")
     return _response_of(file, channel, trace)
 
 
@@ -222,9 +219,8 @@ def _response_of(content: Content, channel: Any, trace: Any) -> ChannelResponse:
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(file, f"sensitivity {value:g} of {trace.id}. Must be positive and finite.")
     if str(sensitivity.output_units).strip().lower() not in _COUNTS:
-        raise InputError(
-            file, f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
-        )
+        message = f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
+        raise InputError(file, message)
     counts = value / _metres_per_second_squared(file, trace.id, units)
     _require_gain(file, trace.id, response, counts)
     orientation, azimuth = _direction(channel)
@@ -246,9 +242,8 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
     if not found:
         raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2.")
     if not (found["square"] or found["per"].startswith("(")):
-        raise InputError(
-            file, f"sensitivity of {name} per {units!r}: a velocity. Must be an acceleration."
-        )
+        message = f"sensitivity of {name} per {units!r}: a velocity. Must be an acceleration."
+        raise InputError(file, message)
     return _PREFIXES[found["prefix"].lower()]
 
 

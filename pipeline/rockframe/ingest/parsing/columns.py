@@ -166,21 +166,16 @@ def require_layout(
             raise _bad_width(path, row, columns, number)
     present = columns.count * max(len(rows) - 1, 0) - (-len(last) // columns.width)
     if present != count:
-        raise InputError(
-            path, f"{count} samples stated, {present} in the file. Must be equal.", line=line
-        )
+        message = f"{count} samples stated, {present} in the file. Must be equal."
+        raise InputError(path, message, line)
     if len(last) % columns.width or len(last) > columns.line_width:
         raise _bad_width(path, last, columns, line + len(rows))
     return rows
 
 
 def _bad_width(path: Path, row: bytes, columns: Columns, line: int) -> InputError:
-    return InputError(
-        path,
-        f"{len(row)} characters of samples. Must be {columns.line_width}: "
-        f"{columns.count} columns of {columns.width}.",
-        line=line,
-    )
+    message = f"{len(row)} characters of samples. Must be {columns.line_width}:"
+    return InputError(path, f"{message} {columns.count} columns of {columns.width}.", line)
 
 
 def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int) -> InputError:

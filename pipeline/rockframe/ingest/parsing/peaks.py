@@ -144,12 +144,8 @@ def require_peak(
         )
     late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)
     if stated.time and late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
-        raise InputError(
-            path,
-            f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s "
-            "in the file. Must agree.",
-            line=stated.line,
-        )
+        message = f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s"
+        raise InputError(path, f"{message} in the file. Must agree.", stated.line)
     agreeing = samples[peaks[right]]
     ratio = float(agreeing[np.abs(agreeing).argmax()]) / value if value else math.nan
     return ratio if signed else abs(ratio)

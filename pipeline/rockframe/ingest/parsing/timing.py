@@ -121,11 +121,8 @@ def _require_increase(path: Path, times: Float, first_line: int) -> None:
     still = np.flatnonzero(times[1:] <= times[:-1])
     if still.size:
         where = int(still[0]) + 1
-        raise InputError(
-            path,
-            f"time {times[where]:.12g} s after {times[where - 1]:.12g} s. Must increase.",
-            line=first_line + where,
-        )
+        message = f"time {times[where]:.12g} s after {times[where - 1]:.12g} s. Must increase."
+        raise InputError(path, message, first_line + where)
 
 
 def _require_resolution(path: Path, times: Float, units: Float, first_line: int) -> None:

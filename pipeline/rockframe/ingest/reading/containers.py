@@ -95,11 +95,8 @@ class _Budget:
                 f"archive of {self.count} members or more. Must be at most {members.MOST_MEMBERS}.",
             )
         if self.size > members.LARGEST_TOTAL:
-            raise InputError(
-                self.path,
-                f"archive that expands to {self.size} bytes or more. "
-                f"Must be at most {members.LARGEST_TOTAL}.",
-            )
+            message = f"archive that expands to {self.size} bytes or more."
+            raise InputError(self.path, f"{message} Must be at most {members.LARGEST_TOTAL}.")
 
 
 def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:

@@ -111,11 +111,8 @@ def decompressed(content: Content) -> Content:
                 pieces.append(piece)
                 size += len(piece)
                 if size > cap:
-                    raise InputError(
-                        path,
-                        f"{kind} of {compressed} bytes that expands to more than {cap}. "
-                        f"{_must(cap)}",
-                    )
+                    message = f"{kind} of {compressed} bytes that expands to more than {cap}."
+                    raise InputError(path, f"{message} {_must(cap)}")
     except _DAMAGE as error:
         raise _damaged(path, kind, error) from None
     name = re.sub(r"\.(gz|bz2)$", "", content.path.name, flags=re.I)
@@ -196,14 +193,11 @@ def _require_limits(outer: Content, kind: str, members: int, total: int) -> None
     if not members:
         raise InputError(outer.where, f"{kind} archive without files.")
     if members > MOST_MEMBERS:
-        raise InputError(
-            outer.where, f"{kind} archive of {members} members. Must be at most {MOST_MEMBERS}."
-        )
+        message = f"{kind} archive of {members} members. Must be at most {MOST_MEMBERS}."
+        raise InputError(outer.where, message)
     if total > LARGEST_TOTAL:
-        raise InputError(
-            outer.where,
-            f"{kind} archive that expands to {total} bytes. Must be at most {LARGEST_TOTAL}.",
-        )
+        message = f"{kind} archive that expands to {total} bytes. Must be at most {LARGEST_TOTAL}."
+        raise InputError(outer.where, message)
 
 
 def _refused_name(name: str) -> str:

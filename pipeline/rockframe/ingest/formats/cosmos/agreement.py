@@ -64,12 +64,8 @@ def require_quantity(channel: Channel) -> None:
     for said, line in ((title, channel.first_line), (heading, channel.sample_line)):
         word = _QUANTITY_WORD.search(said)
         if word and word[1].lower() not in name:
-            raise InputError(
-                channel.path,
-                f"{said!r}, but quantity {stated} in item {QUANTITY} of the integer header. "
-                "Must agree.",
-                line=line,
-            )
+            message = f"{said!r}, but quantity {stated} in item {QUANTITY} of the integer header."
+            raise InputError(channel.path, f"{message} Must agree.", line)
 
 
 def require_agreement(

@@ -32,11 +32,8 @@ def factor_of_counts(channel: Channel) -> tuple[float, tuple[str, ...]]:
     sensitivity = _required(channel, _SENSITIVITY, "sensitivity [V/g]")
     gain = channel.real(_GAIN)
     if gain is not None and gain.value <= 0.0:
-        raise InputError(
-            channel.path,
-            f"gain {gain.value:g} in item {_GAIN} of the real header. Must be positive.",
-            line=channel.real_line,
-        )
+        message = f"gain {gain.value:g} in item {_GAIN} of the real header. Must be positive."
+        raise InputError(channel.path, message, channel.real_line)
     _require_recorder(channel, count)
     _require_sensor(channel, sensitivity)
     amplified = gain.value if gain else 1.0

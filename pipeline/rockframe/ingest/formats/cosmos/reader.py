@@ -8,6 +8,7 @@ also has acceleration, and rejected otherwise.
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -33,14 +34,13 @@ from rockframe.ingest.formats.cosmos.names import (
     station_of,
 )
 from rockframe.ingest.formats.cosmos.sections import TOP, Channel, channels_of
-from rockframe.ingest.metadata.identify import record_ids, require_distinct
+from rockframe.ingest.metadata.identify import distinct_records
 from rockframe.ingest.metadata.site import site_of_cosmos
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import read_columns, require_layout
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
 #: Items of the integer header.
 _STAGE, _UNITS, _STATION_TYPE = 1, 3, 19
@@ -96,22 +96,19 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         )
     for one in found:
         require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
-    ids = record_ids(path, [_component(one) for one in channels])
-    records = [_record(one, name, options) for one, name in zip(channels, ids, strict=True)]
-    require_distinct(path, records)
-    return records
+    names = [_component(one) for one in channels]
+    return distinct_records(path, names, [(one,) for one in channels], partial(_record, options))
 
 
 def _samples(channel: Channel) -> int:
     count = int(channel.heading["count"])
     if count < 2:
-        raise InputError(
-            channel.path, f"{count} samples stated. Must be 2 or more.", line=channel.sample_line
-        )
+        message = f"{count} samples stated. Must be 2 or more."
+        raise InputError(channel.path, message, channel.sample_line)
     return count
 
 
-def _record(channel: Channel, record_id: str, options: ReadOptions) -> Record:
+def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     stage = channel.integer(_STAGE)
     if stage not in (_RAW, _UNCORRECTED, _CORRECTED):
         raise InputError(
@@ -179,8 +176,7 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
             f"Must be {known} or {_COUNTS} (counts).",
             line=channel.sample_line,
         )
-    units = settle_units(channel.path, _UNITS_OF[code], options, channel.sample_line)
-    return acceleration_factor(units), ()
+    return factor_to_si(channel.path, _UNITS_OF[code], options, channel.sample_line), ()
 
 
 def _time_step(channel: Channel, stage: int) -> float:
@@ -196,11 +192,8 @@ def _time_step(channel: Channel, stage: int) -> float:
             )
         return raw.value
     if processed is None:
-        raise InputError(
-            channel.path,
-            f"time step unknown. Must be in item {_STEP} of the real header [ms].",
-            line=channel.real_line,
-        )
+        message = f"time step unknown. Must be in item {_STEP} of the real header [ms]."
+        raise InputError(channel.path, message, channel.real_line)
     return processed.value / 1e3
 
 

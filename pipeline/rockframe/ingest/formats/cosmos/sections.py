@@ -79,9 +79,8 @@ class Layout:
         """
         stated = _FORMAT.fullmatch(text)
         if not stated:
-            raise InputError(
-                path, f"format {text[:40]!r}. Must be as in '(8F10.5)' or '(10I8)'.", line=line
-            )
+            message = f"format {text[:40]!r}. Must be as in '(8F10.5)' or '(10I8)'."
+            raise InputError(path, message, line)
         kind = stated["kind"].upper()
         columns = Columns(int(stated["count"]), int(stated["width"]), integers=kind == "I")
         return cls(columns, int(stated["places"] or 0), kind in "EG")
@@ -171,11 +170,8 @@ def _channel(path: Path, lines: list[bytes], top: int) -> tuple[Channel, int]:
         path, lines, top, TOP, "Corrected acceleration (Format v01.20 with 13 text lines)"
     )
     if int(first["lines"]) < _TEXT_LINES:
-        raise InputError(
-            path,
-            f"{first['lines']} lines of text stated. Must be {_TEXT_LINES} or more.",
-            line=top + 1,
-        )
+        message = f"{first['lines']} lines of text stated. Must be {_TEXT_LINES} or more."
+        raise InputError(path, message, top + 1)
     at = top + int(first["lines"])
     text = [line.decode("latin-1") for line in lines[top:at]]
     integers, at = _values(path, lines, at, "Integer")
@@ -210,11 +206,8 @@ def _stated(
     text = lines[at].decode("latin-1") if at < len(lines) else ""
     stated = pattern.fullmatch(text) if whole else pattern.match(text)
     if not stated:
-        raise InputError(
-            path,
-            f"{text.strip()[:60]!r} is no heading of a section. Must be as in {example!r}.",
-            line=min(at, len(lines)) + 1,
-        )
+        message = f"{text.strip()[:60]!r} is no heading of a section. Must be as in {example!r}."
+        raise InputError(path, message, min(at, len(lines)) + 1)
     return stated
 
 
@@ -225,11 +218,8 @@ def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[st
         raise InputError(path, f"{stated['kind']} header. Must be the {kind} header.", line=at + 1)
     columns = Layout.of(path, stated["format"], at + 1).columns
     if columns.integers != (kind == "Integer"):
-        raise InputError(
-            path,
-            f"format {stated['format']!r} of the {kind} header. Must be of {kind.lower()}s.",
-            line=at + 1,
-        )
+        message = f"format {stated['format']!r} of the {kind} header. Must be of {kind.lower()}s."
+        raise InputError(path, message, at + 1)
     end = at + 1 + int(stated["lines"])
     fields = []
     for line, row in enumerate(lines[at + 1 : end], at + 2):

@@ -1,32 +1,36 @@
-"""Header of a CSMIP/CDMG channel: the parts that volumes 1 and 2 have in common."""
+"""Header of a CSMIP/CDMG channel: what volumes 1 and 2 have in common, and state twice."""
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import direction
+from rockframe.ingest.metadata.identify import direction, upright_sense
 from rockframe.ingest.metadata.site import site_of_location, site_of_station
+from rockframe.ingest.parsing.columns import Columns
 from rockframe.ingest.parsing.lines import is_number
 from rockframe.ingest.parsing.peaks import Printed
 from rockframe.ingest.parsing.timing import utc_time
-from rockframe.record import SiteType
+from rockframe.record import Orientation, SiteType
 
 #: Line that names a channel, and an example of it for error messages.
 CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$", re.I)
 CHANNEL_EXAMPLE: Final = "Chan 1: 90 Deg"
 #: Number of channels that the file should hold, in the line about the station.
 CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d{1,4})\s*Chns", re.I)
-#: Item of the integer header with the year, counted from 1.
-_YEAR: Final = 24
+#: Items of the integer header, counted from 1: year; azimuth [degree], or a code above 360 for a
+#: vertical.
+_YEAR, _DIRECTION = 24, 27
+_UPRIGHT: Final = {500: Orientation.VERTICAL, 600: Orientation.DOWNWARD}
 #: Header lines relative to the line that names the channel.
 _START_LINE, _STATION_LINE = -3, -2
 
+_LENGTH: Final = re.compile(r"Record Length\s*=\s*(?P<length>[\d.]+)\s*sec", re.I)
+_CHANNEL_IN_LINE: Final = re.compile(r"\bChan\s+(?P<number>\d+)\s*:", re.I)
 _LOCATION: Final = re.compile(r"\bLocation:\s*(?P<location>\S.*?)\s*$", re.I)
 _DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
 _NETWORK: Final = re.compile(r"\s*\w+\.(?P<network>\w{1,2})\.(?P<station>\w{1,5})\.[\w-]*\.\w+\s")
@@ -34,15 +38,28 @@ _STATION: Final = re.compile(r"\s*Station (?:No\.|Id\.)\s*(?P<station>\w+)", re.
 _START: Final = re.compile(
     r"Start time:\s*(\d\d?)/\s*(\d\d?)/(\d\d),\s*(\d\d?):\s*(\d\d?):\s*(\d\d?)(\.\d+)?\s*UTC", re.I
 )
-_NUMBER: Final = r"(\d{1,6}\.?\d{0,6}|\.\d{1,6})"
-_BETWEEN: Final = re.compile(
-    rf"bandpass filtered with 3 dB pts at\s+{_NUMBER}\s+and\s+{_NUMBER}\s+cyc/sec", re.I
-)
-_RAMPS: Final = re.compile(
-    rf"bandpass filtered with ramps at\s+{_NUMBER}\s*-\s*{_NUMBER}\s+and\s+{_NUMBER}\s*-\s*"
-    rf"{_NUMBER}\s+cyc/sec",
-    re.I,
-)
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Form of the header of a channel.
+
+    Parameters
+    ----------
+    lines : int
+        Number of lines.
+    name, integers, reals : int
+        Indices of the line that names the channel, and of the first lines of integers (16I5) and
+        reals (8F10).
+    expected : sequence of tuple
+        Index of a line, the pattern that its beginning must match, and an example.
+    """
+
+    lines: int
+    name: int
+    integers: int
+    reals: int
+    expected: Sequence[tuple[int, re.Pattern[str], str]] = ()
 
 
 @dataclass(frozen=True)
@@ -57,15 +74,15 @@ class Header:
         Header lines.
     first_line : int
         Line number of the first header line.
-    name_index : int
-        Index of the line that names the channel.
-    integers_index, reals_index : int
-        Indices of the first lines of integers (16I5) and reals (8F10).
+    volume : Volume
+        Form of the header.
+    found : mapping of int to re.Match
+        Matches of the expected lines, by their index.
 
     Examples
     --------
     >>> lines = ["Start time:  7/06/19, 03:19:40.04 UTC", "Station Id. CCC", "", "Chan 1: Up"]
-    >>> header = Header(Path("CCC.V1"), lines, 1, 3, 4, 4)
+    >>> header = Header(Path("CCC.V1"), lines, 1, Volume(4, 3, 4, 4), {})
     >>> header.component, header.station, header.start_time
     ('UP', 'CCC', '')
     """
@@ -73,9 +90,12 @@ class Header:
     path: Path
     lines: Sequence[str]
     first_line: int
-    name_index: int
-    integers_index: int
-    reals_index: int
+    volume: Volume
+    found: Mapping[int, re.Match[str]]
+
+    def error(self, index: int, message: str) -> InputError:
+        """Return an error that states the line number of a header line."""
+        return InputError(self.path, message, self.line(index))
 
     def line(self, index: int) -> int:
         """Return the line number in the file of a header line."""
@@ -84,7 +104,7 @@ class Header:
     @property
     def component(self) -> str:
         """Three-digit azimuth, or the name of the channel."""
-        named = CHANNEL.match(self.lines[self.name_index])
+        named = CHANNEL.match(self.lines[self.volume.name])
         if not named:
             return ""
         degrees = _DEGREES.match(named["label"])
@@ -95,31 +115,23 @@ class Header:
         return name.upper() if direction(name)[0].upright else name
 
     @property
-    def network(self) -> str:
-        """Network code, if the channel has a SEED name."""
-        named = _NETWORK.match(self.lines[self.name_index + _START_LINE])
-        return named["network"] if named else ""
-
-    @property
     def station(self) -> str:
         """Station code or number."""
-        stated = _NETWORK.match(self.lines[self.name_index + _START_LINE]) or _STATION.match(
-            self.lines[self.name_index + _STATION_LINE]
-        )
-        return stated["station"] if stated else ""
+        return self._codes[1]
 
     @property
-    def site_type(self) -> SiteType:
-        """Site type from the location of the channel, otherwise from the station name."""
-        place = _LOCATION.search(self.lines[self.name_index])
-        site = site_of_location(place["location"]) if place else SiteType.UNKNOWN
-        name = self.lines[self.name_index - 1]
-        return site_of_station(name) if site is SiteType.UNKNOWN else site
+    def _codes(self) -> tuple[str, str]:
+        """Network code, if the channel has a SEED name, and station code or number."""
+        seed = _NETWORK.match(self.lines[self.volume.name + _START_LINE])
+        if seed:
+            return seed["network"], seed["station"]
+        stated = _STATION.match(self.lines[self.volume.name + _STATION_LINE])
+        return "", stated["station"] if stated else ""
 
     @property
     def start_time(self) -> str:
         """Start time (ISO 8601, UTC); empty unless stated in UTC and the year is known."""
-        stated = _START.search(self.lines[self.name_index + _START_LINE])
+        stated = _START.search(self.lines[self.volume.name + _START_LINE])
         year = self.item(_YEAR)
         if not stated or year is None or year % 100 != int(stated[3]):
             return ""
@@ -128,45 +140,115 @@ class Header:
 
     def item(self, item: int) -> int | None:
         """Return an item of the integer header; None if it is not filled in."""
-        row, column = divmod(item - 1, 16)
-        lines = self.lines[self.integers_index + row : self.integers_index + row + 1]
-        field = lines[0][5 * column : 5 * column + 5] if lines else ""
+        field = self._field(self.volume.integers, item, Columns(16, 5))
         return int(field) if re.fullmatch(r" *-?\d+", field) else None
 
     def real(self, item: int) -> Printed | None:
         """Return an item of the real header as printed; None if it is not filled in."""
-        row, column = divmod(item - 1, 8)
-        lines = self.lines[self.reals_index + row : self.reals_index + row + 1]
-        field = lines[0][10 * column : 10 * column + 10].strip() if lines else ""
+        field = self._field(self.volume.reals, item, Columns(8, 10)).strip()
         if not is_number(field.encode("latin-1", "replace")) or float(field) in (0.0, -999.0):
             return None
         return Printed.of(field)
 
-    def require_counts(self, count: int, others: dict[str, int], line: int) -> None:
+    def _field(self, first: int, item: int, columns: Columns) -> str:
+        row, column = divmod(item - 1, columns.count)
+        lines = self.lines[first + row : first + row + 1]
+        return lines[0][columns.width * column :][: columns.width] if lines else ""
+
+    def direction(self) -> tuple[Orientation, float]:
+        """Return orientation and azimuth [degree]; name and integer header must not contradict."""
+        stated = self.item(_DIRECTION)
+        orientation, azimuth = direction(self.component)
+        # 0 and -999 mean that the item is not filled in.
+        if stated is None or stated <= 0 or orientation is Orientation.UNSTATED:
+            return orientation, azimuth
+        sense: Orientation | None = orientation
+        if stated in _UPRIGHT and orientation.upright:
+            sense = upright_sense(self.component, _UPRIGHT[stated])
+        elif stated <= 360 if orientation.upright else (stated - azimuth) % 360.0 != 0.0:
+            sense = None
+        if sense is None:
+            message = f"channel {self.component!r}, but {stated} in item {_DIRECTION} of the "
+            must = "Must be the same direction."
+            raise self.error(self.volume.name, f"{message}integer header. {must}")
+        return sense, azimuth
+
+    def facts(self) -> dict[str, Any]:
+        """Return the fields of a record that headers of both volumes state."""
+        orientation, azimuth = self.direction()
+        place = _LOCATION.search(self.lines[self.volume.name])
+        site = site_of_location(place["location"]) if place else SiteType.UNKNOWN
+        if site is SiteType.UNKNOWN:
+            site = site_of_station(self.lines[self.volume.name - 1])
+        network, station = self._codes
+        return {
+            "component": self.component,
+            "orientation": orientation,
+            "azimuth": azimuth,
+            "site_type": site,
+            "station": station,
+            "network": network,
+            "start_time": self.start_time,
+        }
+
+    def require_length(self, index: int, length: float, step: float) -> None:
+        """Reject a header with two channel numbers, or another length [s] than its samples."""
+        first = _CHANNEL_IN_LINE.search(self.lines[0])
+        named = CHANNEL.match(self.lines[self.volume.name])
+        if first and named and first["number"] != named["number"]:
+            message = f"channel {named['number']}, but channel {first['number']} in line "
+            raise self.error(self.volume.name, f"{message}{self.first_line}. Must be equal.")
+        stated = _LENGTH.search(self.lines[index])
+        token = stated["length"] if stated else ""
+        if is_number(token.encode()) and abs(float(token) - length) > 2.0 * step + 0.001:
+            message = f"record length {token} s stated, but {length:g} s of samples. Must agree."
+            raise self.error(index, message)
+
+    def require_counts(
+        self, count: int, others: dict[str, int], items: Sequence[int], line: int
+    ) -> None:
         """Reject a header that states different numbers of samples.
 
-        Raises
-        ------
-        InputError
-            With both numbers.
+        The items of the integer header state them too; 0 and -999 mean not filled in.
         """
-        for place, other in others.items():
-            if other != count:
-                raise InputError(
-                    self.path,
-                    f"{count} samples stated, but {other} in {place}. Must be equal.",
-                    line=line,
-                )
+        stated = {f"item {item} of the integer header": self.item(item) or 0 for item in items}
+        for place, other in {**others, **stated}.items():
+            if other != count and (place in others or other > 0):
+                message = f"{count} samples stated, but {other} in {place}. Must be equal."
+                raise InputError(self.path, message, line)
         if count < 2:
-            raise InputError(self.path, f"{count} samples stated. Must be 2 or more.", line=line)
+            raise InputError(self.path, f"{count} samples stated. Must be 2 or more.", line)
 
-    def stated_counts(self, items: Sequence[int]) -> dict[str, int]:
-        """Return the numbers of samples in the integer header; 0 and -999 mean not filled in."""
-        return {
-            f"item {item} of the integer header": value
-            for item in items
-            if (value := self.item(item)) is not None and value > 0
-        }
+
+def read_header(path: Path, lines: Sequence[bytes], top: int, volume: Volume) -> Header:
+    """Return the header of a channel that begins at index `top` of the lines of a file.
+
+    Raises
+    ------
+    InputError
+        If it is too short or lacks an expected line.
+
+    Examples
+    --------
+    >>> volume = Volume(1, 0, 1, 1, [(0, CHANNEL, CHANNEL_EXAMPLE)])
+    >>> read_header(Path("CCC.V1"), [b"Chan  1: Up"], 0, volume).component
+    'UP'
+    """
+    header = [line.decode("latin-1") for line in lines[top : top + volume.lines]]
+    if len(header) < volume.lines:
+        message = f"the file ends after {len(header)} lines of a channel's header. "
+        raise InputError(path, f"{message}Must be {volume.lines} lines.", top + len(header))
+    found: dict[int, re.Match[str]] = {}
+    for index, pattern, example in volume.expected:
+        match = pattern.match(header[index])
+        if not match:
+            shown = header[index].strip()[:60]
+            message = (
+                f"{shown!r}. Must be as in {example!r}: line {index + 1} of a channel's header."
+            )
+            raise InputError(path, message, top + 1 + index)
+        found[index] = match
+    return Header(path, header, top + 1, volume, found)
 
 
 def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
@@ -187,90 +269,5 @@ def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
     """
     stated = CHANNELS.search(stated_in)
     if stated and 1 != found != int(stated["count"]):
-        raise InputError(
-            path,
-            f"{stated['count']} channels in the header, {found} in the file. "
-            "Must be equal, or one channel a file.",
-            line=line,
-        )
-
-
-def require_header(
-    path: Path,
-    header: Sequence[str],
-    line: int,
-    count: int,
-    expected: Sequence[tuple[int, re.Pattern[str], str]],
-) -> None:
-    """Reject a channel header that is too short or lacks an expected line.
-
-    Parameters
-    ----------
-    header : sequence of str
-        Header lines that are present.
-    line : int
-        Line number of the first one.
-    count : int
-        Number of lines of a complete header.
-    expected : sequence of tuple
-        Index of a line, the pattern that its beginning must match, and an example.
-
-    Raises
-    ------
-    InputError
-        With the line number and the example.
-
-    Examples
-    --------
-    >>> require_header(Path("CCC.V1"), ["Chan  1: Up"], 7, 1, [(0, CHANNEL, CHANNEL_EXAMPLE)])
-    """
-    if len(header) < count:
-        raise InputError(
-            path,
-            f"the file ends after {len(header)} lines of a channel's header. "
-            f"Must be {count} lines.",
-            line=line + len(header) - 1,
-        )
-    for index, pattern, example in expected:
-        if not pattern.match(header[index]):
-            raise InputError(
-                path,
-                f"{header[index].strip()[:60]!r}. Must be as in {example!r}: "
-                f"line {index + 1} of a channel's header.",
-                line=line + index,
-            )
-
-
-def filter_corners(filters: str) -> tuple[float, float]:
-    """Return the corners [Hz] of the archive's band-pass (inner ends of ramps); NaN if unstated.
-
-    Examples
-    --------
-    >>> filter_corners("bandpass filtered with ramps at .050-.100 and 23.00-25.00 cyc/sec")
-    (0.1, 23.0)
-    """
-    between, ramps = _BETWEEN.search(filters), _RAMPS.search(filters)
-    stated = between.groups() if between else ramps.groups()[1:3] if ramps else ("0", "0")
-    low, high = (float(token) or math.nan for token in stated)
-    return low, high
-
-
-def stated_processing(filters: str, corrections: str) -> tuple[str, ...]:
-    """Return the processing steps that the header of a corrected channel states.
-
-    Examples
-    --------
-    >>> stated_processing("bandpass filtered with 3 dB pts at .30 and 40.00 cyc/sec", "")
-    ('archive: band-pass 0.3 to 40 Hz (3 dB)',)
-    """
-    done = []
-    if re.search("instrument- and baseline-corrected", corrections, re.I):
-        done.append("archive: instrument and baseline corrected")
-    between, ramps = _BETWEEN.search(filters), _RAMPS.search(filters)
-    if between:
-        low, high = map(float, between.groups())
-        done.append(f"archive: band-pass {low:g} to {high:g} Hz (3 dB)")
-    if ramps:
-        corners = [float(token) for token in ramps.groups()]
-        done.append("archive: band-pass, ramps {:g} to {:g} and {:g} to {:g} Hz".format(*corners))
-    return tuple(done)
+        message = f"{stated['count']} channels in the header, {found} in the file."
+        raise InputError(path, f"{message} Must be equal, or one channel a file.", line)

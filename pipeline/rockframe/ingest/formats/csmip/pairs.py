@@ -11,28 +11,27 @@ import math
 import re
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.formats.csmip.agreement import direction_of, require_agreement
-from rockframe.ingest.formats.csmip.header import Header, require_channels
+from rockframe.ingest.formats.csmip.header import Header, Volume, read_header, require_channels
 from rockframe.ingest.metadata.geography import distances, place_in
-from rockframe.ingest.metadata.identify import record_ids, require_distinct
+from rockframe.ingest.metadata.identify import distinct_records
 from rockframe.ingest.metadata.site import site_of_station
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import even_samples
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
-_HEADER_LINES: Final = 27
+_VOLUME: Final = Volume(lines=27, name=6, integers=13, reals=20)
 _COLUMNS: Final = Columns(10, 7)
 _TOP: Final = re.compile(r"\s*(FILE\s+\d+ OF )?UNCORRECTED ACCELEROGRAM DATA\b", re.I)
 #: Line that states the units, below the line with the number of points; other units are rejected.
@@ -69,7 +68,7 @@ def sniff(head: bytes) -> bool:
     True
     """
     lines = head_lines(head)
-    return bool(lines and _TOP.match(lines[0])) and any(map(_UNITS.match, lines[:_HEADER_LINES]))
+    return bool(lines and _TOP.match(lines[0])) and any(map(_UNITS.match, lines[: _VOLUME.lines]))
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
@@ -91,73 +90,66 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     tops = [i for i, line in enumerate(lines) if _TOP.match(line.decode("latin-1"))]
     if tops[:1] != [0]:
         raise InputError(path, "no heading. Must be 'UNCORRECTED ACCELEROGRAM DATA'.", line=1)
-    ends = [*tops[1:], len(lines)]
     channels = [
-        (_header(path, lines, top), lines[top + _HEADER_LINES : end])
-        for top, end in zip(tops, ends, strict=True)
+        (_header(path, lines, top), lines[top + _VOLUME.lines : end])
+        for top, end in zip(tops, [*tops[1:], len(lines)], strict=True)
     ]
+    first = channels[0][0]
     # RENADIC counts a fourth channel, the time, which the file does not contain.
-    if not (len(channels) == 3 and "RENADIC" in channels[0][0].lines[7]):
-        require_channels(path, channels[0][0].lines[4], len(channels), 5)
-    ids = record_ids(path, [header.component for header, _ in channels])
-    records = [
-        _record(header, rows, name, options)
-        for (header, rows), name in zip(channels, ids, strict=True)
-    ]
-    require_distinct(path, records)
-    return records
+    if not (len(channels) == 3 and "RENADIC" in first.lines[7]):
+        require_channels(path, first.lines[4], len(channels), 5)
+    names = [header.component for header, _ in channels]
+    return distinct_records(path, names, channels, partial(_record, options))
 
 
 def _header(path: Path, lines: list[bytes], top: int) -> Header:
-    header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
-    if len(header) < _HEADER_LINES:
-        raise InputError(
-            path,
-            f"the file ends after {len(header)} lines of a channel's header. "
-            f"Must be {_HEADER_LINES} lines.",
-            line=top + len(header),
-        )
-    words = [line.decode("latin-1") for line in lines[: top + _HEADER_LINES]]
+    header = read_header(path, lines, top, _VOLUME)
+    words = [*[""] * top, *header.lines]
     name = required_line(path, words, top + 6, _NAME, "CHAN  1: 90 DEG")
-    required_line(path, words, top + 10, _POINTS, "NO. OF POINTS = 5652 RECORD LENGTH = 28.260 SEC")
+    example = "NO. OF POINTS = 5652 RECORD LENGTH = 28.260 SEC"
+    points = required_line(path, words, top + 10, _POINTS, example)
     required_line(path, words, top + 11, _UNITS, "UNITS ARE SEC AND G/10")
     # Rewrite the line so that the direction is read as in newer files.
-    header[6] = f"Chan {name['number'] or 1}: {name['name']}"
-    return Header(path, header, top + 1, 6, 13, 20)
+    renamed = f"Chan {name['number'] or 1}: {name['name']}"
+    return replace(
+        header, lines=[*header.lines[:6], renamed, *header.lines[7:]], found={10: points}
+    )
 
 
-def _record(header: Header, rows: list[bytes], record_id: str, options: ReadOptions) -> Record:
+def _record(options: ReadOptions, record_id: str, header: Header, rows: list[bytes]) -> Record:
     path, line = header.path, header.line(10)
-    units = settle_units(path, "g", options, header.line(11))
+    factor = factor_to_si(path, "g", options, header.line(11))
     times, tenths = _pairs(header, rows)
-    stated = _POINTS.match(header.lines[10])
-    assert stated  # noqa: S101 - the header was checked for it
-    header.require_counts(times.size, header.stated_counts((28,)), line)
+    stated = header.found[10]
+    header.require_counts(times.size, {}, (28,), line)
     count_of(path, stated["count"], line, times.size)
     step, samples, note = even_samples(
-        path, times, tenths, header.line(_HEADER_LINES), options.time_step
+        path, times, tenths, header.line(_VOLUME.lines), options.time_step
     )
     mean_step = float(times[-1] - times[0]) / (times.size - 1)
     if abs(float(stated["length"]) - float(times[-1])) > 1.5 * mean_step + 0.001:
         message = f"length {stated['length']} s stated, but the last time is {times[-1]:g} s."
-        raise InputError(path, f"{message} Must agree.", line=line)
+        raise InputError(path, f"{message} Must agree.", line)
     ratio = _peak_ratio(header, times, tenths, mean_step)
-    require_agreement(header, 10, float(times[-1]) + mean_step, mean_step)
-    orientation, azimuth = direction_of(header)
-    return replace(
-        _from_header_text(header, record_id),
-        acceleration=samples * 0.1 * acceleration_factor(units),
+    header.require_length(10, float(times[-1]) + mean_step, mean_step)
+    orientation, azimuth = header.direction()
+    return Record(
+        record_id=record_id,
+        acceleration=samples * 0.1 * factor,
         time_step=settle_time_step(path, step, options, line),
+        uncorrected=True,
+        component=header.component,
         orientation=orientation,
         azimuth=azimuth,
         peak_ratio=ratio,
         processing=(note,) if note else (),
+        **_facts(header),
     )
 
 
 def _pairs(header: Header, rows: list[bytes]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return times [s] and accelerations [g/10]."""
-    line = header.line(_HEADER_LINES - 1)
+    line = header.line(_VOLUME.lines - 1)
     end = next((i for i, row in enumerate(rows) if row.startswith(b"/&")), len(rows))
     for number, row in enumerate(rows[end + 1 :], line + end + 2):
         if row.strip():
@@ -186,10 +178,8 @@ def _peak_ratio(
         found *= 0.1 if rms["units"].upper() == "G" else 1.0
         unit = 10.0 ** -len(rms["rms"].partition(".")[2])
         if abs(found - float(rms["rms"])) > _SAME_RMS * found + unit:
-            message = (
-                f"root mean square {rms['rms']} {rms['units']} stated, {found:.4g} in the file."
-            )
-            raise InputError(header.path, f"{message} Must agree.", line=header.line(12))
+            stated = f"root mean square {rms['rms']} {rms['units']} stated"
+            raise header.error(12, f"{stated}, {found:.4g} in the file. Must agree.")
     peak = _PEAK.search(header.lines[11])
     if not peak:
         return math.nan
@@ -214,8 +204,8 @@ def _trigger(header: Header) -> float:
     return (trigger - begin).total_seconds() + float(fraction)
 
 
-def _from_header_text(header: Header, record_id: str) -> Record:
-    """Return a record with the metadata in the header text, without samples."""
+def _facts(header: Header) -> dict[str, Any]:
+    """Return event, station, magnitude and distances as fields of a record."""
     lines = header.lines
     sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
     magnitude = sizes.get("W") or sizes.get("L") or math.nan
@@ -223,20 +213,14 @@ def _from_header_text(header: Header, record_id: str) -> Record:
     deep = float(depth["depth"]) if depth else math.nan
     known = distances(place_in(lines[8]), place_in(lines[4]), deep)
     if lines[4].startswith("STATION USC#"):
-        stated = [header.real(item) for item in (11, 12)]
-        known = {"epicentral_distance": stated[0].value} if stated[0] else {}
-        magnitude = stated[1].value if stated[1] else math.nan
+        distance, size = (header.real(item) for item in (11, 12))
+        known = {"epicentral_distance": distance.value} if distance else {}
+        magnitude = size.value if size else math.nan
     code = _CODE.match(lines[4])
     name = re.split(r"\s{2,}| S/N ", lines[5].strip())[0]
-    return Record(
-        record_id=record_id,
-        acceleration=np.zeros(2),
-        time_step=1.0,
-        uncorrected=True,
-        component=header.component,
-        site_type=site_of_station(name),
-        event=re.split(r"\s{2,}", lines[1].strip())[0],
-        station=code["code"] if code else name,
-        magnitude=magnitude,
-        **known,  # type: ignore[arg-type]
-    )
+    return known | {
+        "site_type": site_of_station(name),
+        "event": re.split(r"\s{2,}", lines[1].strip())[0],
+        "station": code["code"] if code else name,
+        "magnitude": magnitude,
+    }

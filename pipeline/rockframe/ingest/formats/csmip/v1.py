@@ -8,34 +8,32 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.formats.csmip.agreement import direction_of, require_agreement
 from rockframe.ingest.formats.csmip.header import (
     CHANNEL,
     CHANNEL_EXAMPLE,
     Header,
+    Volume,
+    read_header,
     require_channels,
-    require_header,
 )
-from rockframe.ingest.metadata.identify import record_ids, require_distinct
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import distinct_records
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
-_HEADER_LINES: Final = 28
-_FIRST_INTEGERS: Final = 13
-_FIRST_REALS: Final = 20
-_NAME: Final = 6
-_UNITS_LINE: Final = 11
+#: Indices of the lines with the number of points, the peak, and the layout of the samples.
+_POINTS_LINE, _PEAK_LINE, _SAMPLES_LINE = 10, 11, 27
 #: Items of the integer header with the number of samples, counted from 1.
 _COUNTS: Final = (28, 33)
+#: Items of the real header with the largest sample [g] and its time [s].
+_PEAK: Final = (7, 8)
 
 _TOP: Final = re.compile(r"\s*Uncorrected Accelerogram Data\b", re.I)
 _ENDS_SAMPLES: Final = re.compile(rb"/&|\s*Uncorrected", re.I)
@@ -48,24 +46,24 @@ _SAMPLES: Final = re.compile(
     r"\.(?P<places>\d{1,2})\)",
     re.I,
 )
-#: Items of the real header with the largest sample [g] and its time [s].
-_PEAK: Final = (7, 8)
 _PEAK_IN_TEXT: Final = re.compile(
     r".*\bMax\s*=\s*(?P<peak>[-+\d.]+)\s*g\s*,\s*at\s+(?P<time>[\d.]+)\s*sec", re.I
 )
-#: Index, pattern and example of the lines that every header must have.
-_EXPECTED: Final = (
-    (_NAME, CHANNEL, CHANNEL_EXAMPLE),
-    (10, _POINTS, "No. of Points = 10000 ... at 100 Samples/sec"),
-    (27, _SAMPLES, "10000 Accelerogram points at 100 pts/sec in units of g. Format: (8f9.6)"),
+_VOLUME: Final = Volume(
+    lines=28,
+    name=6,
+    integers=13,
+    reals=20,
+    expected=(
+        (6, CHANNEL, CHANNEL_EXAMPLE),
+        (_POINTS_LINE, _POINTS, "No. of Points = 10000 ... at 100 Samples/sec"),
+        (
+            _SAMPLES_LINE,
+            _SAMPLES,
+            "10000 Accelerogram points at 100 pts/sec in units of g. Format: (8f9.6)",
+        ),
+    ),
 )
-
-
-@dataclass(frozen=True)
-class _Channel(Header):
-    """Header and lines of samples of one channel."""
-
-    body: list[bytes]
 
 
 def sniff(head: bytes) -> bool:
@@ -78,9 +76,9 @@ def sniff(head: bytes) -> bool:
     """
     lines = head_lines(head)
     # The older form has pairs of time and acceleration in g/10.
-    older = any("SEC AND G/10" in line.upper() for line in lines[:_HEADER_LINES])
+    older = any("SEC AND G/10" in line.upper() for line in lines[: _VOLUME.lines])
     return bool(lines and _TOP.match(lines[0]) and not older) and any(
-        CHANNEL.match(line) or _POINTS.match(line) for line in lines[:_HEADER_LINES]
+        CHANNEL.match(line) or _POINTS.match(line) for line in lines[: _VOLUME.lines]
     )
 
 
@@ -100,15 +98,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: CE89146.V1:1: 'Corrected accelerogram'. Must be 'Uncorrected ...
     """
     channels = _channels(path, text_of(path, data).split(b"\n"))
-    require_channels(path, channels[0].lines[4], len(channels), 5)
-    ids = record_ids(path, [channel.component for channel in channels])
-    records = [_record(one, name, options) for one, name in zip(channels, ids, strict=True)]
-    require_distinct(path, records)
-    return records
+    require_channels(path, channels[0][0].lines[4], len(channels), 5)
+    names = [header.component for header, _ in channels]
+    return distinct_records(path, names, channels, partial(_record, options))
 
 
-def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
-    """Split a file into channels, which end with a `/&` line or before the next header."""
+def _channels(path: Path, lines: list[bytes]) -> list[tuple[Header, list[bytes]]]:
+    """Return the headers and samples of channels, which end with `/&` or before the next header."""
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
@@ -121,101 +117,71 @@ def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
         if row.lstrip()[:1] in (b"/", b"U", b"u") and _ENDS_SAMPLES.match(row)
     ]
     while top < len(lines):
-        header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
-        _require_header(path, header, top + 1)
-        start = top + _HEADER_LINES
+        first = lines[top].decode("latin-1")
+        if not _TOP.match(first):
+            message = f"{first.strip()[:40]!r}. Must be 'Uncorrected Accelerogram Data ...', "
+            raise InputError(path, f"{message}the first line of a channel.", top + 1)
+        header = read_header(path, lines, top, _VOLUME)
+        start = top + _VOLUME.lines
         end = next((number for number in ends if number >= start), len(lines))
-        channels.append(
-            _Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, _FIRST_REALS, lines[start:end])
-        )
+        channels.append((header, lines[start:end]))
         top = end + 1 if lines[end : end + 1] and lines[end].startswith(b"/&") else end
     return channels
 
 
-def _require_header(path: Path, header: list[str], line: int) -> None:
-    if not _TOP.match(header[0]):
-        raise InputError(
-            path,
-            f"{header[0].strip()[:40]!r}. Must be 'Uncorrected Accelerogram Data ...', "
-            "the first line of a channel.",
-            line=line,
-        )
-    require_header(path, header, line, _HEADER_LINES, _EXPECTED)
-
-
-def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
-    samples = _SAMPLES.match(channel.lines[27])
-    assert samples  # noqa: S101 - the header was checked for it
-    line = channel.line(27)
+def _record(options: ReadOptions, record_id: str, header: Header, rows: list[bytes]) -> Record:
+    path, line, samples = header.path, header.line(_SAMPLES_LINE), header.found[_SAMPLES_LINE]
     if samples["units"].lower() != "g":
-        raise InputError(
-            channel.path, f"acceleration units {samples['units']!r}. Must be g.", line=line
-        )
-    factor = acceleration_factor(settle_units(channel.path, "g", options, line))
-    count, rate = _count_and_rate(channel, samples)
+        raise InputError(path, f"acceleration units {samples['units']!r}. Must be g.", line)
+    factor = factor_to_si(path, "g", options, line)
+    count, rate = _count_and_rate(header)
     columns = Columns(int(samples["columns"]), int(samples["width"]))
-    orientation, azimuth = direction_of(channel)
-    step = settle_time_step(channel.path, 1.0 / rate, options, line)
-    require_agreement(channel, 10, count * step, step)
-    in_g = read_columns(channel.path, channel.body, columns, count, line)
+    facts = header.facts()
+    step = settle_time_step(path, 1.0 / rate, options, line)
+    header.require_length(_POINTS_LINE, count * step, step)
+    in_g = read_columns(path, rows, columns, count, line)
     ratios = [
-        require_peak(channel.path, in_g, step, peak, 10.0 ** -int(samples["places"]))
-        for peak in _peaks(channel)
+        require_peak(path, in_g, step, peak, 10.0 ** -int(samples["places"]))
+        for peak in _peaks(header)
     ]
     return Record(
         record_id=record_id,
         acceleration=factor * in_g,
         time_step=step,
         uncorrected=True,
-        component=channel.component,
-        orientation=orientation,
-        azimuth=azimuth,
-        site_type=channel.site_type,
-        station=channel.station,
-        network=channel.network,
-        start_time=channel.start_time,
         peak_ratio=ratios[0] if ratios else math.nan,
+        **facts,
     )
 
 
-def _peaks(channel: _Channel) -> list[StatedPeak]:
+def _peaks(header: Header) -> list[StatedPeak]:
     """Return the peaks stated in the real header and in the text, if any."""
-    value, time = (channel.real(item) for item in _PEAK)
-    stated = [(value, time, _FIRST_REALS)] if value and time else []
-    text = _PEAK_IN_TEXT.match(channel.lines[_UNITS_LINE])
+    value, time = (header.real(item) for item in _PEAK)
+    stated = [(value, time, _VOLUME.reals)] if value and time else []
+    text = _PEAK_IN_TEXT.match(header.lines[_PEAK_LINE])
     if text and all(is_number(token.encode()) for token in text.groups()):
-        stated.append((Printed.of(text["peak"]), Printed.of(text["time"]), _UNITS_LINE))
+        stated.append((Printed.of(text["peak"]), Printed.of(text["time"]), _PEAK_LINE))
     return [
-        StatedPeak(value=value, time=time, units="g", line=channel.line(index))
+        StatedPeak(value=value, time=time, units="g", line=header.line(index))
         for value, time, index in stated
     ]
 
 
-def _count_and_rate(channel: _Channel, samples: re.Match[str]) -> tuple[int, float]:
+def _count_and_rate(header: Header) -> tuple[int, float]:
     """Return number of samples and sampling rate [Hz], after comparing all statements."""
-    points = _POINTS.match(channel.lines[10])
-    assert points  # noqa: S101 - the header was checked for it
-    line = channel.line(27)
-    count = int(samples["count"])
-    others = {"'No. of Points'": int(points["count"])} | channel.stated_counts(_COUNTS)
-    channel.require_counts(count, others, line)
-    before, rate = _rate(channel, points, 10), _rate(channel, samples, 27)
+    points, samples = header.found[_POINTS_LINE], header.found[_SAMPLES_LINE]
+    count, line = int(samples["count"]), header.line(_SAMPLES_LINE)
+    header.require_counts(count, {"'No. of Points'": int(points["count"])}, _COUNTS, line)
+    before, rate = (_rate(header, index) for index in (_POINTS_LINE, _SAMPLES_LINE))
     if before != rate:
-        raise InputError(
-            channel.path,
-            f"{rate:g} samples a second stated, but {before:g} in line "
-            f"{channel.line(10)}. Must be equal.",
-            line=line,
-        )
+        place = f"line {header.line(_POINTS_LINE)}"
+        message = f"{rate:g} samples a second stated, but {before:g} in {place}. Must be equal."
+        raise InputError(header.path, message, line)
     return count, rate
 
 
-def _rate(channel: _Channel, stated: re.Match[str], index: int) -> float:
-    token = stated["rate"]
+def _rate(header: Header, index: int) -> float:
+    token = header.found[index]["rate"]
     if not (is_number(token.encode()) and float(token) > 0.0):
-        raise InputError(
-            channel.path,
-            f"{token!r} samples a second. Must be a positive number.",
-            line=channel.line(index),
-        )
+        raise header.error(index, f"{token!r} samples a second. Must be a positive number.")
     return float(token)

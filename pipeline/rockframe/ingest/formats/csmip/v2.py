@@ -12,32 +12,28 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.formats.csmip.agreement import direction_of, require_agreement
 from rockframe.ingest.formats.csmip.header import (
     CHANNEL,
     CHANNEL_EXAMPLE,
     Header,
-    filter_corners,
+    Volume,
+    read_header,
     require_channels,
-    require_header,
-    stated_processing,
 )
-from rockframe.ingest.metadata.identify import record_ids, require_distinct
-from rockframe.ingest.options import ReadOptions, settle_time_step, settle_units
+from rockframe.ingest.metadata.identify import distinct_records
+from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns, require_layout
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Record
-from rockframe.units import acceleration_factor
 
-_HEADER_LINES: Final = 45
-_FIRST_INTEGERS: Final = 25
-_FIRST_REALS: Final = 32
-_NAME: Final = 7
+#: Indices of the lines with the filters, the number of points, the interval and the peak.
+_FILTER_LINE, _POINTS_LINE, _INTERVAL_LINE, _PEAK_LINE = 14, 15, 16, 17
 #: Items of the integer header with the number of samples, counted from 1.
 _COUNTS: Final = (53,)
 #: Item of the real header with the time step [s].
@@ -70,13 +66,28 @@ _EXAMPLES: Final = {
     "veloc": "12000 points of veloc data equally spaced at .005 sec, in cm/sec. (8f10.7)",
     "displ": "12000 points of displ data equally spaced at .005 sec, in cm. (8f10.7)",
 }
-_EXPECTED: Final = (
-    (0, _TOP, "Corrected accelerogram ..."),
-    (1, _UNCORRECTED, "Uncorrected accelerogram data ..."),
-    (_NAME, CHANNEL, CHANNEL_EXAMPLE),
-    (15, _POINTS, "12000 points of ... accel, veloc and displ data"),
-    (16, _INTERVAL, "At equally-spaced intervals of .005 sec."),
-    (17, _PEAK, "Peak acceleration = -267.957 cm/sec/sec at 10.940 sec."),
+_NUMBER: Final = r"(\d{1,6}\.?\d{0,6}|\.\d{1,6})"
+_BETWEEN: Final = re.compile(
+    rf"bandpass filtered with 3 dB pts at\s+{_NUMBER}\s+and\s+{_NUMBER}\s+cyc/sec", re.I
+)
+_RAMPS: Final = re.compile(
+    rf"bandpass filtered with ramps at\s+{_NUMBER}\s*-\s*{_NUMBER}\s+and\s+{_NUMBER}\s*-\s*"
+    rf"{_NUMBER}\s+cyc/sec",
+    re.I,
+)
+_VOLUME: Final = Volume(
+    lines=45,
+    name=7,
+    integers=25,
+    reals=32,
+    expected=(
+        (0, _TOP, "Corrected accelerogram ..."),
+        (1, _UNCORRECTED, "Uncorrected accelerogram data ..."),
+        (7, CHANNEL, CHANNEL_EXAMPLE),
+        (_POINTS_LINE, _POINTS, "12000 points of ... accel, veloc and displ data"),
+        (_INTERVAL_LINE, _INTERVAL, "At equally-spaced intervals of .005 sec."),
+        (_PEAK_LINE, _PEAK, "Peak acceleration = -267.957 cm/sec/sec at 10.940 sec."),
+    ),
 )
 
 
@@ -95,13 +106,6 @@ class _Block:
     @property
     def columns(self) -> Columns:
         return _columns(self.heading)
-
-
-@dataclass(frozen=True)
-class _Channel(Header):
-    """Header of one channel, and its blocks of acceleration, velocity and displacement."""
-
-    blocks: list[_Block]
 
 
 def sniff(head: bytes) -> bool:
@@ -144,30 +148,26 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             line=1,
         )
     channels = _channels(path, lines)
-    require_channels(path, channels[0].lines[5], len(channels), 6)
-    ids = record_ids(path, [channel.component for channel in channels])
-    records = [_record(one, name, options) for one, name in zip(channels, ids, strict=True)]
-    require_distinct(path, records)
-    return records
+    require_channels(path, channels[0][0].lines[5], len(channels), 6)
+    names = [header.component for header, _ in channels]
+    return distinct_records(path, names, channels, partial(_record, options))
 
 
-def _channels(path: Path, lines: list[bytes]) -> list[_Channel]:
+def _channels(path: Path, lines: list[bytes]) -> list[tuple[Header, list[_Block]]]:
+    """Return the headers of channels and their blocks: acceleration, velocity, displacement."""
     while lines and not lines[-1].strip():
         lines.pop()
-    channels: list[_Channel] = []
+    channels: list[tuple[Header, list[_Block]]] = []
     top = 0
     while top < len(lines) or not channels:
-        header = [line.decode("latin-1") for line in lines[top : top + _HEADER_LINES]]
-        require_header(path, header, top + 1, _HEADER_LINES, _EXPECTED)
+        header = read_header(path, lines, top, _VOLUME)
         blocks = []
-        end = top + _HEADER_LINES
+        end = top + _VOLUME.lines
         for quantity in _EXAMPLES:
             block = _block(path, lines, end, quantity)
             blocks.append(block)
             end += 1 + len(block.rows)
-        channels.append(
-            _Channel(path, header, top + 1, _NAME, _FIRST_INTEGERS, _FIRST_REALS, blocks)
-        )
+        channels.append((header, blocks))
         top = end + 1 if lines[end : end + 1] and lines[end].startswith(b"/&") else end
     return channels
 
@@ -177,12 +177,8 @@ def _block(path: Path, lines: list[bytes], start: int, quantity: str) -> _Block:
     text = lines[start].decode("latin-1") if start < len(lines) else ""
     heading = _BLOCK.match(text)
     if not heading or heading["quantity"].lower() != quantity:
-        raise InputError(
-            path,
-            f"{text.strip()[:60]!r}. Must be as in {_EXAMPLES[quantity]!r}: "
-            f"the heading of the {quantity} block.",
-            line=start + 1,
-        )
+        message = f"{text.strip()[:60]!r}. Must be as in {_EXAMPLES[quantity]!r}: "
+        raise InputError(path, f"{message}the heading of the {quantity} block.", start + 1)
     end = start + 1 - (-int(heading["count"]) // _columns(heading).count)
     if end >= len(lines) or not _BOUNDARY.match(lines[end]):
         end = start + 1
@@ -197,91 +193,103 @@ def _columns(heading: re.Match[str]) -> Columns:
     return Columns(int(heading["columns"]), int(heading["width"]))
 
 
-def _record(channel: _Channel, record_id: str, options: ReadOptions) -> Record:
-    block = channel.blocks[0]
+def _record(options: ReadOptions, record_id: str, header: Header, blocks: list[_Block]) -> Record:
+    path, block = header.path, blocks[0]
     units = block.heading["units"].lower()
     if units not in _CM_PER_S2:
-        message = f"acceleration units {units!r}. Must be cm/sec2."
-        raise InputError(channel.path, message, line=block.line)
-    factor = acceleration_factor(settle_units(channel.path, "cm/s2", options, block.line))
-    _require_counts(channel)
-    step = settle_time_step(channel.path, _time_step(channel), options, block.line)
-    require_agreement(channel, 11, block.count * step, step)
-    samples = read_columns(channel.path, block.rows, block.columns, block.count, block.line)
+        raise InputError(path, f"acceleration units {units!r}. Must be cm/sec2.", block.line)
+    factor = factor_to_si(path, "cm/s2", options, block.line)
+    _require_counts(header, blocks)
+    step = settle_time_step(path, _time_step(header, blocks), options, block.line)
+    header.require_length(11, block.count * step, step)
+    samples = read_columns(path, block.rows, block.columns, block.count, block.line)
     places = int(block.heading["places"] or 3)
-    peak_ratio = require_peak(channel.path, samples, step, _peak(channel), 10.0**-places)
-    orientation, azimuth = direction_of(channel)
-    event = _EVENT.match(channel.lines[2])
-    low, high = filter_corners(channel.lines[14])
+    peak_ratio = require_peak(path, samples, step, _peak(header), 10.0**-places)
+    event = _EVENT.match(header.lines[2])
     return Record(
         record_id=record_id,
         acceleration=factor * samples,
         time_step=step,
-        component=channel.component,
-        orientation=orientation,
-        azimuth=azimuth,
-        site_type=channel.site_type,
         event=event["event"] if event else "",
-        station=channel.station,
-        network=channel.network,
-        start_time=channel.start_time,
         peak_ratio=peak_ratio,
-        filter_low=low,
-        filter_high=high,
-        processing=stated_processing(channel.lines[14], channel.lines[15]),
+        **header.facts(),
+        **_processing(header.lines[_FILTER_LINE], header.lines[_FILTER_LINE + 1]),
     )
 
 
-def _require_counts(channel: _Channel) -> None:
-    first, *others = channel.blocks
-    points = _POINTS.match(channel.lines[15])
-    assert points  # noqa: S101 - the header was checked for it
-    stated = {f"line {channel.line(15)}": int(points["count"])} | channel.stated_counts(_COUNTS)
-    stated |= {f"the {block.heading['quantity'].lower()} block": block.count for block in others}
-    channel.require_counts(first.count, stated, first.line)
-    for block in others:
-        require_layout(channel.path, block.rows, block.columns, block.count, block.line)
+def _processing(filters: str, corrections: str) -> dict[str, Any]:
+    """Return the corners [Hz] of the archive's band-pass, and its processing, as record fields.
 
-
-def _time_step(channel: _Channel) -> float:
-    """Return the time step [s] with the most digits, after comparing all places that state it."""
-    block = channel.blocks[0]
-    interval = _INTERVAL.match(channel.lines[16])
-    assert interval  # noqa: S101 - the header was checked for it
-    step = _number(channel, block.heading["step"], "interval", block.line)
-    places = {f"line {channel.line(16)}": interval["step"]}
-    places |= {f"line {other.line}": other.heading["step"] for other in channel.blocks[1:]}
-    stated = {
-        place: _number(channel, token, "interval", block.line) for place, token in places.items()
+    Examples
+    --------
+    >>> _processing("bandpass filtered with 3 dB pts at .30 and 40.00 cyc/sec", "")["processing"]
+    ('archive: band-pass 0.3 to 40 Hz (3 dB)',)
+    >>> _processing("bandpass filtered with ramps at .05-.1 and 23-25 cyc/sec", "")["filter_low"]
+    0.1
+    """
+    done = []
+    low = high = math.nan
+    if re.search("instrument- and baseline-corrected", corrections, re.I):
+        done.append("archive: instrument and baseline corrected")
+    if ramps := _RAMPS.search(filters):
+        corners = [float(token) for token in ramps.groups()]
+        low, high = corners[1:3]  # the inner ends
+        done.append("archive: band-pass, ramps {:g} to {:g} and {:g} to {:g} Hz".format(*corners))
+    if between := _BETWEEN.search(filters):
+        low, high = map(float, between.groups())
+        done.append(f"archive: band-pass {low:g} to {high:g} Hz (3 dB)")
+    return {
+        "filter_low": low or math.nan,
+        "filter_high": high or math.nan,
+        "processing": tuple(done),
     }
-    item = channel.real(_STEP)
+
+
+def _require_counts(header: Header, blocks: list[_Block]) -> None:
+    first, *others = blocks
+    place = f"line {header.line(_POINTS_LINE)}"
+    stated = {place: int(header.found[_POINTS_LINE]["count"])}
+    stated |= {f"the {block.heading['quantity'].lower()} block": block.count for block in others}
+    header.require_counts(first.count, stated, _COUNTS, first.line)
+    for block in others:
+        require_layout(header.path, block.rows, block.columns, block.count, block.line)
+
+
+def _time_step(header: Header, blocks: list[_Block]) -> float:
+    """Return the time step [s] with the most digits, after comparing all places that state it."""
+    line = blocks[0].line
+    step = _number(header, blocks[0].heading["step"], "interval", line)
+    places = {header.line(_INTERVAL_LINE): header.found[_INTERVAL_LINE]["step"]}
+    places |= {other.line: other.heading["step"] for other in blocks[1:]}
+    stated = {
+        f"line {place}": _number(header, token, "interval", line) for place, token in places.items()
+    }
+    item = header.real(_STEP)
     if item:
         stated[f"item {_STEP} of the real header"] = item
     for place, other in stated.items():
         if abs(other.value - step.value) > 0.5 * step.unit + 1e-9:
             message = f"interval {step.value:g} s stated, but {other.value:g} s in {place}."
-            raise InputError(channel.path, f"{message} Must be equal.", line=block.line)
+            raise InputError(header.path, f"{message} Must be equal.", line)
     # Three decimals are too few for 1/240 s; the seven digits of the real header almost suffice.
     same = not item or math.isclose(item.value, step.value, rel_tol=1e-6)
     return step.value if same or not item else item.value
 
 
-def _peak(channel: _Channel) -> StatedPeak:
-    stated = _PEAK.match(channel.lines[17])
-    assert stated  # noqa: S101 - the header was checked for it
-    line = channel.line(17)
+def _peak(header: Header) -> StatedPeak:
+    stated, line = header.found[_PEAK_LINE], header.line(_PEAK_LINE)
     if stated["units"].lower() not in _CM_PER_S2:
         message = f"peak in units of {stated['units']!r}. Must be cm/sec2."
-        raise InputError(channel.path, message, line=line)
+        raise InputError(header.path, message, line)
     return StatedPeak(
-        value=_number(channel, stated["peak"], "peak", line),
-        time=_number(channel, stated["time"], "time of the peak", line),
+        value=_number(header, stated["peak"], "peak", line),
+        time=_number(header, stated["time"], "time of the peak", line),
         units="cm/s2",
         line=line,
     )
 
 
-def _number(channel: _Channel, token: str, quantity: str, line: int) -> Printed:
+def _number(header: Header, token: str, quantity: str, line: int) -> Printed:
     if not is_number(token.encode()):
-        raise InputError(channel.path, f"{quantity} {token!r}. Must be a number.", line=line)
+        raise InputError(header.path, f"{quantity} {token!r}. Must be a number.", line)
     return Printed.of(token)

@@ -189,9 +189,8 @@ def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -
     }
     for name, one in zip(names, found, strict=True):
         if one.quantity in {"velocity", "displacement"} and not meant:
-            raise OtherQuantityError(
-                path, f"column {name!r} is a {one.quantity}. Must be an acceleration.", line=line
-            )
+            message = f"column {name!r} is a {one.quantity}. Must be an acceleration."
+            raise OtherQuantityError(path, message, line)
     times = [k for k, one in enumerate(found) if one.quantity == "time"]
     shown, components = ",".join(names), [one.component for one in meant.values()]
     if len(meant) > 1 and ("" in components or len({*components}) < len(components)):

@@ -27,8 +27,8 @@ from rockframe.ingest.formats.text.column_headers import (
     read_headers,
     units_in,
 )
-from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.options import ReadOptions, settle_units
+from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.options import ReadOptions, factor_to_si
 from rockframe.ingest.parsing.lines import (
     are_finite,
     bad_number,
@@ -132,7 +132,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         else read_headers(path, layout.names, layout.columns, names_line, options.column)
     )
     stated = columns.units
-    factor = acceleration_factor(settle_units(path, stated, options, layout.names_line or None))
+    factor = factor_to_si(path, stated, options, layout.names_line or None)
     taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
     _require_units(path, layout, factor, taken)
     table = _series(path, layout) if is_series else _parse(path, layout, columns)
@@ -149,9 +149,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             record_id=record_id,
             acceleration=table[:, place] * factor,
             time_step=step,
-            component=name,
-            orientation=direction(name)[0],
-            azimuth=direction(name)[1],
+            **directed(name),
         )
         for (place, name), record_id in zip(columns.accelerations.items(), ids, strict=True)
     ]
@@ -227,9 +225,8 @@ def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputE
         tokens = row.split(layout.separator)
         if len(tokens) != layout.columns:
             shown = row.decode("latin-1").strip()[:40]
-            return InputError(
-                path, f"{len(tokens)} columns in {shown!r}. Must be {layout.columns}.", line=line
-            )
+            message = f"{len(tokens)} columns in {shown!r}. Must be {layout.columns}."
+            return InputError(path, message, line)
         for token, quantity in zip(tokens, quantities, strict=True):
             if not is_number(token):
                 return bad_number(path, token, line, quantity)
@@ -242,11 +239,8 @@ def _require_count(path: Path, layout: _Layout, rows: int) -> None:
     for line, comment in enumerate(layout.comments, 1):
         stated = _STATED_COUNT.search(comment)
         if stated and int(stated[1]) != rows:
-            raise InputError(
-                path,
-                f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal.",
-                line=line,
-            )
+            message = f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal."
+            raise InputError(path, message, line)
 
 
 def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> None:
@@ -261,12 +255,8 @@ def _require_step(path: Path, layout: _Layout, step: float) -> None:
     for line, comment in enumerate(layout.comments, 1):
         stated = _STATED_STEP.search(comment.strip())
         if stated and not math.isclose(float(stated["step"]), step, rel_tol=_SAME_STEP):
-            raise InputError(
-                path,
-                f"dt {stated['step']} s in the comment, time step {step:g} s of the samples. "
-                "Must be equal.",
-                line=line,
-            )
+            message = f"dt {stated['step']} s in the comment, time step {step:g} s of the samples."
+            raise InputError(path, f"{message} Must be equal.", line)
 
 
 def _time_step(
