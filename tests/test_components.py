@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rockframe
-from rockframe.components.pair import HorizontalPair
-from rockframe.components.pairing import pair_horizontals, vertical_beside
+from rockframe.components.pairing import HorizontalPair, pair_horizontals, vertical_beside
 from rockframe.components.rotation import Sweep, fault_components, rotate, rotd
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import IngestOptions

@@ -19,7 +19,6 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.paper.table1 import paper_records
 from rockframe.record import Record, SiteType
 from rockframe.results.records import read_records
-from rockframe.signals.checks import CheckVerdict
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
@@ -29,7 +28,7 @@ from rockframe.signals.measures import (
     significant_duration,
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
-from rockframe.signals.passport import Passport, passport
+from rockframe.signals.passport import CheckVerdict, Passport, passport
 from rockframe.signals.processing import BandPass, correct, integrate
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.passport import PassportLimits, read_limits

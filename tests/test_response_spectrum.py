@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from rockframe.errors import ParameterError
+from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import peak
-from rockframe.signals.response_spectrum import spectral_acceleration
 
 STEP = 0.02
 NOISE = np.random.default_rng(1).normal(size=300) * np.hanning(300)

@@ -21,7 +21,7 @@ from rockframe.report.screening import screening_content
 from rockframe.results.screening.screen import peaks_of_frames, read_screening
 from rockframe.results.screening.table import screen_summary
 from rockframe.risk import LimitState, Outcome, fit_fragility
-from rockframe.signals.response_spectrum import spectral_acceleration
+from rockframe.signals.measures import spectral_acceleration
 from rockframe.stages.screening.screen import screen_stage
 
 Screen = Callable[..., xr.Dataset]

@@ -2,7 +2,7 @@ from .column import ColumnShape as ColumnShape
 from .column import hollow as hollow
 from .column import inertia_ratio_of as inertia_ratio_of
 from .column import tapered as tapered
-from .components.pair import HorizontalPair as HorizontalPair
+from .components.pairing import HorizontalPair as HorizontalPair
 from .components.pairing import pair_horizontals as pair_horizontals
 from .components.rotation import fault_components as fault_components
 from .components.rotation import rotate as rotate
@@ -102,9 +102,9 @@ from .rocking import robust_margins as robust_margins
 from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
 from .rocking.restrained import RestraintResponse as RestraintResponse
+from .signals.measures import spectral_acceleration as spectral_acceleration
 from .signals.passport import Passport as Passport
 from .signals.passport import passport as passport
-from .signals.response_spectrum import spectral_acceleration as spectral_acceleration
 from .stages.compare import compare_stage as compare_stage
 from .stages.ingest import ingest_stage as ingest_stage
 from .stages.pulse import pulse_stage as pulse_stage

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components.pair import HorizontalPair
+from rockframe.components.pairing import HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.record import LONGEST_ID, Orientation, Record
 

@@ -20,7 +20,7 @@ from rockframe.results.run import Run, rank
 from rockframe.results.tables.columns import stated_pulse, stated_verdict
 from rockframe.results.tables.labelled_values import LabelledValue
 from rockframe.rocking import StatedVerdict
-from rockframe.signals.checks import CHECKS
+from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
 from rockframe.web.strips import strip_svg
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
 
 import numpy as np
 
 from rockframe.record import Record, SiteType
-from rockframe.signals.checks import CHECKS, Check, CheckVerdict
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
@@ -21,6 +22,69 @@ from rockframe.signals.measures import (
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.processing import Float, integrate, peak
 from rockframe.study.passport import PassportLimits
+
+#: The checks in order: unit, and True if the limit is a lower limit, False if it is an upper one.
+CHECKS: Final = {
+    "peak_acceleration": ("m s-2", False),
+    "time_step": ("s", False),
+    "not_free_field": ("1", False),
+    "azimuth": ("degree", False),
+    "stated_peak": ("1", False),
+    "clipped_samples": ("1", False),
+    "constant_time": ("s", False),
+    "opening_share": ("1", False),
+    "closing_share": ("1", False),
+    "end_velocity_share": ("1", False),
+    "end_displacement_share": ("1", False),
+    "signal_to_noise": ("1", True),
+    "usable_period_longest": ("s", True),
+    "significant_duration": ("s", True),
+    "arias_intensity": ("m s-1", True),
+}
+
+
+class CheckVerdict(IntEnum):
+    """Verdict of a check; the values of the flag variable `passport`."""
+
+    OK = 0
+    WARN = 1
+    REJECT = 2
+    NOT_MEASURED = 3
+
+
+@dataclass(frozen=True)
+class Check:
+    """Result of one check of a record.
+
+    Parameters
+    ----------
+    name : str
+        Name of the measured quantity, one of `CHECKS`.
+    value : float
+        Measured value; NaN if it cannot be measured on this record.
+    limit : float
+        The limit that decided the verdict: the rejection limit if the value is beyond it, else the
+        warning limit.
+    verdict : CheckVerdict
+        ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which does not affect the verdict on the
+        record.
+
+    Examples
+    --------
+    >>> print(Check("clipped_samples", 40.0, 25.0, CheckVerdict.REJECT))
+    clipped_samples 40. Must be at most 25.
+    """
+
+    name: str
+    value: float
+    limit: float
+    verdict: CheckVerdict
+
+    def __str__(self) -> str:
+        stated, at_least = CHECKS[self.name]
+        unit = "" if stated == "1" else f" {stated}"
+        bound = "at least" if at_least else "at most"
+        return f"{self.name} {self.value:.4g}{unit}. Must be {bound} {self.limit:.4g}{unit}."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +113,8 @@ class Measures:
     constant_time : float
         Longest time without change, before processing, between 5 and 95 % of the Arias
         intensity [s].
-    opening_share : float
-        Peak of the first 0.1 s divided by the peak, before the taper [1].
-    closing_share : float
-        Peak of the last 0.1 s divided by the peak, before the taper [1].
+    opening_share, closing_share : float
+        Peaks of the first and of the last 0.1 s divided by the peak, before the taper [1].
     pre_event : float
         Length of the noise window before the event [s]; 0 if there is none.
     noise_level : float
@@ -96,15 +158,7 @@ class Measures:
 
 @dataclass(frozen=True)
 class Passport:
-    """Measured quantities of a record and the results of their checks.
-
-    Parameters
-    ----------
-    measures : Measures
-        Measured quantities.
-    checks : tuple of Check
-        One result for each of `CHECKS`, in that order.
-    """
+    """Measured quantities of a record, and one result for each of `CHECKS`, in that order."""
 
     measures: Measures
     checks: tuple[Check, ...]
@@ -232,7 +286,7 @@ def _judge(measures: Measures, record: Record, limits: PassportLimits) -> tuple[
 
 
 def _check(name: str, value: float, limits: PassportLimits) -> Check:
-    unit, at_least = CHECKS[name]
+    _, at_least = CHECKS[name]
     warn: float = getattr(limits, f"{name}_warn")
     reject: float = getattr(limits, f"{name}_reject")
 
@@ -240,8 +294,8 @@ def _check(name: str, value: float, limits: PassportLimits) -> Check:
         return value < limit if at_least else value > limit
 
     if math.isnan(value):
-        return Check(name, math.nan, warn, CheckVerdict.NOT_MEASURED, unit, at_least)
+        return Check(name, math.nan, warn, CheckVerdict.NOT_MEASURED)
     if beyond(reject):
-        return Check(name, float(value), reject, CheckVerdict.REJECT, unit, at_least)
+        return Check(name, float(value), reject, CheckVerdict.REJECT)
     verdict = CheckVerdict.WARN if beyond(warn) else CheckVerdict.OK
-    return Check(name, float(value), warn, verdict, unit, at_least)
+    return Check(name, float(value), warn, verdict)

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rockframe.components.pair import HorizontalPair
-from rockframe.components.pairing import motion_of, pair_horizontals
+from rockframe.components.pairing import HorizontalPair, motion_of, pair_horizontals
 from rockframe.components.rotation import rotate, rotd
 from rockframe.errors import InputError
 from rockframe.record import Orientation, Record

@@ -9,7 +9,7 @@ import numpy as np
 
 from rockframe.record import Orientation, SiteType
 from rockframe.results.schema.declare import FileKind, Variable, optional
-from rockframe.signals.checks import CheckVerdict
+from rockframe.signals.passport import CheckVerdict
 
 
 class _Trigger(IntEnum):

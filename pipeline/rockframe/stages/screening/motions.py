@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components.pair import HorizontalPair
-from rockframe.components.pairing import pair_horizontals, vertical_beside
+from rockframe.components.pairing import HorizontalPair, pair_horizontals, vertical_beside
 from rockframe.components.rotation import rotate
 from rockframe.errors import ParameterError
 from rockframe.ingest import Rejection
@@ -22,8 +21,8 @@ from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.records import RecordsFile
 from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight
+from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
-from rockframe.signals.response_spectrum import spectral_acceleration
 from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
 from rockframe.units import GRAVITY
