@@ -12,7 +12,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS
-from rockframe.ingest.obspy.plugin import PLUGINS
+from rockframe.ingest.obspy_plugin import PLUGINS
 
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")

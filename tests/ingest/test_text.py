@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, read_bytes
-from rockframe.ingest.formats.text.reader import sniff
+from rockframe.ingest.formats.text import sniff
 from rockframe.record import Orientation, Record
 
 PATH = Path("shake.csv")

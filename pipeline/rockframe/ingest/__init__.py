@@ -13,11 +13,11 @@ from rockframe.ingest.reading.collect import sorted_out as sorted_out
 from rockframe.ingest.reading.containers import ARCHIVE_HEAD as ARCHIVE_HEAD
 from rockframe.ingest.reading.containers import contents as contents
 from rockframe.ingest.reading.containers import is_archive as is_archive
+from rockframe.ingest.reading.files import Rejection as Rejection
+from rockframe.ingest.reading.files import Unread as Unread
 from rockframe.ingest.reading.files import load as load
 from rockframe.ingest.reading.files import read_file as read_file
 from rockframe.ingest.reading.members import printable as printable
-from rockframe.ingest.reading.read_outcome import Rejection as Rejection
-from rockframe.ingest.reading.read_outcome import Unread as Unread
 from rockframe.ingest.reading.registry import FORMATS as FORMATS
 from rockframe.ingest.reading.registry import Format as Format
 from rockframe.ingest.reading.registry import read_bytes as read_bytes

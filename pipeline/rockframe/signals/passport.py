@@ -115,10 +115,9 @@ class Measures:
         intensity [s].
     opening_share, closing_share : float
         Peaks of the first and of the last 0.1 s divided by the peak, before the taper [1].
-    pre_event : float
-        Length of the noise window before the event [s]; 0 if there is none.
-    noise_level : float
-        Root mean square of the noise [m s-2].
+    pre_event, noise_level : float
+        Length of the noise window before the event [s], 0 if there is none, and root mean square of
+        the noise [m s-2].
     stated_peak : float
         Relative difference between the peak of the samples and the peak stated in the header [1].
     usable_period_shortest, usable_period_longest : float

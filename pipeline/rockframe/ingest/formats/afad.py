@@ -23,6 +23,8 @@ from rockframe.ingest.parsing.lines import (
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
 
+DESCRIPTION = "AFAD (Turkish network), raw, three columns in gal"
+
 _TOP: Final = re.compile(r"STRONG GROUND MOTION RECORDS OF T.{1,2}RK", re.I)
 _COMPONENTS: Final = ("N-S", "E-W", "U-D")
 _LONGEST_HEADER: Final = 30

@@ -13,13 +13,15 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import directed, distinct_records
+from rockframe.ingest.metadata.site import distances, place_in
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.record import Record
+
+DESCRIPTION = "BHRC (Iran), VOL1DS, three components in g/10"
 
 _HEADER_LINES: Final = 27
 _COLUMNS: Final = Columns(10, 13)

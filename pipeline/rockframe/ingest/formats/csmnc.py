@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import directed, record_ids
-from rockframe.ingest.metadata.site import site_of_location
+from rockframe.ingest.metadata.site import distances, place_in, site_of_location
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
 from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
+
+DESCRIPTION = "CSMNC (China), one component in cm/s2"
 
 _HEADER_LINES: Final = 16
 _NUMBER: Final = r"(-?\d*\.?\d+)"

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances
 from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.metadata.site import distances
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header
@@ -20,6 +20,8 @@ from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import time_step_of
 from rockframe.record import Record
+
+DESCRIPTION = "CWA (Taiwan), three columns in gal"
 
 _COMPONENTS: Final = ("U", "N", "E")
 _COLUMNS: Final = Columns(4, 10)

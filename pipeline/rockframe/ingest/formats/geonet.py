@@ -24,6 +24,8 @@ from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Orientation, Record
 
+DESCRIPTION = "GeoNet V1A and V2A in mm/s2, three components"
+
 _TEXT_LINES: Final = 16
 _HEADER_LINES: Final = 26
 _COLUMNS: Final = Columns(10, 8)

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.geography import distances
 from rockframe.ingest.metadata.identify import directed, record_ids, with_ending
-from rockframe.ingest.obspy.readers import read_stream
+from rockframe.ingest.metadata.site import distances
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import (
@@ -25,9 +24,12 @@ from rockframe.ingest.parsing.lines import (
     parse_numbers,
     text_of,
 )
+from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
+
+DESCRIPTION = "K-NET and KiK-net ASCII, uncorrected, one component, offset left"
 
 #: Keys of the header lines, in order.
 _KEYS: Final = (

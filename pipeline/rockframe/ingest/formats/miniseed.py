@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import record_ids, with_ending
 from rockframe.ingest.metadata.stationxml import ChannelResponse, find_response
-from rockframe.ingest.obspy.readers import read_stream
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite
+from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.ingest.reading.members import printable
 from rockframe.record import Record
+
+DESCRIPTION = "miniSEED 2 with StationXML beside it or in --station-xml"
 
 _ENDINGS: Final = (".mseed", ".miniseed", ".ms", ".msd", ".seed")
 _FIXED_HEADER: Final = 48

@@ -24,6 +24,8 @@ from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers,
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
 
+DESCRIPTION = "PEER strong-motion database, acceleration in g (all header styles)"
+
 #: Largest number of header lines; all known releases have four.
 _LONGEST_HEADER: Final = 12
 #: `NPTS=   5093, DT=   .0100 SEC,` and `4096    0.0100    NPTS, DT`.

@@ -17,13 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.metadata.identify import record_ids, seed_direction, with_ending
+from rockframe.ingest.metadata.identify import direction, record_ids, seed_letter, with_ending
 from rockframe.ingest.metadata.stationxml import find_response
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
 from rockframe.ingest.reading.members import printable
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
+
+DESCRIPTION = "SAC, binary or alphanumeric; needs --units"
 
 _FLOATS, _INTEGERS = 70, 40
 _HEADER_BYTES, _HEADER_LINES = 632, 30
@@ -267,7 +269,7 @@ def _require_end(path: Path, file: _Sac) -> None:
 def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
     """Return the direction from CMPINC (measured from up) and CMPAZ, otherwise from the name."""
     incidence, azimuth = file.stated(_INCIDENCE), file.stated(_AZIMUTH)
-    orientation, named = seed_direction(component)
+    orientation, named = direction(seed_letter(component))
     upright = incidence in (0.0, 180.0)
     if not (upright or (incidence == 90.0 and not math.isnan(azimuth))):
         return orientation, named

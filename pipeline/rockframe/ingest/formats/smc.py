@@ -28,6 +28,8 @@ from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
 from rockframe.record import Orientation, Record
 
+DESCRIPTION = "USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs"
+
 _TEXT_LINES, _INTEGER_LINES, _REAL_LINES = 11, 6, 10
 _HEADER_LINES: Final = _TEXT_LINES + _INTEGER_LINES + _REAL_LINES
 _INTEGERS: Final = Columns(8, 10, integers=True)

@@ -22,6 +22,8 @@ from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
 
+DESCRIPTION = "USC and Caltech, corrected (volume 2, and USC's blocks), in cm/s2"
+
 _VOLUME_2: Final = re.compile(r"CORRECTED ACCELEROGRAM\s+II\w+.*?\bCOMP\s+(?P<name>\S+)")
 _SECOND: Final = re.compile(r"FILE\s+\d+ OF UNCORRECTED ACCELEROGRAM DATA")
 _HEADING: Final = re.compile(

@@ -8,18 +8,18 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
 from rockframe.cells import decimal
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.entry import CatalogueEntry
 from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.provenance import read_json
+from rockframe.record import SiteType
 
-_Rows = Iterator[tuple[int, dict[str, str]]]
+_Entries = Iterator[tuple[str, "CatalogueEntry"]]
 
 #: Fields of an entry, by the column of each table in lower case.
 _PEER: Final = {
@@ -54,6 +54,52 @@ _FAULTING: Final = {
 }  # fmt: skip
 
 
+@dataclass(frozen=True, kw_only=True)
+class CatalogueEntry:
+    """Metadata of one file from a catalogue; unknown values are NaN or empty.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    event, station, network, mechanism, source : str
+        Names of event, station and network, mechanism of the event, and source of the metadata.
+    magnitude, vs30 : float
+        Magnitude of the event [1], and mean shear-wave velocity of the uppermost 30 m [m s-1].
+    epicentral_distance, distance_rrup, distance_rjb, distance_hypocentral : float
+        Distances to epicentre, rupture, its surface projection, and hypocentre [km].
+    site_type : SiteType
+        Free field, structure, borehole, or unknown.
+    lowest_usable_frequency, archive_pulse_period : float
+        Lowest usable frequency [Hz] and period of the velocity pulse [s], as the archive states.
+    origin_time : str
+        Time of the event (ISO 8601, UTC). An entry with this time applies to the records that began
+        then, at the station of the entry if it names one.
+
+    Examples
+    --------
+    >>> CatalogueEntry(file="PUL164.AT2", magnitude=6.6).magnitude
+    6.6
+    """
+
+    file: str = ""
+    event: str = ""
+    station: str = ""
+    network: str = ""
+    magnitude: float = math.nan
+    epicentral_distance: float = math.nan
+    distance_rrup: float = math.nan
+    distance_rjb: float = math.nan
+    distance_hypocentral: float = math.nan
+    vs30: float = math.nan
+    site_type: SiteType = SiteType.UNKNOWN
+    mechanism: str = ""
+    lowest_usable_frequency: float = math.nan
+    archive_pulse_period: float = math.nan
+    origin_time: str = ""
+    source: str = ""
+
+
 def kind_of(name: str, head: bytes) -> str:
     """Return the kind of an archive's catalogue from its name and first bytes; "" for other files.
 
@@ -76,18 +122,9 @@ def kind_of(name: str, head: bytes) -> str:
 
 
 def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry]:
-    r"""Return the entries of a catalogue of an archive.
+    r"""Return the entries of a catalogue of an archive, of a kind that `kind_of` returns.
 
     Keys are names of record files, ``RSN`` with the record number, or other unique texts.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for error messages.
-    kind : str
-        Result of `kind_of`.
-    data : bytes
-        Contents of the file.
 
     Raises
     ------
@@ -104,8 +141,6 @@ def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry
     try:
         found = dict(_READERS[kind](path, data))
     except (ValueError, LookupError, TypeError, OverflowError, OSError, csv.Error) as error:
-        if isinstance(error, InputError):
-            raise
         shown = " ".join(str(error).split())[:100]
         raise InputError(path, f"cannot be read as {kind}: {shown}.") from error
     if not found:
@@ -113,7 +148,7 @@ def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry
     return {key: replace(entry, source=entry.source or kind) for key, entry in found.items()}
 
 
-def _peer(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+def _peer(path: Path, data: bytes) -> _Entries:
     rows = csv.reader(io.StringIO(_text(data)), skipinitialspace=True)
     names: list[str] = []
     for cells in rows:
@@ -127,7 +162,6 @@ def _peer(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
         values = dict(zip(names, row, strict=False))
         year = values.get("year", "")
         entry = CatalogueEntry(
-            file="",
             event=f"{_name(values['earthquake name'])} {year}".strip(),
             station=_name(values.get("station name", "")),
             mechanism=values.get("mechanism", ""),
@@ -138,10 +172,9 @@ def _peer(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
         yield from _under(files, number, entry)
 
 
-def _nga(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+def _nga(path: Path, data: bytes) -> _Entries:
     for line, row in _table(data, ","):
         entry = CatalogueEntry(
-            file="",
             event=f"{_name(row['earthquake name'])} {row['year']}",
             mechanism=_FAULTING.get(row["style-of-faulting (s, r, n, u)"], ""),
             **_numbers(path, line, row, _NGA),
@@ -150,38 +183,32 @@ def _nga(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
         yield from _under(files, row["record sequence number"], entry)
 
 
-def _esm(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+def _esm(path: Path, data: bytes) -> _Entries:
     for line, row in _table(data, ";"):
-        yield (
-            f"{row['event_id']} {row['network_code']}.{row['station_code']}",
-            CatalogueEntry(
-                file="",
-                event=row["event_id"],
-                network=row["network_code"],
-                station=row["station_code"],
-                mechanism=_FAULTING.get(row.get("fm_type_code", ""), ""),
-                origin_time=row["event_time"].replace(" ", "T"),
-                site_type=site_of_depth(_depth(row)),
-                **_numbers(path, line, row, _ESM),
-            ),
+        entry = CatalogueEntry(
+            event=row["event_id"],
+            network=row["network_code"],
+            station=row["station_code"],
+            mechanism=_FAULTING.get(row.get("fm_type_code", ""), ""),
+            origin_time=row["event_time"].replace(" ", "T"),
+            site_type=site_of_depth(_depth(row)),
+            **_numbers(path, line, row, _ESM),
         )
+        yield f"{entry.event} {entry.network}.{entry.station}", entry
 
 
-def _comcat(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+def _comcat(path: Path, data: bytes) -> _Entries:
     feature = read_json(data)
     properties = feature["properties"]
-    yield (
-        str(feature["id"]),
-        CatalogueEntry(
-            file="",
-            event=str(properties["place"] or properties["title"]),
-            magnitude=_finite(path, properties["mag"]),
-            origin_time=datetime.fromtimestamp(properties["time"] / 1000.0, UTC).isoformat(),
-        ),
+    entry = CatalogueEntry(
+        event=str(properties["place"] or properties["title"]),
+        magnitude=_finite(path, properties["mag"]),
+        origin_time=datetime.fromtimestamp(properties["time"] / 1000.0, UTC).isoformat(),
     )
+    yield str(feature["id"]), entry
 
 
-def _quakeml(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
+def _quakeml(path: Path, data: bytes) -> _Entries:
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise InputError(path, "XML with a document type. Must be plain QuakeML.")
     with warnings.catch_warnings():
@@ -190,25 +217,21 @@ def _quakeml(path: Path, data: bytes) -> Iterator[tuple[str, CatalogueEntry]]:
 
         try:
             events = read_events(io.BytesIO(data), format="QUAKEML")
-        except Exception as error:
-            # lxml and obspy raise their own classes, which are derived from Exception.
+        except Exception as error:  # lxml and obspy raise classes of their own
             raise ValueError(str(error)) from error
     for event in events:
         origin = event.preferred_origin() or (event.origins or [None])[0]
         size = event.preferred_magnitude() or (event.magnitudes or [None])[0]
         names = [one.text for one in event.event_descriptions if one.text]
-        yield (
-            str(event.resource_id),
-            CatalogueEntry(
-                file="",
-                event=names[0] if names else "",
-                magnitude=_finite(path, size.mag) if size else math.nan,
-                origin_time=str(origin.time) if origin else "",
-            ),
+        entry = CatalogueEntry(
+            event=names[0] if names else "",
+            magnitude=_finite(path, size.mag) if size else math.nan,
+            origin_time=str(origin.time) if origin else "",
         )
+        yield str(event.resource_id), entry
 
 
-_READERS: Final[Mapping[str, Callable[[Path, bytes], Iterator[tuple[str, CatalogueEntry]]]]] = {
+_READERS: Final[Mapping[str, Callable[[Path, bytes], _Entries]]] = {
     "PEER search results": _peer,
     "NGA-West2 flatfile": _nga,
     "ESM flatfile": _esm,
@@ -221,7 +244,7 @@ def _text(data: bytes) -> str:
     return data.decode("utf-8-sig", "replace").replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _table(data: bytes, separator: str) -> _Rows:
+def _table(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield line number and cells of each row, by the names of the columns in lower case."""
     text = _text(data)
     first, _, _ = text.partition("\n")
@@ -235,9 +258,7 @@ def _table(data: bytes, separator: str) -> _Rows:
             yield rows.line_num, dict(zip(names, map(str.strip, row), strict=False))
 
 
-def _under(
-    files: list[str], number: str, entry: CatalogueEntry
-) -> Iterator[tuple[str, CatalogueEntry]]:
+def _under(files: list[str], number: str, entry: CatalogueEntry) -> _Entries:
     if number.isdigit():
         yield f"RSN{int(number)}", entry
     for file in files:

@@ -159,22 +159,15 @@ def with_ending(path: Path, endings: Sequence[str]) -> Path:
     return path if path.suffix.lower() in endings else path.with_name(f"{path.name}{endings[0]}")
 
 
-def seed_direction(code: str) -> tuple[Orientation, float]:
-    """Return the direction of a SEED channel code such as ``HNE``: its third letter, if Z, N or E.
-
-    Returns
-    -------
-    orientation : Orientation
-    azimuth : float
-        Clockwise from north [degree]; NaN if vertical or unstated.
+def seed_letter(code: str) -> str:
+    """Return the direction in a SEED channel code such as ``HNE``: its third letter, if Z, N or E.
 
     Examples
     --------
-    >>> seed_direction("HNE"), seed_direction("HN1")
-    ((<Orientation.HORIZONTAL: 0>, 90.0), (<Orientation.UNSTATED: 2>, nan))
+    >>> seed_letter("HNE"), seed_letter("HN1")
+    ('E', '')
     """
-    named = len(code) == 3 and code[2] in {"Z", "N", "E"}
-    return direction(code[2] if named else "")
+    return code[2] if len(code) == 3 and code[2] in "ZNE" else ""
 
 
 def direction(component: str) -> tuple[Orientation, float]:

@@ -17,12 +17,12 @@ from rockframe.ingest.formats import (
     cwa,
     esm,
     geonet,
-    itaca,
     knet,
     miniseed,
     peer_at2,
     sac,
     smc,
+    text,
     unam,
     usc,
 )
@@ -30,20 +30,17 @@ from rockframe.ingest.formats.cosmos import reader as cosmos
 from rockframe.ingest.formats.csmip import pairs as csmip_pairs
 from rockframe.ingest.formats.csmip import v1 as csmip_v1
 from rockframe.ingest.formats.csmip import v2 as csmip_v2
-from rockframe.ingest.formats.text import reader as text
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import head_lines, is_utf16
 from rockframe.record import Record
 
 #: Number of bytes that identify a format.
 HEAD: Final = 4096
-
-
 #: First lines of Caltech tapes: text, and record numbers such as IIA001.
 _CALTECH: Final = re.compile(r"\bof uncorrected accelerogram data of\b|\bII[A-Z]{1,2}\d{3}\b", re.I)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Format:
     """A file format and its reader.
 
@@ -80,110 +77,37 @@ class Format:
 class _Reader(Protocol):
     """A module of `rockframe.ingest.formats`."""
 
+    DESCRIPTION: str
+
     def sniff(self, head: bytes) -> bool: ...
 
     def read(self, path: Path, data: bytes, options: ReadOptions) -> list[Record]: ...
 
 
-def _format(
-    name: str, obspy_name: str, description: str, extensions: tuple[str, ...], reader: _Reader
-) -> Format:
-    return Format(
-        name=name,
-        obspy_name=obspy_name,
-        description=description,
-        extensions=extensions,
-        sniff=reader.sniff,
-        read=reader.read,
-    )
+def _format(name: str, obspy_name: str, reader: _Reader, *extensions: str) -> Format:
+    return Format(name, obspy_name, reader.DESCRIPTION, extensions, reader.sniff, reader.read)
 
 
 FORMATS: Final = (
-    _format(
-        "peer_at2",
-        "PEERAT2",
-        "PEER strong-motion database, acceleration in g (all header styles)",
-        (".AT2",),
-        peer_at2,
-    ),
-    _format(
-        "csmip_v1",
-        "CSMIPV1",
-        "CSMIP/CDMG volume 1, uncorrected acceleration in g, several channels",
-        (".V1", ".RAW"),
-        csmip_v1,
-    ),
-    _format(
-        "volume1_pairs",
-        "VOL1PAIRS",
-        "volume 1 with pairs of time and g/10: CSMIP (older form), USC, RENADIC",
-        (".v1", ".RAW"),
-        csmip_pairs,
-    ),
-    _format(
-        "csmip_v2",
-        "CSMIPV2",
-        "CSMIP/CDMG volume 2, corrected acceleration in cm/s2, several channels",
-        (".V2",),
-        csmip_v2,
-    ),
-    _format(
-        "cosmos",
-        "COSMOS",
-        "COSMOS V0 (counts with stated sensitivity), V1, V2 and V2c, several channels",
-        (".V0", ".V1", ".V2", ".V0c", ".V1c", ".V2c"),
-        cosmos,
-    ),
-    _format(
-        "smc",
-        "SMC",
-        "USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs",
-        (".smc",),
-        smc,
-    ),
-    _format(
-        "acceleration_text",
-        "ACCTEXT",
-        "CSV or white-space text: time and acceleration, or acceleration alone",
-        (".csv", ".txt"),
-        text,
-    ),
-    _format(
-        "knet",
-        "KNET",
-        "K-NET and KiK-net ASCII, uncorrected, one component, offset left",
-        (".EW", ".NS", ".UD", ".EW1", ".EW2"),
-        knet,
-    ),
-    _format("esm_dyna", "ESMDYNA", "ESM and ITACA, DYNA 1.2 ASCII in cm/s2", (".ASC",), esm),
-    _format(
-        "geonet",
-        "GEONET",
-        "GeoNet V1A and V2A in mm/s2, three components",
-        (".V1A", ".V2A"),
-        geonet,
-    ),
-    _format("afad", "AFAD", "AFAD (Turkish network), raw, three columns in gal", (".txt",), afad),
-    _format("cwa", "CWA", "CWA (Taiwan), three columns in gal", (".dat",), cwa),
-    _format("unam", "UNAM", "UNAM (Mexico), standard format 2.0, columns in gal", (".191",), unam),
-    _format("bhrc", "BHRC", "BHRC (Iran), VOL1DS, three components in g/10", (".V1",), bhrc),
-    _format("csmnc", "CSMNC", "CSMNC (China), one component in cm/s2", (".dat",), csmnc),
-    _format("itaca", "ITACA", "ITACA, older form, in m/s2", (".cor.acc",), itaca),
-    _format(
-        "usc",
-        "USC",
-        "USC and Caltech, corrected (volume 2, and USC's blocks), in cm/s2",
-        (".s0a",),
-        usc,
-    ),
-    _format("sac", "SAC", "SAC, binary or alphanumeric; needs --units", (".sac",), sac),
-    _format(
-        "miniseed",
-        "MSEED",
-        "miniSEED 2 with StationXML beside it or in --station-xml",
-        (".mseed",),
-        miniseed,
-    ),
+    _format("peer_at2", "PEERAT2", peer_at2, ".AT2"),
+    _format("csmip_v1", "CSMIPV1", csmip_v1, ".V1", ".RAW"),
+    _format("volume1_pairs", "VOL1PAIRS", csmip_pairs, ".v1", ".RAW"),
+    _format("csmip_v2", "CSMIPV2", csmip_v2, ".V2"),
+    _format("cosmos", "COSMOS", cosmos, ".V0", ".V1", ".V2", ".V0c", ".V1c", ".V2c"),
+    _format("smc", "SMC", smc, ".smc"),
+    _format("acceleration_text", "ACCTEXT", text, ".csv", ".txt"),
+    _format("knet", "KNET", knet, ".EW", ".NS", ".UD", ".EW1", ".EW2"),
+    _format("esm_dyna", "ESMDYNA", esm, ".ASC"),
+    _format("geonet", "GEONET", geonet, ".V1A", ".V2A"),
+    _format("afad", "AFAD", afad, ".txt"),
+    _format("cwa", "CWA", cwa, ".dat"),
+    _format("unam", "UNAM", unam, ".191"),
+    _format("bhrc", "BHRC", bhrc, ".V1"),
+    _format("csmnc", "CSMNC", csmnc, ".dat"),
+    Format("itaca", "ITACA", esm.OLDER, (".cor.acc",), esm.sniff_older, esm.read_older),
+    _format("usc", "USC", usc, ".s0a"),
+    _format("sac", "SAC", sac, ".sac"),
+    _format("miniseed", "MSEED", miniseed, ".mseed"),
 )
 
 

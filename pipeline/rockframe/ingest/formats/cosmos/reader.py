@@ -42,6 +42,8 @@ from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
 from rockframe.record import Record
 
+DESCRIPTION = "COSMOS V0 (counts with stated sensitivity), V1, V2 and V2c, several channels"
+
 #: Items of the integer header.
 _STAGE, _UNITS, _STATION_TYPE = 1, 3, 19
 #: Items of the real header: magnitude (moment), epicentral distance [km], raw time step [s],

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.formats.csmip.header import Header, Volume, read_header, require_channels
-from rockframe.ingest.metadata.geography import distances, place_in
 from rockframe.ingest.metadata.identify import distinct_records
-from rockframe.ingest.metadata.site import site_of_station
+from rockframe.ingest.metadata.site import distances, place_in, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, required_line
@@ -30,6 +29,8 @@ from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import even_samples
 from rockframe.record import Record
+
+DESCRIPTION = "volume 1 with pairs of time and g/10: CSMIP (older form), USC, RENADIC"
 
 _VOLUME: Final = Volume(lines=27, name=6, integers=13, reals=20)
 _COLUMNS: Final = Columns(10, 7)

@@ -28,6 +28,8 @@ from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Record
 
+DESCRIPTION = "CSMIP/CDMG volume 1, uncorrected acceleration in g, several channels"
+
 #: Indices of the lines with the number of points, the peak, and the layout of the samples.
 _POINTS_LINE, _PEAK_LINE, _SAMPLES_LINE = 10, 11, 27
 #: Items of the integer header with the number of samples, counted from 1.

@@ -32,6 +32,8 @@ from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.record import Record
 
+DESCRIPTION = "CSMIP/CDMG volume 2, corrected acceleration in cm/s2, several channels"
+
 #: Indices of the lines with the filters, the number of points, the interval and the peak.
 _FILTER_LINE, _POINTS_LINE, _INTERVAL_LINE, _PEAK_LINE = 14, 15, 16, 17
 #: Items of the integer header with the number of samples, counted from 1.

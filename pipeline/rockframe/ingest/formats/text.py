@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.formats.text.column_headers import (
+from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.options import ReadOptions, factor_to_si
+from rockframe.ingest.parsing.column_headers import (
     Columns,
     column_names,
     fields_of,
@@ -27,8 +29,6 @@ from rockframe.ingest.formats.text.column_headers import (
     read_headers,
     units_in,
 )
-from rockframe.ingest.metadata.identify import directed, record_ids
-from rockframe.ingest.options import ReadOptions, factor_to_si
 from rockframe.ingest.parsing.lines import (
     are_finite,
     bad_number,
@@ -42,6 +42,8 @@ from rockframe.ingest.parsing.lines import (
 from rockframe.ingest.parsing.timing import time_step_of
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
+
+DESCRIPTION = "CSV or white-space text: time and acceleration, or acceleration alone"
 
 Float = NDArray[np.float64]
 

@@ -1,1 +1,0 @@
-"""obspy plug-ins, and the readers of obspy."""
