@@ -68,10 +68,12 @@ class Check:
     verdict : CheckVerdict
         ``OK``, ``WARN``, ``REJECT``, or ``NOT_MEASURED``, which does not affect the verdict on the
         record.
+    unit, at_least : str, bool
+        Unit of value and limit, and whether the limit is a lower limit.
 
     Examples
     --------
-    >>> print(Check("clipped_samples", 40.0, 25.0, CheckVerdict.REJECT))
+    >>> print(Check("clipped_samples", 40.0, 25.0, CheckVerdict.REJECT, "1"))
     clipped_samples 40. Must be at most 25.
     """
 
@@ -79,11 +81,12 @@ class Check:
     value: float
     limit: float
     verdict: CheckVerdict
+    unit: str
+    at_least: bool = False
 
     def __str__(self) -> str:
-        stated, at_least = CHECKS[self.name]
-        unit = "" if stated == "1" else f" {stated}"
-        bound = "at least" if at_least else "at most"
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        bound = "at least" if self.at_least else "at most"
         return f"{self.name} {self.value:.4g}{unit}. Must be {bound} {self.limit:.4g}{unit}."
 
 
@@ -285,16 +288,13 @@ def _judge(measures: Measures, record: Record, limits: PassportLimits) -> tuple[
 
 
 def _check(name: str, value: float, limits: PassportLimits) -> Check:
-    _, at_least = CHECKS[name]
-    warn: float = getattr(limits, f"{name}_warn")
-    reject: float = getattr(limits, f"{name}_reject")
-
-    def beyond(limit: float) -> bool:
-        return value < limit if at_least else value > limit
-
+    unit, at_least = CHECKS[name]
+    warn, reject = (getattr(limits, f"{name}_{kind}") for kind in ("warn", "reject"))
+    limit, verdict = warn, CheckVerdict.OK
     if math.isnan(value):
-        return Check(name, math.nan, warn, CheckVerdict.NOT_MEASURED)
-    if beyond(reject):
-        return Check(name, float(value), reject, CheckVerdict.REJECT)
-    verdict = CheckVerdict.WARN if beyond(warn) else CheckVerdict.OK
-    return Check(name, float(value), warn, verdict)
+        verdict = CheckVerdict.NOT_MEASURED
+    elif (value < reject) if at_least else (value > reject):
+        limit, verdict = reject, CheckVerdict.REJECT
+    elif (value < warn) if at_least else (value > warn):
+        verdict = CheckVerdict.WARN
+    return Check(name, float(value), limit, verdict, unit, at_least)
