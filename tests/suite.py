@@ -2,11 +2,37 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 from tests.conftest import REPOSITORY
+
+#: Words with which no docstring begins: its first line says what a function does or a thing is.
+OPENINGS = re.compile(r"(What|Whether|How|Of|That|Which|Where|Also|And|But)\b")
+#: Forms that had to be read twice, or that have another name in this project.
+PUZZLING = re.compile(
+    r"\b(go|goes|gone|going) on with\b|\bunanswered\b|\bgone through\b|\b(is|are|be) told\b"
+    r"|\bsaid (to be|so)\b|\bso many\b|\bis asked (of|otherwise)\b|\b(is|are) at work\b|\bbefall"
+    r"|\bthereof\b|\bstands? in the list\b|\bcame through\b|\bused pulse\b|\bheld against\b"
+)
+
+
+def test_sentences_are_plain() -> None:
+    """Docstrings, comments, messages and pages avoid forms that puzzled readers of this project."""
+    pages = [*REPOSITORY.glob("*.md"), *REPOSITORY.glob("docs/**/*.md")]
+    code = [*REPOSITORY.glob("pipeline/**/*.py"), *REPOSITORY.glob("tests/**/*.py")]
+    for path in sorted({*pages, *code} - {Path(__file__)}):
+        found = PUZZLING.search(path.read_text(encoding="utf-8"))
+        assert not found, f"{path}: {found[0]}"
+    for path in code:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                docstring = ast.get_docstring(node) or ""
+                assert not OPENINGS.match(docstring), f"{path}: {docstring.splitlines()[0]}"
 
 
 def collected() -> subprocess.Popen[str]:

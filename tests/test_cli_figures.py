@@ -132,7 +132,7 @@ def test_the_paper_is_checked_and_its_page_is_whole(
 ) -> None:
     folder, claims = paper
     assert {claim["finding"] for claim in claims} == {
-        "agrees", "differs", "misprint", "cannot be told",
+        "agrees", "differs", "misprint", "cannot be checked",
     }  # fmt: skip
     page = (folder / "paper-checked.md").read_text(encoding="utf-8")
     assert "0 of the paper's 6 records were found" in page

@@ -1,4 +1,4 @@
-"""How examples are found in a page, and how their output is compared."""
+"""Search for examples in a page, and comparison of their output."""
 
 from __future__ import annotations
 

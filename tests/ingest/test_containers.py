@@ -206,8 +206,9 @@ def test_what_lies_beside_the_accelerations_is_unread(shared_records: Path, tmp_
     assert isinstance(outcome, Rejection)
 
 
-def test_commands_take_archives_alike(shared_records: Path, tmp_path: Path) -> None:
-    """`ingest` reads a ZIP in a ZIP; all commands read records through the same stage."""
+def test_ingest_lists_the_members_of_an_archive_in_an_archive(
+    shared_records: Path, tmp_path: Path
+) -> None:
     folder = shared_records / "formats" / "csmip"
     path = tmp_path / "download.zip"
     names = ("CE89146.V2", "CE89146.V3")

@@ -65,7 +65,7 @@ def test_a_crest_is_that_of_the_whole_record(wavelet: str, time: float) -> None:
         assert cut.time == pytest.approx(whole.time, abs=exact)
 
 
-def test_surrogates_of_a_record_in_any_unit_are_the_same() -> None:
+def test_the_unit_of_a_record_does_not_change_its_verdict() -> None:
     """Surrogates are drawn in single precision, in which squares of 1e20 overflow."""
     options = PulseOptions(wavelet=("symmetric_ricker",), surrogates=19)
     for unit in (1e-12, 1e12):

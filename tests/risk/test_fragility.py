@@ -56,7 +56,7 @@ def test_beta_is_that_of_the_lognormal_curve() -> None:
 
 
 def test_truth_lies_within_the_band_as_often_as_it_says() -> None:
-    """Of 100 bands of 90 % at the median, 80 to 97 contain the true probability."""
+    """At the median, 80 to 97 of 100 bands of 90 % contain the true probability."""
     held = 0
     for seed in range(100):
         low, high = fit_fragility(*_ordered(*site(60, seed))).band(2.0)

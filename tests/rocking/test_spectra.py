@@ -80,7 +80,7 @@ def test_a_pulse_cut_short(number: int, expected: Expected) -> None:
 
 
 @pytest.mark.parametrize("pulse", [SYMMETRIC, ANTISYMMETRIC])
-def test_above_15_the_temples_column_still_stands(pulse: Pulse) -> None:
+def test_up_to_15_the_temples_column_stands(pulse: Pulse) -> None:
     found = spectrum(pulse, 14.0, 0.0, 7.5, np.arange(1.0, 15.01, 0.05))
     assert math.isnan(found.minimum_overturning_amplitude.item())
 
@@ -118,7 +118,7 @@ def test_the_map_is_what_the_intervals_say() -> None:
     assert (found.verdict[:, 0] == Verdict.NO_UPLIFT).all()
 
 
-def test_a_pulse_reversed_overturns_the_other_way() -> None:
+def test_a_pulse_reversed_overturns_at_the_same_amplitudes() -> None:
     amplitudes = np.arange(1.0, 8.0, 0.05)
     reversed_ = Pulse(wavelet="antisymmetric_ricker", a_p=1.0, T_p=1.0, phase=math.pi)
     one, other = (

@@ -149,14 +149,14 @@ def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
                 )
             records = [file.read(name) for name in names]
         response_file = Path(folder) / "response.nc"
-        unanswered = respond_stage(
+        rejections = respond_stage(
             given,
             response_file,
             RespondOptions(structure=frame.name, vertical=options.vertical, margins="none"),
             structures_path=chosen_structures(options),
         )
-        show_rejections(unanswered)
-        missing = {rejection.file for rejection in unanswered}
+        show_rejections(rejections)
+        missing = {rejection.file for rejection in rejections}
         records = [record for record in records if record.record_id not in missing]
         with open_response(response_file) as response:
             histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]

@@ -173,7 +173,7 @@ def run_status(options: argparse.Namespace) -> int:
         print(f"{many} since the run was planned: {path} {how}.")
     if not same_source:
         print("made by another version of the source code: `rockframe run` would repeat the run")
-    print("complete" if complete else "a run is at work" if running else "not complete")
+    print("complete" if complete else "a run is in progress" if running else "not complete")
     return 0
 
 

@@ -14,7 +14,7 @@ class Finding(StrEnum):
     AGREES = "agrees"
     DIFFERS = "differs"
     MISPRINT = "misprint"
-    OPEN = "cannot be told"
+    OPEN = "cannot be checked"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -79,7 +79,11 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
     with dataset, damage_named(path, kind):
         if not (dataset.variables or empty):
-            raise InputError(path, "of a batch in which no record came through. Must be merged.")
+            raise InputError(
+                path,
+                "contains no record, because all records of its batch were rejected. Merge it with "
+                "the other batches.",
+            )
         for variable in KINDS[kind].variables:
             if variable.name in dataset.variables:
                 _require_valid(path, variable, dataset)
