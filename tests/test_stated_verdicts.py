@@ -15,7 +15,7 @@ from tests.commands import run
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli.stages.respond import response_columns
 from rockframe.explorer.answer import Motion, answer
-from rockframe.explorer.page import render
+from rockframe.explorer.server import render
 from rockframe.explorer.settings import read_settings
 from rockframe.figures.margin_strips import draw_margin_strips
 from rockframe.figures.response_history import draw_response_history

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rockframe.options.fetch import FetchOptions
+from rockframe.options.ingest import FetchOptions
 
 from .centre import EPICENTRE, ORIGIN, DataCentre, serving
 

@@ -14,7 +14,7 @@ import pytest
 from rockframe.errors import RockframeError, ServiceError
 from rockframe.fetch.coverage import Fetched
 from rockframe.fetch.run import fetch
-from rockframe.options.fetch import FetchOptions
+from rockframe.options.ingest import FetchOptions
 
 from .centre import MSEED, STATIONS, DataCentre, Reply, miniseed, stationxml, waveform
 

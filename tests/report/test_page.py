@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 import shutil
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -22,14 +23,22 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import sealed as sealed_json
 from rockframe.provenance import sha256_of
-from rockframe.report.page import shown
-from rockframe.report.payload import decode, encode, unpack
-from rockframe.report.seal import is_whole, sealed
+from rockframe.report.page import is_whole, sealed, shown
+from rockframe.report.payload import encode
 from rockframe.stages.report import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION
 
 VENDORED = Path(rockframe.__file__).parent / "web" / "vendor"
+
+
+def unpack(text: str) -> bytes:
+    return zlib.decompress(base64.b64decode(text))
+
+
+def decode(text: str) -> NDArray[np.float32]:
+    """Decode samples as the script of the page does."""
+    return np.frombuffer(unpack(text), dtype="<f4")
 
 
 class Parsed(HTMLParser):

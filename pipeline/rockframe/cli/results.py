@@ -201,7 +201,7 @@ def _plan_faults(folder: Path) -> list[str]:
 
 def _recomputed(options: argparse.Namespace, faults: list[str]) -> list[str]:
     """Recompute results if this is requested and all files are correct; append new faults."""
-    from rockframe.runs.recompute import recompute
+    from rockframe.runs.performing import recompute
 
     if options.recompute is None:
         return []

@@ -15,7 +15,6 @@ from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
     from rockframe.runs.plan import Plan
-    from rockframe.runs.run import RunResult
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +37,7 @@ def run_run(options: argparse.Namespace) -> int:
     from rockframe.cli.arguments import chosen_engine
     from rockframe.results.tables.entries import rejections_of
     from rockframe.runs.plan import make_plan
-    from rockframe.runs.run import Watch, run_plan
+    from rockframe.runs.run import run_plan
     from rockframe.study.study import read_study
 
     study = read_study(options.study)
@@ -47,12 +46,13 @@ def run_run(options: argparse.Namespace) -> int:
         return _write_plan(plan, options)
     try:
         with progress_of_steps(study.name) as told:
-            outcome = run_plan(
+            done, faults = run_plan(
                 plan,
                 options.output,
                 engine=chosen_engine(options),
                 replace=options.replace,
-                watch=Watch(_warn, told),
+                on_fault=_warn,
+                on_step=told,
             )
     except KeyboardInterrupt:
         again = "finished steps are kept; the same command resumes"
@@ -63,22 +63,22 @@ def run_run(options: argparse.Namespace) -> int:
             {
                 "study": study.name,
                 "output": str(options.output),
-                "steps_done": list(outcome.done),
-                "made_again": list(outcome.faults),
+                "steps_done": done,
+                "made_again": faults,
                 "rejected": rejected,
             }
         )
     else:
-        _show(options.output, outcome, rejected)
+        _show(options.output, len(done), rejected)
     return 1 if rejected else 0
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
-    from rockframe.runs.lock import locked
-    from rockframe.runs.run import Watch, prepare
+    from rockframe.runs.plan_file import locked
+    from rockframe.runs.run import prepare
 
     with locked(options.output):
-        states, _ = prepare(plan, options.output, replace=options.replace, watch=Watch(_warn))
+        states, _ = prepare(plan, options.output, replace=options.replace, on_fault=_warn)
     to_do = [state.step.name for state in states if not state.is_done]
     if options.json:
         show_json({"study": plan.study, "steps": len(plan.steps), "to_do": to_do})
@@ -111,12 +111,12 @@ def _show_verdicts(table: Path) -> None:
     show_rows("Verdicts", [Column("structure", "structure"), *columns], rows)
 
 
-def _show(folder: Path, outcome: RunResult, rejected: dict[str, str]) -> None:
+def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
     from rockframe.provenance import MANIFEST, listed_outputs
 
     files = len(listed_outputs(folder / MANIFEST)) + 1
     _show_verdicts(folder / "table.csv")
-    did = f"{len(outcome.done)} steps done" if outcome.done else "nothing to do"
+    did = f"{done} steps done" if done else "nothing to do"
     print(f"{did}; {files} files in {folder}")
     for what, reason in rejected.items():
         print(f"rockframe: rejected: {what}: {reason}", file=sys.stderr)
@@ -130,9 +130,8 @@ def add_status(parser: argparse.ArgumentParser) -> None:
 def run_status(options: argparse.Namespace) -> int:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
-    from rockframe.runs.lock import is_locked
     from rockframe.runs.manifest import changed_inputs
-    from rockframe.runs.plan_file import read_plan
+    from rockframe.runs.plan_file import is_locked, read_plan
     from rockframe.runs.state import damaged, states_of
 
     plan = read_plan(options.folder)

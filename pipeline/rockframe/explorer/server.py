@@ -1,4 +1,4 @@
-"""The server of the page. It listens on this machine only and requires a random token."""
+"""The page and its server, which listens on this machine only and requires a random token."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import asyncio
 import secrets
 import socket
 from collections.abc import Mapping, Sequence
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 import h11
 import uvicorn
@@ -19,11 +20,12 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from rockframe.column import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.errors import ParameterError
 from rockframe.explorer.answer import Motion, answer, margin
-from rockframe.explorer.page import render
 from rockframe.explorer.settings import read_settings
 from rockframe.frame import RockingFrame
+from rockframe.web.page import render_page
 
 #: The only address that the server listens on.
 LOOPBACK: Final = "127.0.0.1"
@@ -195,3 +197,45 @@ def _not_found() -> Response:
 
 def _refused(what: str) -> Response:
     return PlainTextResponse(f"Invalid {what}.\n", status_code=403)
+
+
+def render(motions: Sequence[Motion], frames: Sequence[RockingFrame]) -> tuple[str, str]:
+    """Return the page and its Content-Security-Policy; the page only calls its own server.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        Records to choose from.
+    frames : sequence of RockingFrame
+        Structures to choose from; the first is shown.
+    """
+    records = [_record(motion) for motion in motions]
+    facts = {"records": records, "structures": [_structure(frame) for frame in frames]}
+    parts = ("settings", "main")
+    return render_page(Path(__file__).parent, parts, connect="'self'", facts=facts)
+
+
+def _record(motion: Motion) -> dict[str, Any]:
+    record = motion.record
+    place = "/".join(part for part in (record.station, record.component) if part)
+    return {
+        "id": record.record_id,
+        "title": ", ".join(part for part in (record.event, place) if part),
+        "duration": record.duration,
+        "vertical": motion.ground.vertical is not None,
+    }
+
+
+def _structure(frame: RockingFrame) -> dict[str, Any]:
+    names = ("name", "height", "width", "mass_ratio", "restitution_factor")
+    return {**{name: getattr(frame, name) for name in names}, "section": _section(frame)}
+
+
+def _section(frame: RockingFrame) -> str:
+    """Return the section with the inertia of the frame; if there is none, the inertia ratio."""
+    if frame.inertia_ratio == RECTANGULAR:
+        return SECTIONS[0]
+    for section in SECTIONS[1:]:
+        if frame.inertia_ratio == inertia_ratio_of(section, frame.height, frame.width):
+            return section
+    return repr(frame.inertia_ratio)

@@ -17,7 +17,7 @@ from rockframe.fetch.obspy_parts import (
     read_events,
     read_inventory,
 )
-from rockframe.options.fetch import FetchOptions, utc
+from rockframe.options.ingest import FetchOptions, utc
 
 
 @dataclass(frozen=True, kw_only=True)

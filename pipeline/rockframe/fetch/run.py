@@ -27,7 +27,7 @@ from rockframe.fetch.metadata import (
 )
 from rockframe.fetch.obspy_parts import UTCDateTime
 from rockframe.fetch.service import Service, Sleep, open_service
-from rockframe.options.fetch import FetchOptions
+from rockframe.options.ingest import FetchOptions
 
 #: Length of the shortest degree of latitude [km]; with it, a radius in degrees misses no station.
 _SHORTEST_DEGREE: Final = 110.5

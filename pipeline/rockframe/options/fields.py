@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
-from pydantic_core import PydanticCustomError
 
-from rockframe.options.model import VALUE
+from rockframe.options.model import value_error
 from rockframe.units import ACCELERATION_UNITS, plain_units
 
 #: Largest number of values in a list; a longer list is probably a mistake.
@@ -52,31 +51,29 @@ def _listed(stated: Any) -> Any:
             sound = -_HUGE < first < _HUGE and -_HUGE < last < _HUGE and 2 <= count <= MOST_NUMBERS
             if whole and sound:
                 return evenly(float(first), float(last), count)
-    raise PydanticCustomError(VALUE, "{stated}. {must}", {"stated": str(stated), "must": _SPAN})
+    raise value_error(f"{stated}. {_SPAN}")
 
 
 def _ascending(numbers: tuple[float, ...]) -> tuple[float, ...]:
     if len(numbers) > MOST_NUMBERS:
-        raise PydanticCustomError(
-            VALUE, f"of {len(numbers)} numbers. Must be at most {MOST_NUMBERS}"
-        )
+        raise value_error(f"of {len(numbers)} numbers. Must be at most {MOST_NUMBERS}")
     for number, following in itertools.pairwise(numbers):
         if not number < following:
-            raise PydanticCustomError(VALUE, f"{following:g} after {number:g}. Must increase")
+            raise value_error(f"{following:g} after {number:g}. Must increase")
     if not all(map(math.isfinite, numbers)):
-        raise PydanticCustomError(VALUE, "with an infinite number. Must be finite")
+        raise value_error("with an infinite number. Must be finite")
     return numbers
 
 
 def _from_zero(numbers: tuple[float, ...]) -> tuple[float, ...]:
     if numbers[0] < 0.0:
-        raise PydanticCustomError(VALUE, f"with {numbers[0]:g}. Must be zero or positive")
+        raise value_error(f"with {numbers[0]:g}. Must be zero or positive")
     return numbers
 
 
 def _above_zero(numbers: tuple[float, ...]) -> tuple[float, ...]:
     if numbers[0] <= 0.0:
-        raise PydanticCustomError(VALUE, f"with {numbers[0]:g}. Must be above 0")
+        raise value_error(f"with {numbers[0]:g}. Must be above 0")
     return numbers
 
 
@@ -117,30 +114,28 @@ PositiveNumbers = Annotated[Numbers, AfterValidator(_above_zero)]
 def _known_units(units: str) -> str:
     if units not in ACCELERATION_UNITS:
         known = ", ".join(ACCELERATION_UNITS)
-        raise PydanticCustomError(VALUE, f"{units!r}. Must be one of: {known}")
+        raise value_error(f"{units!r}. Must be one of: {known}")
     return units
 
 
 def _increasing(bounds: tuple[float, float]) -> tuple[float, float]:
     low, high = bounds
     if math.isnan(low) or math.isnan(high) or low > high:
-        raise PydanticCustomError(VALUE, f"[{low:g}, {high:g}]. Must be the lower bound first")
+        raise value_error(f"[{low:g}, {high:g}]. Must be the lower bound first")
     return bounds
 
 
 def _positive(bounds: tuple[float, float]) -> tuple[float, float]:
     if not 0.0 < bounds[0] < bounds[1] < math.inf:
         low, high = bounds
-        raise PydanticCustomError(
-            VALUE, f"[{low:g}, {high:g}]. Must be two positive numbers that increase"
-        )
+        raise value_error(f"[{low:g}, {high:g}]. Must be two positive numbers that increase")
     return bounds
 
 
 def _unique(texts: tuple[str, ...]) -> tuple[str, ...]:
     for text in texts:
         if texts.count(text) > 1:
-            raise PydanticCustomError(VALUE, f"{text!r}. Must not be stated twice")
+            raise value_error(f"{text!r}. Must not be stated twice")
     return texts
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
 
 from rockframe.errors import ParameterError
 
@@ -81,6 +82,16 @@ class Options(BaseModel, metaclass=_OneLine):
     def replaced(self, **values: Any) -> Self:
         """Return the options with some values replaced and validated."""
         return type(self)(**{**dict(self), **values})
+
+
+def rule(message: str) -> PydanticCustomError:
+    """Return the error of a model: a complete sentence without its full stop."""
+    return PydanticCustomError(RULE, "{message}", {"message": message})
+
+
+def value_error(message: str) -> PydanticCustomError:
+    """Return the error of one field: a sentence that starts with the value, without full stop."""
+    return PydanticCustomError(VALUE, "{message}", {"message": message})
 
 
 def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:

@@ -6,10 +6,9 @@ import math
 from typing import Annotated, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from rockframe.options.fields import Range, Seed, Wavelet, Wavelets
-from rockframe.options.model import RULE, VALUE, Options
+from rockframe.options.model import Options, rule, value_error
 
 #: Smallest number of surrogates for which p can be as low as the significance level, 5 %.
 FEWEST_SURROGATES: Final = 19
@@ -24,7 +23,7 @@ def _testable(surrogates: int) -> int:
         allowed = (
             f"Must be 0, or {FEWEST_SURROGATES} to {_MOST_SURROGATES}: with fewer no p reaches 0.05"
         )
-        raise PydanticCustomError(VALUE, f"{surrogates}. {allowed}")
+        raise value_error(f"{surrogates}. {allowed}")
     return surrogates
 
 
@@ -66,8 +65,7 @@ class PulseOptions(Options):
     def _is_matched(self) -> Self:
         if self.pulse_wavelet is not None and self.pulse_wavelet not in self.wavelet:
             known = ", ".join(self.wavelet)
-            raise PydanticCustomError(
-                RULE,
+            raise rule(
                 f"pulse_wavelet {self.pulse_wavelet!r} is not matched. Must be one of: {known}",
             )
         return self

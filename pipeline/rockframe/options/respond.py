@@ -1,14 +1,14 @@
-"""Options of responses and screenings."""
+"""Options of responses, screenings and spectra."""
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from rockframe.errors import RockframeWarning
+from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.options.fields import (
     Bounds,
     File,
@@ -16,11 +16,13 @@ from rockframe.options.fields import (
     Kept,
     Margins,
     Numbers,
+    NumbersFromZero,
     Positive,
     PositiveNumbers,
     Seed,
+    Wavelets,
 )
-from rockframe.options.model import RULE, VALUE, Options
+from rockframe.options.model import Options, rule, value_error
 
 _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
 
@@ -94,13 +96,13 @@ class DesignOptions(Options):
         if not (low < high and (low > 0.0 or alone)):
             least = "zero or positive" if self.dimension == "mass_ratio" else "positive"
             message = f"design range [{low:g}, {high:g}]. Must be {least}, and increase"
-            raise PydanticCustomError(RULE, message)
+            raise rule(message)
         return self
 
 
 def _at_most_thousand(scales: tuple[float, ...]) -> tuple[float, ...]:
     if scales[-1] > 1e3:
-        raise PydanticCustomError(VALUE, f"with {scales[-1]:g}. Must be at most 1000")
+        raise value_error(f"with {scales[-1]:g}. Must be at most 1000")
     return scales
 
 
@@ -168,11 +170,11 @@ class ScreenOptions(Options):
         for azimuth in azimuths:
             if azimuths.count(azimuth) > 1:
                 message = f"azimuths_degree with {azimuth} twice, or 360 apart. Must differ"
-                raise PydanticCustomError(RULE, message)
+                raise rule(message)
         for name in self.pulse_filters():
             if azimuths:
                 message = f"{name} and azimuths_degree both stated. State only one of them"
-                raise PydanticCustomError(RULE, message)
+                raise rule(message)
         for stated in self.azimuths_degree or ():
             if abs(stated) > 360.0:
                 taken = f"taken modulo 360, as {stated % 360.0:g}"
@@ -187,10 +189,10 @@ class ScreenOptions(Options):
             return self
         longitude, latitude = self.hazard_site
         if self.hazard is None:
-            raise PydanticCustomError(RULE, "hazard_site without hazard. Must be stated with it")
+            raise rule("hazard_site without hazard. Must be stated with it")
         if not (-180.0 <= longitude <= 360.0 and -90.0 <= latitude <= 90.0):
             message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
-            raise PydanticCustomError(RULE, message)
+            raise rule(message)
         return self
 
     def limits(self) -> tuple[tuple[str, float], ...]:
@@ -209,3 +211,54 @@ class ScreenOptions(Options):
         """Return the stated filters by the pulse."""
         names = ("pulse_period_s", "pulse_length_m", "pulse_like")
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
+
+class SpectrumOptions(Options):
+    """Minimum overturning acceleration spectra of pulses."""
+
+    wavelet: Annotated[Wavelets, Field(examples=[("mavroeidis_papageorgiou",)])]
+    """Wavelets of the pulses."""
+    slenderness_degree: Annotated[PositiveNumbers, Field(examples=[(10.0, 14.0)])]
+    """Slenderness of the rectangular columns [degree]."""
+    mass_ratio: NumbersFromZero = (0.0,)
+    """Mass of the beam over that of all columns; 0 is a column alone."""
+    frequency_ratio: Annotated[
+        PositiveNumbers, Field(examples=[{"from": 1.0, "to": 8.0, "count": 71}])
+    ]
+    """Frequency ratio omega_p / p, with p of the column alone."""
+    max_amplitude: Annotated[float, Field(gt=1.0, le=1e4)] = 30.0
+    """Largest amplitude a_p / (g tan slenderness) in the search."""
+    amplitude_step: Positive = 0.005
+    """Step of the amplitude in the search. The ends of each range of overturning are refined; a
+    range narrower than the step may be missed."""
+    phase_degree: Finite = 0.0
+    """Phase, for wavelets that have a phase [degree]."""
+    half_cycles: Annotated[Finite | None, Field(examples=[2.0])] = None
+    """Number of half cycles of mavroeidis_papageorgiou."""
+
+    @model_validator(mode="after")
+    def _pulses(self) -> Self:
+        """Require a phase and a number of half cycles that are valid for each wavelet."""
+        from rockframe.wavelets.pulse import Pulse
+
+        phase = math.radians(self.phase_degree)
+        for name in self.wavelet:
+            try:
+                Pulse(wavelet=name, a_p=1.0, T_p=1.0, phase=phase, half_cycles=self.half_cycles)
+            except ParameterError as error:
+                stated = f"phase_degree {self.phase_degree:g}: " if phase else ""
+                raise rule(stated + str(error).rstrip(".")) from None
+        return self
+
+
+class RockingSpectrumOptions(Options):
+    """Rocking spectra of the records."""
+
+    slenderness_degree: Annotated[PositiveNumbers, Field(examples=[(10.0, 14.0)])]
+    """Slenderness of the columns [degree]."""
+    mass_ratio: NumbersFromZero = (0.0,)
+    """Mass of the beam over that of all columns; 0 is a column alone."""
+    column_period_s: PositiveNumbers = tuple(round(1.5 + 0.1 * k, 1) for k in range(136))
+    """2 pi / p of the columns alone [s]; by default every 0.1 s from 1.5 to 15."""
+    record: Annotated[str | None, Field(examples=["Ridgecrest2019-CCC-360"])] = None
+    """Only the record of this identifier."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Final
 import xarray as xr
 from markupsafe import Markup
 
-from rockframe.provenance import source_code_hash, versions
+from rockframe.provenance import source_code_hash
 from rockframe.report.payload import checks, payload
 from rockframe.report.screening import screening_content
 from rockframe.results.compare import COMPARISON
@@ -23,13 +24,9 @@ from rockframe.results.tables.columns import (
     pulse_mark,
     stated_verdict,
 )
-from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, VerdictKind
-from rockframe.web.assets import UPLOT, environment, policy, script, style
-from rockframe.web.strips import strip_svg
+from rockframe.rocking import VerdictKind
+from rockframe.web.page import render_page, strip_svg
 
-_HOME: Final = Path(__file__).parent
-#: Parts of the page's own script; each may use those before it.
-_PARTS: Final = ("data", "table", "detail", "main")
 #: Largest number of records and files that are listed with their checks.
 _MOST_ENTRIES: Final = 2000
 #: Largest number of records in the grid of verdicts.
@@ -61,25 +58,21 @@ def render(
         HTML. The security policy forbids all requests, and all scripts except its own.
     """
     facts, samples = payload(run, motions)
-    code, look = script(_HOME, _PARTS), style(_HOME)
-    return (
-        environment(_HOME)
-        .get_template("template.html")
-        .render(
-            policy=policy(code, look),
-            script=Markup(code),  # noqa: S704 -- our own files, no text of a run
-            style=Markup(look),  # noqa: S704
-            plotter=UPLOT,
-            facts=facts,
-            samples=samples,
-            pair_of={pair["row"]: i for i, pair in enumerate(facts["pairs"])},
-            screening=None if screening is None else screening_content(screening),
-            comparison=comparison,
-            comparison_columns=COMPARISON,
-            **_overview(run),
-            **_provenance(run),
-        )
+    page, _ = render_page(
+        Path(__file__).parent,
+        ("data", "table", "detail", "main"),
+        facts=facts,
+        samples=samples,
+        pair_of={pair["row"]: i for i, pair in enumerate(facts["pairs"])},
+        screening=None if screening is None else screening_content(screening),
+        comparison=comparison,
+        comparison_columns=COMPARISON,
+        manifest=run.manifest,
+        manifest_sha256=run.manifest_sha256,
+        source=source_code_hash(),
+        **_overview(run),
     )
+    return page
 
 
 def _overview(run: Run) -> dict[str, Any]:
@@ -96,8 +89,6 @@ def _overview(run: Run) -> dict[str, Any]:
         "count": count,
         "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNED],
         "kinds": [kind for kind in VerdictKind if count[kind]],
-        "rule": VERDICT_RULE,
-        "legend": MARGIN_LEGEND,
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
         "strips": _strip_of_each_row(run),
         "stated": [stated_verdict(row) for row in run.rows],
@@ -147,10 +138,44 @@ def _entries_to_list(run: Run) -> list[Mapping[str, str]]:
     return [run.entries[i] for i in sorted(first)]
 
 
-def _provenance(run: Run) -> dict[str, Any]:
-    return {
-        "manifest": run.manifest,
-        "manifest_sha256": run.manifest_sha256,
-        "version": versions()["rockframe"],
-        "source": source_code_hash(),
-    }
+#: The last line of a page: a hash of the rest, which shows if the page was changed.
+_BEFORE: Final = b"<!-- SHA-256 of all above this line: "
+_AFTER: Final = b" -->\n"
+
+
+def sealed(page: str) -> bytes:
+    """Encode a page in UTF-8 and append the line with its hash.
+
+    Parameters
+    ----------
+    page : str
+        HTML.
+
+    Examples
+    --------
+    >>> is_whole(sealed("<p>Whole.</p>"))
+    True
+    """
+    content = page.rstrip().encode() + b"\n"
+    return content + _line(content)
+
+
+def is_whole(content: bytes) -> bool:
+    """Return True if the hash in the last line of a page is correct.
+
+    Parameters
+    ----------
+    content : bytes
+        Content of the file.
+
+    Examples
+    --------
+    >>> is_whole(sealed("<p>Whole.</p>").replace(b"Whole", b"Hole"))
+    False
+    """
+    page, before, _ = content.rpartition(_BEFORE)
+    return bool(before) and content == page + _line(page)
+
+
+def _line(content: bytes) -> bytes:
+    return _BEFORE + hashlib.sha256(content).hexdigest().encode() + _AFTER

@@ -22,7 +22,7 @@ from rockframe.results.tables.labelled_values import LabelledValue
 from rockframe.rocking import StatedVerdict
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
-from rockframe.web.strips import strip_svg
+from rockframe.web.page import strip_svg
 
 #: Printed form of exponents in CF units.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
@@ -35,16 +35,12 @@ _OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
 
 
 def encode(values: ArrayLike) -> str:
-    """Encode samples as little-endian float32, deflated (zlib), in base64.
-
-    Parameters
-    ----------
-    values : array_like, shape (samples,)
-        NaN stays NaN.
+    """Encode samples as little-endian float32, deflated (zlib), in base64; NaN stays NaN.
 
     Examples
     --------
-    >>> decode(encode([0.5, -0.25])).tolist()
+    >>> samples = zlib.decompress(base64.b64decode(encode([0.5, -0.25])))
+    >>> np.frombuffer(samples, dtype="<f4").tolist()
     [0.5, -0.25]
     """
     return pack(np.asarray(values, dtype="<f4").tobytes())
@@ -55,20 +51,10 @@ def pack(content: bytes) -> str:
 
     Examples
     --------
-    >>> unpack(pack(b"a,b"))
+    >>> zlib.decompress(base64.b64decode(pack(b"a,b")))
     b'a,b'
     """
     return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
-
-
-def unpack(text: str) -> bytes:
-    """Return the bytes that `pack` encoded."""
-    return zlib.decompress(base64.b64decode(text))
-
-
-def decode(text: str) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
-    """Return the samples that `encode` encoded, as the script of the page does."""
-    return np.frombuffer(unpack(text), dtype="<f4")
 
 
 def choose(run: Run, limit: int) -> list[tuple[str, str]]:

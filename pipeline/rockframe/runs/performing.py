@@ -1,13 +1,13 @@
-"""Perform a step: call its stage on the files of its run."""
+"""Perform a step: call its stage on the files of its run. Recompute a run's results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 from rockframe.engines.engine import Engine, serve
 from rockframe.engines.scheduler import choose_engine
@@ -16,9 +16,16 @@ from rockframe.ingest import Rejection
 from rockframe.options.execution import FigureOptions, ReportOptions
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import RespondOptions, ScreenOptions
-from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.respond import (
+    RespondOptions,
+    RockingSpectrumOptions,
+    ScreenOptions,
+    SpectrumOptions,
+)
+from rockframe.provenance import sha256_of
 from rockframe.runs.manifest import finish
+from rockframe.runs.plan import KEPT
+from rockframe.runs.plan_file import read_plan
 from rockframe.runs.state import stamp
 from rockframe.runs.step import Step
 from rockframe.stages.common import Batch
@@ -38,19 +45,9 @@ from rockframe.study.structures import CompareEntry
 class Work:
     """A step, with the folder and the processes to use.
 
-    Parameters
-    ----------
-    step : Step
-        The step to perform.
-    folder : Path
-        The folder of the run, absolute.
-    workers : int, optional
-        Largest number of processes of a step that computes in a pool of its own; by default one
-        for each core.
-    key : str
-        Hash of everything that the step depends on.
-    into : Path, optional
-        Folder of the outputs, if it is not the folder of the run.
+    Outputs are written into `into`, by default the folder of the run. `workers` is the largest
+    number of processes of a step that computes in a pool of its own, by default one for each core;
+    `key` is the hash of everything that the step depends on.
     """
 
     step: Step
@@ -74,11 +71,6 @@ class Work:
         return (self.into or self.folder) / self.step.outputs[0]
 
     @property
-    def options(self) -> Mapping[str, Any]:
-        """Options of the stage."""
-        return self.step.options
-
-    @property
     def batch(self) -> Batch:
         """The batch of the records."""
         return Batch(*self.step.batch)
@@ -92,15 +84,7 @@ class Work:
 def perform(work: Work) -> int:
     """Perform a step in this process, with a log, and stamp it as done.
 
-    Parameters
-    ----------
-    work : Work
-        The step.
-
-    Returns
-    -------
-    int
-        1 if records were rejected, else 0.
+    Returns 1 if records were rejected, else 0.
 
     Raises
     ------
@@ -154,7 +138,7 @@ def log_of(work: Work) -> Path:
 
 
 def _ingest(work: Work) -> Sequence[Rejection]:
-    stated = work.options
+    stated = work.step.options
     done = ingest_stage(
         [Path(path) for path in stated["paths"]],
         work.output,
@@ -166,7 +150,7 @@ def _ingest(work: Work) -> Sequence[Rejection]:
 
 
 def _pulse(work: Work) -> Sequence[Rejection]:
-    options = PulseOptions(**work.options)
+    options = PulseOptions(**work.step.options)
     return pulse_stage(work.inputs[0], work.output, options, batch=work.batch, engine=work.engine)
 
 
@@ -175,7 +159,7 @@ def _respond(work: Work) -> Sequence[Rejection]:
     return respond_stage(
         records,
         work.output,
-        RespondOptions(**work.options),
+        RespondOptions(**work.step.options),
         structures_path=structures,
         pulses_path=work.input("pulses.nc"),
         batch=work.batch,
@@ -188,7 +172,7 @@ def _screen(work: Work) -> Sequence[Rejection]:
     done = screen_stage(
         records,
         work.output,
-        ScreenOptions(**work.options),
+        ScreenOptions(**work.step.options),
         structures_path=structures,
         pulses_path=pulses,
         engine=work.engine,
@@ -197,17 +181,17 @@ def _screen(work: Work) -> Sequence[Rejection]:
 
 
 def _spectrum(work: Work) -> None:
-    spectrum_stage(work.output, SpectrumOptions(**work.options), engine=work.engine)
+    spectrum_stage(work.output, SpectrumOptions(**work.step.options), engine=work.engine)
 
 
 def _rocking_spectrum(work: Work) -> None:
-    options = RockingSpectrumOptions(**work.options)
+    options = RockingSpectrumOptions(**work.step.options)
     rocking_spectrum_stage(work.inputs[0], work.output, options, engine=work.engine)
 
 
 def _compare(work: Work) -> Sequence[Rejection]:
     records, structures = work.inputs
-    stated = CompareEntry.model_validate(work.options)
+    stated = CompareEntry.model_validate(work.step.options)
     return compare_stage(records, work.output, structures, stated)
 
 
@@ -217,7 +201,7 @@ def _table(work: Work) -> None:
 
 
 def _draw(work: Work) -> None:
-    figures_stage(work.inputs, work.output, FigureOptions(**work.options))
+    figures_stage(work.inputs, work.output, FigureOptions(**work.step.options))
 
 
 def _manifest(work: Work) -> None:
@@ -225,24 +209,92 @@ def _manifest(work: Work) -> None:
 
 
 def _report(work: Work) -> None:
-    report_stage(work.folder, work.output, ReportOptions(**work.options))
+    report_stage(work.folder, work.output, ReportOptions(**work.step.options))
 
 
 #: The function that performs a step, by stage.
-_STAGES: Final[Mapping[str, Callable[[Work], Sequence[Rejection] | None]]] = MappingProxyType(
-    {
-        "ingest": _ingest,
-        "pulse": _pulse,
-        "respond": _respond,
-        "merge": lambda work: merge_stage(work.inputs, work.output),
-        "screen": _screen,
-        "spectrum": _spectrum,
-        "rocking_spectrum": _rocking_spectrum,
-        "compare": _compare,
-        "table": _table,
-        "draw": _draw,
-        "manifest": _manifest,
-        "report": _report,
-        "verify": lambda work: require_whole(work.folder),
-    }
-)
+_STAGES: Final[dict[str, Callable[[Work], Sequence[Rejection] | None]]] = {
+    "ingest": _ingest,
+    "pulse": _pulse,
+    "respond": _respond,
+    "merge": lambda work: merge_stage(work.inputs, work.output),
+    "screen": _screen,
+    "spectrum": _spectrum,
+    "rocking_spectrum": _rocking_spectrum,
+    "compare": _compare,
+    "table": _table,
+    "draw": _draw,
+    "manifest": _manifest,
+    "report": _report,
+    "verify": lambda work: require_whole(work.folder),
+}
+
+#: Stages that can be recomputed for a sample of the records, and their files.
+_SAMPLED: Final = {"pulse": "pulses", "respond": "response"}
+#: Stages that are recomputed in full: their results need all records together, or none.
+_WHOLE: Final = ("screen", "spectrum", "rocking_spectrum", "compare")
+
+
+def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
+    """Recompute steps of a run in a temporary folder, and compare the results.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the run of a study.
+    sample : int
+        Approximate number of records for each stage.
+
+    Returns
+    -------
+    list of str, list of str
+        The recomputed results, and the differences.
+    """
+    if not (folder / KEPT / "plan.json").is_file():
+        return [], [f"{folder}: contains no study plan, so it cannot be recomputed."]
+    steps = {step.stage: step for step in reversed(read_plan(folder).steps)}
+    done: list[str] = []
+    faults: list[str] = []
+    with tempfile.TemporaryDirectory() as elsewhere:
+        for stage in (*_SAMPLED, *_WHOLE):
+            if stage not in steps:
+                continue
+            try:
+                what, found = _recomputed(steps[stage], folder.resolve(), Path(elsewhere), sample)
+            except RockframeError as error:  # an input is missing
+                faults.append(f"{folder}: {stage} cannot be recomputed: {error}")
+                continue
+            done.append(what)
+            faults += found
+    if not done:
+        faults.append(f"{folder}: contains nothing that can be recomputed.")
+    return done, faults
+
+
+def _recomputed(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
+    from rockframe.results.merging import differences
+    from rockframe.results.reading import describe
+
+    kind, batch = _SAMPLED.get(step.stage, step.stage), (1, 1)
+    whole = folder / f"{kind}.nc"
+    if step.stage in _SAMPLED:
+        count = max(1, len(describe(whole, kind).records) // sample)
+        batch = ((count + 1) // 2, count)
+    outputs = (whole.name, *step.outputs[1:])
+    do(Work(replace(step, batch=batch, outputs=outputs, workers=True), folder, into=elsewhere))
+    records, apart, found = differences(elsewhere / whole.name, whole, kind)
+    what = f"{step.stage}: {records} records" if step.stage in _SAMPLED else step.stage
+    how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
+    faults = [f"{whole}: {name}: differs when recomputed." for name in found]
+    faults += _differing_tables(step, folder, elsewhere)
+    return (what if faults else f"{what}, equal {how}"), faults
+
+
+def _differing_tables(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
+    """Compare the tables of a screening with those made from the screening in the folder."""
+    from rockframe.results.screening.tables import write_screen_tables
+
+    if step.stage == "screen":
+        for path in write_screen_tables(folder / "screen.nc", elsewhere / "screen.nc").values():
+            if sha256_of(path) != sha256_of(folder / path.name):
+                yield f"{folder / path.name}: differs when written again."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -12,10 +11,9 @@ from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batche
 from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import InputError
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
-from rockframe.runs.lock import locked
 from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
-from rockframe.runs.plan_file import read_plan, remove_partials, write_plan
+from rockframe.runs.plan_file import locked, read_plan, remove_partials, write_plan
 from rockframe.runs.state import (
     StepState,
     damaged,
@@ -31,31 +29,12 @@ from rockframe.runs.step import PAGE, Step, waves
 _AFTER: Final = frozenset(["report", "verify"])
 
 
-@dataclass(frozen=True)
-class RunResult:
-    """The steps that a run performed, and the faults that it found.
-
-    Parameters
-    ----------
-    done : tuple of str
-        Names of the steps that were performed; empty if nothing was to do.
-    faults : tuple of str
-        Corrupted or missing files, which were written again.
-    rejecting : tuple of str
-        Names of the steps that rejected records.
-    """
-
-    done: tuple[str, ...]
-    faults: tuple[str, ...]
-    rejecting: tuple[str, ...]
+#: A function that reports the progress of a run.
+Report = Callable[..., None]
 
 
-@dataclass(frozen=True)
-class Watch:
-    """Callbacks that report the progress of a run."""
-
-    fault: Callable[[str], None] = field(default=lambda _text: None)
-    step: Callable[[str, int, int], None] = field(default=lambda _name, _done, _total: None)
+def _ignore(*_progress: object) -> None:
+    """Report nothing."""
 
 
 def run_plan(
@@ -64,8 +43,9 @@ def run_plan(
     *,
     engine: Engine | None = None,
     replace: bool = False,
-    watch: Watch | None = None,
-) -> RunResult:
+    on_fault: Report = _ignore,
+    on_step: Report = _ignore,
+) -> tuple[list[str], list[str]]:
     """Perform the steps of a plan that are not done.
 
     Parameters
@@ -78,8 +58,17 @@ def run_plan(
         Performs independent steps in parallel; by default a process pool.
     replace : bool
         Remove the run of another study from the folder.
-    watch : Watch, optional
-        Called for each corrupted file and each finished step.
+    on_fault : callable, optional
+        Called with a message about each corrupted file.
+    on_step : callable, optional
+        Called with the name of each finished step, its number, and the number of all steps to do.
+
+    Returns
+    -------
+    list of str
+        Names of the steps that were performed; empty if nothing was to do.
+    list of str
+        Corrupted or missing files, which were written again.
 
     Raises
     ------
@@ -87,21 +76,21 @@ def run_plan(
         If the folder is in use by another run or contains other files, or if a step finds an input
         or option that the user must correct.
     """
-    watch, folder = watch or Watch(), folder.resolve()
+    folder = folder.resolve()
     with locked(folder):
-        states, faults = prepare(plan, folder, replace=replace, watch=watch)
+        states, faults = prepare(plan, folder, replace=replace, on_fault=on_fault)
         todo = [state.step for state in states if not state.is_done]
         try:
-            rejecting = _perform(plan, todo, folder, engine, watch)
+            _perform(plan, todo, folder, engine, on_step)
         except BaseException:
             remove_partials(plan, folder)  # workers that ended with this run left partial files
             raise
         remove_spent(plan, folder, states_of(plan, folder) if todo else states)
-    return RunResult(tuple(step.name for step in todo), tuple(faults), rejecting)
+    return [step.name for step in todo], faults
 
 
 def prepare(
-    plan: Plan, folder: Path, *, replace: bool, watch: Watch
+    plan: Plan, folder: Path, *, replace: bool, on_fault: Report
 ) -> tuple[list[StepState], list[str]]:
     """Prepare a folder for the steps of a plan that are not done; the lock must be held.
 
@@ -113,8 +102,8 @@ def prepare(
         The folder of the run.
     replace : bool
         Remove the run of another study from the folder.
-    watch : Watch
-        Called for each corrupted file.
+    on_fault : callable
+        Called with a message about each corrupted file.
 
     Returns
     -------
@@ -128,14 +117,14 @@ def prepare(
     InputError
         If the folder contains other files.
     """
-    former = _clear_folder(plan, folder, replace, watch)
+    former = _clear_folder(plan, folder, replace, on_fault)
     remove_partials(plan, folder)
     corrupted = _corrupted(plan, former, folder)
     states = states_of(plan, folder)
     told = [f"{path}: {what}" for path, what in corrupted.items()]
     faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
     for fault in faults:
-        watch.fault(f"{fault}; made again.")
+        on_fault(f"{fault}; made again.")
     for path in corrupted:
         _remove_file(path)
     for state in states:
@@ -168,21 +157,18 @@ def _perform(
     todo: Sequence[Step],
     folder: Path,
     engine: Engine | None,
-    watch: Watch,
-) -> tuple[str, ...]:
-    rejecting, done = [], 0
+    on_step: Report,
+) -> None:
+    done = 0
     # a Dask worker may run several steps in threads
     how = perform_apart if isinstance(engine, DaskScheduler) else perform
     for tasks in _parallel_work(plan, todo, folder, engine):
         alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
         where = OneProcess() if alone else engine
-        for task, status in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
+        for task, _ in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
             done += 1
-            watch.step(task.step.name, done, len(todo))
-            if status:
-                rejecting.append(task.step.name)
+            on_step(task.step.name, done, len(todo))
         remove_partials(plan, folder)  # killed workers left partial files
-    return tuple(rejecting)
 
 
 def _parallel_work(
@@ -201,7 +187,7 @@ def _parallel_work(
         yield from ([task] for task in tasks if task.step.workers)
 
 
-def _clear_folder(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan | None:
+def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> Plan | None:
     """Refuse a folder with other files, and remove files that the study no longer writes.
 
     Returns the former plan of the same study.
@@ -211,13 +197,13 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, watch: Watch) -> Plan
         remove_partials(former, folder)
         for gone in remove_former(plan, former, folder):
             if gone in former.outputs:
-                watch.fault(f"{folder / gone}: no longer an output of the study; removed.")
+                on_fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
     found = f"the run of the study {former.study!r}" if former else _foreign_file(plan, folder)
     if not found:
         return None
     if former is None and _has_own_manifest(plan, folder):
-        watch.fault(f"{damage or folder / KEPT / 'plan.json: missing'}; made again.")
+        on_fault(f"{damage or folder / KEPT / 'plan.json: missing'}; made again.")
         return None
     if not replace:
         holds = f"holds {found}{f', and {damage}' if damage else ''}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -271,22 +271,17 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
     try:
         text = path.read_bytes()
         content: Any = read_json(text) if is_sealed(text) else {}
-        keys, hashes = content["steps"], content["outputs"]
-        return dict(_stamps(plan, keys, {**hashes, MANIFEST: sha256_of(path)}))
+        keys, hashes = content["steps"], {**content["outputs"], MANIFEST: sha256_of(path)}
+        stamps = {}
+        for step in plan.steps:
+            folders = tuple(name for name in step.outputs if name.endswith("/"))
+            found = {
+                name: sha256
+                for name, sha256 in hashes.items()
+                if name in step.outputs or name.startswith(folders)
+            }
+            if step.name in keys and found:
+                stamps[step.name] = Stamp(keys[step.name], found)
     except (OSError, ValueError, KeyError, TypeError, InputError):
         return {}
-
-
-def _stamps(
-    plan: Plan, keys: Mapping[str, str], hashes: Mapping[str, str]
-) -> Iterator[tuple[str, Stamp]]:
-    for step in plan.steps:
-        if step.name not in keys:
-            continue
-        names = [
-            name
-            for name in hashes
-            if any(name == o or (o.endswith("/") and name.startswith(o)) for o in step.outputs)
-        ]
-        if names:
-            yield step.name, Stamp(keys[step.name], {name: hashes[name] for name in names})
+    return stamps

@@ -19,9 +19,8 @@ from rockframe.provenance import (
     versions,
     whole_file,
 )
-from rockframe.report.page import render
+from rockframe.report.page import is_whole, render, sealed
 from rockframe.report.payload import choose
-from rockframe.report.seal import is_whole, sealed
 from rockframe.results.compare import comparison_rows
 from rockframe.results.manifest import read_manifest
 from rockframe.results.motions import read_histories

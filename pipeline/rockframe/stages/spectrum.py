@@ -9,7 +9,7 @@ import numpy as np
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError, require_known
-from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.respond import RockingSpectrumOptions, SpectrumOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.records import open_records
 from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM

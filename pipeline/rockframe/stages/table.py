@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.ingest import CATALOGUE, CatalogueEntry, Rejection, write_catalogue
-from rockframe.options.fetch import FetchOptions
+from rockframe.options.ingest import FetchOptions
 from rockframe.paper.table1 import with_paper_facts
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.merging import merge

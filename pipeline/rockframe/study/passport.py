@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from rockframe.options.model import RULE, Options
+from rockframe.options.model import Options, rule
 from rockframe.study.toml import parse, read_text
 from rockframe.units import GRAVITY
 
@@ -149,8 +148,7 @@ class PassportLimits(Options):
             at_least = check in _AT_LEAST
             if (reject > warn) if at_least else (reject < warn):
                 bound = "at most" if at_least else "at least"
-                raise PydanticCustomError(
-                    RULE,
+                raise rule(
                     f"{check}_reject {reject:g}. Must be {bound} {check}_warn, {warn:g}",
                 )
         return self

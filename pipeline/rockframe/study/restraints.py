@@ -7,10 +7,9 @@ from abc import abstractmethod
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from rockframe.errors import invalid
-from rockframe.options.model import RULE, Options
+from rockframe.options.model import Options, rule
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.units import GRAVITY
@@ -29,7 +28,7 @@ class TableEntry(Options):
             self.made()
         except ArithmeticError:
             message = "a value of this table is too large or too small to compute with"
-            raise PydanticCustomError(RULE, f"{message}. Check units and values") from None
+            raise rule(f"{message}. Check units and values") from None
         return self
 
     @abstractmethod

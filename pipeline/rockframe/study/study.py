@@ -18,8 +18,12 @@ from rockframe.options.fields import File, Name, Texts
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import Options, options_within
 from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import RespondOptions, ScreenOptions
-from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.respond import (
+    RespondOptions,
+    RockingSpectrumOptions,
+    ScreenOptions,
+    SpectrumOptions,
+)
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
     CompareEntry,

@@ -13,8 +13,7 @@ from rockframe.cli.arguments import FILTERS, add_format, add_output, reading_wor
 from rockframe.cli.console import progress_names, show_json, show_rejections, show_rows
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.options.execution import ReadingOptions
-from rockframe.options.fetch import FetchOptions
-from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.ingest import FetchOptions, Filters, IngestOptions
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:

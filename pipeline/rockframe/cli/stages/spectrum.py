@@ -13,7 +13,7 @@ from rockframe.cli.console import show_json, show_rows
 from rockframe.cli.options import add_options, chosen, flag, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
-from rockframe.options.spectrum import RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.respond import RockingSpectrumOptions, SpectrumOptions
 
 if TYPE_CHECKING:
     import xarray as xr
