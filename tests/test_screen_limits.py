@@ -17,7 +17,7 @@ from rockframe import Abutment, RockingFrame, Tendon, respond, respond_many
 from rockframe.errors import ParameterError
 from rockframe.figures.fragility import draw_fragility
 from rockframe.options.respond import DesignOptions, ScreenOptions
-from rockframe.report.screening import screening_content
+from rockframe.report.page import screening_content
 from rockframe.results.screening.screen import peaks_of_frames, read_screening
 from rockframe.results.screening.table import screen_summary
 from rockframe.risk import LimitState, Outcome, fit_fragility

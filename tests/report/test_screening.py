@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from tests.screening import site
 
 from rockframe.options.respond import DesignOptions
-from rockframe.report.screening import HEIGHT, WIDTH, Plot, screening_content
+from rockframe.report.page import HEIGHT, WIDTH, Plot, screening_content
 
 Screen = Callable[..., xr.Dataset]
 

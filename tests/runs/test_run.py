@@ -17,8 +17,8 @@ from tests.runs.small import STUDY as FIVE
 from tests.runs.small import contents, make_study, run
 
 from rockframe.cli.main import main
+from rockframe.runs.files import is_locked, locked, read_plan, write_plan
 from rockframe.runs.plan import make_plan
-from rockframe.runs.plan_file import is_locked, locked, read_plan, write_plan
 from rockframe.runs.state import states_of
 from rockframe.study.study import read_study
 

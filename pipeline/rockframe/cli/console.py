@@ -71,6 +71,15 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
         print(f"{more} more rows: the output files contain all rows.\n")
 
 
+def column(head: str, key: str = "", form: str = "", factor: float = 1.0, **others: Any) -> Column:
+    """Return a column of a table."""
+    from rockframe.results.tables.columns import (
+        Column,  # slow: it is imported when tables are shown
+    )
+
+    return Column(head, key, form, factor, **others)
+
+
 def show_rows(
     title: str,
     columns: Sequence[Column],

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import itertools
 import re
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, get_args, get_origin
 
@@ -21,7 +22,6 @@ from rockframe.options.model import Options, explain, options_within
 
 if TYPE_CHECKING:
     from rockframe.options.model import Options
-    from rockframe.stages.acceptance import Ingested
 
 
 Model = TypeVar("Model", bound=Options)
@@ -95,7 +95,7 @@ def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Mo
 
 
 def _stated(options: argparse.Namespace, model: type[Options], prefix: str) -> dict[str, Any]:
-    values = {}
+    values: dict[str, Any] = {}
     for name, field in model.model_fields.items():
         within = options_within(field.annotation)
         if within is not None:
@@ -103,7 +103,9 @@ def _stated(options: argparse.Namespace, model: type[Options], prefix: str) -> d
             if nested:
                 values[name] = nested
         elif hasattr(options, prefix + name):
-            values[name] = getattr(options, prefix + name)
+            stated = getattr(options, prefix + name)
+            joined = isinstance(stated, list) and isinstance(stated[0], list)  # ranges of numbers
+            values[name] = tuple(itertools.chain(*stated)) if joined else stated
     return values
 
 
@@ -159,7 +161,7 @@ def _reading(annotation: Any, name: str, field: FieldInfo) -> dict[str, Any]:
             ends = ("LON", "LAT") if unit == "site" else ("FROM", "TO")
             return {"type": number, "nargs": 2, "metavar": ends}
         if inner is float:
-            return {"type": numbers, "nargs": "+", "action": _Joined, "metavar": metavar}
+            return {"type": numbers, "nargs": "+", "metavar": metavar}
         known = {"choices": get_args(inner)} if get_origin(inner) is Literal else {}
         return {"nargs": "+", "action": "extend", "metavar": name.upper(), **known}
     if annotation is float:
@@ -187,20 +189,6 @@ class Once(argparse.Action):
         if getattr(namespace, self.dest, None) is not None:
             raise argparse.ArgumentError(self, "stated twice. State it once")
         setattr(namespace, self.dest, values)
-
-
-class _Joined(argparse.Action):
-    """An option of numbers and ranges of numbers, joined into one tuple."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,  # noqa: ARG002 -- as argparse calls it
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,  # noqa: ARG002
-    ) -> None:
-        """Store all numbers as one tuple."""
-        setattr(namespace, self.dest, tuple(value for part in values for value in part))
 
 
 def path(text: str) -> Path:
@@ -280,20 +268,3 @@ def folder_to_write(text: str) -> Path:
     if path(text).suffix.lower() in _OF_FILES:
         raise argparse.ArgumentTypeError(f"{text!r}, named like a file. Must name a folder")
     return Path(text)
-
-
-def finish(
-    folder: Path, ingested: Ingested, structures: Path, stated: Mapping[str, Options]
-) -> int:
-    """Write the manifest of a folder. Return the number of its files."""
-    from rockframe.provenance import sha256_of
-    from rockframe.results.manifest import write_manifest
-
-    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
-    write_manifest(
-        folder,
-        inputs={**ingested.inputs, structures.name: sha256_of(structures)},
-        parameters={table: options.stated() for table, options in stated.items()},
-        outputs=outputs,
-    )
-    return len(outputs) + 1

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 from rockframe.cli.arguments import (
     add_reading,
     add_records,
-    reading_workers,
     refuse_folder_of_records,
 )
 from rockframe.cli.console import show_json, show_rejections, show_table
 from rockframe.cli.figure import add_grid
-from rockframe.cli.options import add_options, chosen, finish, folder_to_write
+from rockframe.cli.options import add_options, folder_to_write
 from rockframe.errors import require_known
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
@@ -50,6 +49,7 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
 
 def run_paper(options: argparse.Namespace) -> int:
     """Check the claims, draw the figures, write the page and its manifest."""
+    from rockframe.cli.table1 import finish
     from rockframe.paper.claims import all_claims
     from rockframe.paper.pulses import record_claims
     from rockframe.provenance import whole_folder
@@ -67,12 +67,7 @@ def run_paper(options: argparse.Namespace) -> int:
         claims = all_claims() + record_claims(rows, pulse_rows(partial / "pulses.nc"))
         _write(claims, _draw(partial, options.grid), rows, partial)
         stated = {"records": IngestOptions, "pulse": PulseOptions}
-        finish(
-            partial,
-            ingested,
-            SHIPPED_STRUCTURES,
-            {table: chosen(options, model) for table, model in stated.items()},
-        )
+        finish(options, partial, ingested, SHIPPED_STRUCTURES, stated)
     if options.json:
         show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:
@@ -83,24 +78,13 @@ def run_paper(options: argparse.Namespace) -> int:
 
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[Row]]:
     """Run the stages for the paper's bridge; return the rows of the table."""
+    from rockframe.cli.table1 import run_stages
     from rockframe.paper.table1 import with_paper_facts
     from rockframe.results.tables.table import table_rows
-    from rockframe.stages.ingest import ingest_stage
-    from rockframe.stages.pulse import pulse_stage
-    from rockframe.stages.respond import respond_stage
-    from rockframe.study.structures import bundled_records
 
-    names = ("records.nc", "pulses.nc", "response.nc")
-    records, pulses, response = (folder / name for name in names)
-    ingested = ingest_stage(
-        options.records or [bundled_records()],
-        records,
-        chosen(options, IngestOptions),
-        workers=reading_workers(options),
-    )
-    pulse_stage(records, pulses, chosen(options, PulseOptions))
-    respond_stage(records, response, RespondOptions(structure="bridge-bent"))
-    return ingested, [with_paper_facts(row) for row in table_rows(records, pulses, response)]
+    respond = RespondOptions(structure="bridge-bent")
+    ingested, _, files = run_stages(options, folder, respond)
+    return ingested, [with_paper_facts(row) for row in table_rows(*files)]
 
 
 def _draw(folder: Path, grid: int) -> dict[str, str]:

@@ -183,8 +183,8 @@ def run_verify(options: argparse.Namespace) -> int:
 
 def _plan_faults(folder: Path) -> list[str]:
     """Return the faults of the plan and of other internal files of the run."""
+    from rockframe.runs.files import read_plan
     from rockframe.runs.plan import KEPT
-    from rockframe.runs.plan_file import read_plan
     from rockframe.runs.state import damaged
 
     faults = [f"{path}: {what}." for path, what in damaged(folder, {}).items()]

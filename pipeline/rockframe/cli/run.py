@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.console import progress_of_steps, show_json, show_rows, show_table
+from rockframe.cli.console import column, progress_of_steps, show_json, show_rows, show_table
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.options.execution import ExecutionOptions
@@ -74,7 +74,7 @@ def run_run(options: argparse.Namespace) -> int:
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
-    from rockframe.runs.plan_file import locked
+    from rockframe.runs.files import locked
     from rockframe.runs.run import prepare
 
     with locked(options.output):
@@ -93,7 +93,7 @@ def _warn(text: str) -> None:
 
 def _show_verdicts(table: Path) -> None:
     """Print the number of records for each structure and verdict."""
-    from rockframe.results.tables.columns import Column, stated_verdict
+    from rockframe.results.tables.columns import stated_verdict
     from rockframe.results.tables.entries import rows_of
     from rockframe.rocking import VerdictKind
 
@@ -103,12 +103,12 @@ def _show_verdicts(table: Path) -> None:
     for row in rows_of(table):
         counts.setdefault(row["structure"], Counter())[stated_verdict(row).kind] += 1
     kinds = [kind for kind in VerdictKind if any(count[kind] for count in counts.values())]
-    columns = [Column(f"{kind.label}>", kind, ".0f") for kind in kinds]
+    columns = [column(f"{kind.label}>", kind, ".0f") for kind in kinds]
     rows = (
         {"structure": name, **{kind: count[kind] for kind in kinds}}
         for name, count in counts.items()
     )
-    show_rows("Verdicts", [Column("structure", "structure"), *columns], rows)
+    show_rows("Verdicts", [column("structure", "structure"), *columns], rows)
 
 
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
@@ -130,8 +130,7 @@ def add_status(parser: argparse.ArgumentParser) -> None:
 def run_status(options: argparse.Namespace) -> int:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
-    from rockframe.runs.manifest import changed_inputs
-    from rockframe.runs.plan_file import is_locked, read_plan
+    from rockframe.runs.files import changed_inputs, is_locked, read_plan
     from rockframe.runs.state import damaged, states_of
 
     plan = read_plan(options.folder)
@@ -185,8 +184,8 @@ def add_step(parser: argparse.ArgumentParser) -> None:
 
 def run_step(options: argparse.Namespace) -> int:
     """Perform the step. Return 1 if records were rejected."""
+    from rockframe.runs.files import read_plan
     from rockframe.runs.performing import Work, perform
-    from rockframe.runs.plan_file import read_plan
 
     plan = read_plan(options.folder)
     steps = {step.name: step for step in plan.steps}

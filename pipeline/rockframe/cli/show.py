@@ -7,7 +7,7 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.console import show_json, show_rows
+from rockframe.cli.console import column, show_json, show_rows
 from rockframe.cli.options import path
 from rockframe.errors import ParameterError
 from rockframe.units import GRAVITY
@@ -60,6 +60,9 @@ def _entry(run: Run, asked: str) -> Mapping[str, str]:
 
 def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
     """Return everything in the run about the record, in the order of the stages."""
+    from rockframe.results.screening.histories import screening_of
+    from rockframe.results.tables.entries import left_out_of
+
     name = entry["record_id"]
     facts = {fact.name: fact.value for fact in run.records.get(name, ())}
     checks = [
@@ -72,6 +75,8 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
         for key, verdict in entry.items()
         if key.endswith("_verdict")
     ]
+    screen, figure = run.folder / "screen.nc", Path("figures") / f"{name}.png"
+    rejected = left_out_of(run.folder).items()
     study = run.manifest["parameters"].get("study", {})
     return {
         "record_id": name,
@@ -86,31 +91,10 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
             for record, structure in run.pairs
             if record == name
         },
-        "screening": _screening(run.folder, name),
-        "left_out": _left_out(run.folder, name),
-        "figure": _figure(run.folder, name),
+        "screening": screening_of(screen, name) if name and screen.is_file() else [],
+        "left_out": {stage: reasons[name] for stage, reasons in rejected if name in reasons},
+        "figure": figure.as_posix() if name and (run.folder / figure).is_file() else "",
     }
-
-
-def _left_out(folder: Path, name: str) -> dict[str, str]:
-    """Return the reasons why stages rejected the record, by stage."""
-    from rockframe.results.tables.entries import left_out_of
-
-    return {
-        stage: reasons[name] for stage, reasons in left_out_of(folder).items() if name in reasons
-    }
-
-
-def _screening(folder: Path, name: str) -> list[dict[str, Any]]:
-    from rockframe.results.screening.histories import screening_of
-
-    path = folder / "screen.nc"
-    return screening_of(path, name) if name and path.is_file() else []
-
-
-def _figure(folder: Path, name: str) -> str:
-    figure = Path("figures") / f"{name}.png"
-    return figure.as_posix() if name and (folder / figure).is_file() else ""
 
 
 def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
@@ -138,8 +122,6 @@ def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
 
 
 def _show_screening(rows: list[dict[str, Any]]) -> None:
-    from rockframe.results.tables.columns import Column
-
     def verdicts(row: Mapping[str, Any], _key: str) -> str:
         runs: dict[str, list[str]] = {}
         for scale, verdict in row["verdicts"].items():
@@ -147,10 +129,10 @@ def _show_screening(rows: list[dict[str, Any]]) -> None:
         return "; ".join(f"{verdict} at {', '.join(at)}" for verdict, at in runs.items())
 
     columns = [
-        Column("structure", "structure"),
-        Column("azimuth>", "azimuth_degree", ".0f"),
-        Column("critical scale>", "critical_scale", ".3f"),
-        Column("verdict at multiples of the record", rule=verdicts),
+        column("structure", "structure"),
+        column("azimuth>", "azimuth_degree", ".0f"),
+        column("critical scale>", "critical_scale", ".3f"),
+        column("verdict at multiples of the record", rule=verdicts),
     ]
     show_rows("Screening", columns, rows)
 

@@ -25,10 +25,11 @@ from rockframe.cli.console import (
     show_rows,
     table_width,
 )
-from rockframe.cli.options import add_options, chosen, finish, folder_to_write
+from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.cli.stages.respond import margin_notes
 from rockframe.matching.likeness import LEVEL
 from rockframe.options.ingest import IngestOptions
+from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.paper.table1 import BORROWED, Comparison
@@ -69,8 +70,13 @@ def run_table1(options: argparse.Namespace) -> int:
     folder: Path = options.output
     _validate(options)
     with whole_folder(folder) as partial:
-        ingested, rejections = _stages(options, partial)
-        files = [partial / name for name in ("records.nc", "pulses.nc", "response.nc")]
+        ingested, rejections, files = run_stages(
+            options,
+            partial,
+            chosen(options, RespondOptions),
+            structures_path=chosen_structures(options),
+            pulses_path=partial / "pulses.nc",
+        )
         rows = list(table_rows_of(*files))
         comparisons, said = compare(rows, pulse_rows(files[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
@@ -84,12 +90,7 @@ def run_table1(options: argparse.Namespace) -> int:
         with progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
         stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
-        count = finish(
-            partial,
-            ingested,
-            chosen_structures(options),
-            {table: chosen(options, model) for table, model in stated.items()},
-        )
+        count = finish(options, partial, ingested, chosen_structures(options), stated)
     if options.json:
         show_json(
             {
@@ -121,14 +122,21 @@ def _validate(options: argparse.Namespace) -> None:
     refuse_folder_of_records(options)
 
 
-def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[Rejection, ...]]:
+def run_stages(
+    options: argparse.Namespace, folder: Path, respond: RespondOptions, **of_respond: Any
+) -> tuple[Ingested, tuple[Rejection, ...], list[Path]]:
+    """Run ingest, pulse and respond; return what was ingested, all rejections, and the files.
+
+    `of_respond` are further arguments of `respond_stage`.
+    """
     from rockframe.engines.engine import OneProcess
     from rockframe.stages.ingest import ingest_stage
     from rockframe.stages.pulse import pulse_stage
     from rockframe.stages.respond import respond_stage
     from rockframe.study.structures import bundled_records
 
-    records = folder / "records.nc"
+    files = [folder / name for name in ("records.nc", "pulses.nc", "response.nc")]
+    records, pulses, response = files
     with progress_names("reading") as reading:
         ingested = ingest_stage(
             options.records or [bundled_records()],
@@ -138,23 +146,39 @@ def _stages(options: argparse.Namespace, folder: Path) -> tuple[Ingested, tuple[
             workers=reading_workers(options),
         )
     with progress_bar("matching pulses") as progress:
-        without_pulse = pulse_stage(
-            records,
-            folder / "pulses.nc",
-            chosen(options, PulseOptions),
-            progress=progress,
-        )
+        matching = chosen(options, PulseOptions)
+        without_pulse = pulse_stage(records, pulses, matching, progress=progress)
     with progress_bar("rocking") as progress:
         without_vertical = respond_stage(
             records,
-            folder / "response.nc",
-            chosen(options, RespondOptions),
-            structures_path=chosen_structures(options),
-            pulses_path=folder / "pulses.nc",
+            response,
+            respond,
             engine=OneProcess(),  # one process; its threads use all cores
             progress=progress,
+            **of_respond,
         )
-    return ingested, (*ingested.rejections, *without_pulse, *without_vertical)
+    return ingested, (*ingested.rejections, *without_pulse, *without_vertical), files
+
+
+def finish(
+    options: argparse.Namespace,
+    folder: Path,
+    ingested: Ingested,
+    structures: Path,
+    models: Mapping[str, type[Options]],
+) -> int:
+    """Write the manifest of a folder. Return the number of its files."""
+    from rockframe.provenance import sha256_of
+    from rockframe.results.manifest import write_manifest
+
+    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
+    write_manifest(
+        folder,
+        inputs={**ingested.inputs, structures.name: sha256_of(structures)},
+        parameters={table: chosen(options, model).stated() for table, model in models.items()},
+        outputs=outputs,
+    )
+    return len(outputs) + 1
 
 
 _LABELS: Final = {

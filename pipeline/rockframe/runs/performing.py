@@ -23,9 +23,8 @@ from rockframe.options.respond import (
     SpectrumOptions,
 )
 from rockframe.provenance import sha256_of
-from rockframe.runs.manifest import finish
+from rockframe.runs.files import finish, read_plan
 from rockframe.runs.plan import KEPT
-from rockframe.runs.plan_file import read_plan
 from rockframe.runs.state import stamp
 from rockframe.runs.step import Step
 from rockframe.stages.common import Batch

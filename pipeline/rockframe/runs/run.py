@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -11,9 +12,9 @@ from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batche
 from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import InputError
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
+from rockframe.runs.files import locked, read_plan, write_plan
 from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
-from rockframe.runs.plan_file import locked, read_plan, remove_partials, write_plan
 from rockframe.runs.state import (
     StepState,
     damaged,
@@ -237,3 +238,61 @@ def _foreign_file(plan: Plan, folder: Path) -> str:
     """Return a file that has the name of an output but is not from this study, as text, or ""."""
     names = [*plan.outputs, MANIFEST, PAGE]
     return next((name for name in names if (folder / name).exists()), "")
+
+
+#: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
+_RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
+#: Folders in which a screening keeps finished batches until the end.
+_BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
+
+
+def remove_partials(plan: Plan, folder: Path) -> list[str]:
+    """Remove partial outputs of a plan; the lock must be held.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the run; files with other names are kept.
+    folder : Path
+        The folder of the run.
+
+    Returns
+    -------
+    list of str
+        Names of the removed files.
+    """
+    outputs = {Path(name) for step in plan.steps for name in step.outputs} | {
+        Path(name) for name in plan.files
+    }
+    kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
+    kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
+    removed = []
+    for output in sorted({*outputs, *kept, Path("records.csv")}):
+        parent = folder / output.parent
+        if not parent.is_dir():
+            continue
+        wanted = re.compile(re.escape(f".{output.stem}") + _RANDOM + re.escape(output.suffix))
+        for path in sorted(parent.iterdir()):
+            if wanted.fullmatch(path.name):
+                _remove(path)
+                removed.append(path.relative_to(folder).as_posix())
+    return removed + _remove_batches(plan, folder)
+
+
+def _remove_batches(plan: Plan, folder: Path) -> list[str]:
+    """Remove the batches of a screening, unless the plan has a screening, which resumes from
+    them.
+    """
+    if any(step.stage == "screen" for step in plan.steps):
+        return []
+    left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
+    for path in left:
+        _remove(path)
+    return [path.name for path in left]
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.arguments import FILTERS, add_format, add_output, reading_workers
-from rockframe.cli.console import progress_names, show_json, show_rejections, show_rows
+from rockframe.cli.console import column, progress_names, show_json, show_rejections, show_rows
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.options.execution import ReadingOptions
 from rockframe.options.ingest import FetchOptions, Filters, IngestOptions
@@ -54,18 +54,18 @@ def run_fetch(options: argparse.Namespace) -> int:
 
 
 def _show_coverage(coverage: tuple[Coverage, ...], folder: Path) -> None:
-    from rockframe.results.tables.columns import Column, number
+    from rockframe.results.tables.columns import number
 
     complete = sum(row.complete for row in coverage)
     columns = [
-        Column("channel", "what"),
-        Column("R [km]>", "distance", ".1f", rule=lambda row, key: number(row[key])),
-        Column("requested from", "requested_start", rule=lambda row, key: row[key][:19]),
-        Column("to", "requested_end", rule=lambda row, key: row[key][11:19]),
-        Column("received from", "received_start", rule=lambda row, key: row[key][11:22]),
-        Column("to", "received_end", rule=lambda row, key: row[key][11:22]),
-        Column("samples>", "samples", rule=lambda row, key: str(row[key] or "–")),
-        Column("coverage", "verdict"),
+        column("channel", "what"),
+        column("R [km]>", "distance", ".1f", rule=lambda row, key: number(row[key])),
+        column("requested from", "requested_start", rule=lambda row, key: row[key][:19]),
+        column("to", "requested_end", rule=lambda row, key: row[key][11:19]),
+        column("received from", "received_start", rule=lambda row, key: row[key][11:22]),
+        column("to", "received_end", rule=lambda row, key: row[key][11:22]),
+        column("samples>", "samples", rule=lambda row, key: str(row[key] or "–")),
+        column("coverage", "verdict"),
     ]
     rows = [vars(row) | {"verdict": row.verdict} for row in coverage]
     show_rows(f"{complete} of {len(coverage)} complete in {folder}", columns, rows)
@@ -160,8 +160,6 @@ def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _show(accepted: list[dict[str, Any]], output: Path) -> None:
-    from rockframe.results.tables.columns import Column
-
     def processing(row: Mapping[str, Any], key: str) -> str:
         return "corrected here" if row[key] else "as given"
 
@@ -169,14 +167,14 @@ def _show(accepted: list[dict[str, Any]], output: Path) -> None:
         return str(row[key]) + (": " if row["warnings"] else "") + ", ".join(row["warnings"])
 
     columns = [
-        Column("record", "record_id"),
-        Column("format", "format"),
-        Column("samples>", "samples"),
-        Column("step [s]>", "time_step_s", "g"),
-        Column("PGA [g]>", "pga_g", ".3f"),
-        Column("PGV [m/s]>", "pgv_m_s", ".3f"),
-        Column("processing", "corrected_here", rule=processing),
-        Column("passport", "passport", rule=passport),
+        column("record", "record_id"),
+        column("format", "format"),
+        column("samples>", "samples"),
+        column("step [s]>", "time_step_s", "g"),
+        column("PGA [g]>", "pga_g", ".3f"),
+        column("PGV [m/s]>", "pgv_m_s", ".3f"),
+        column("processing", "corrected_here", rule=processing),
+        column("passport", "passport", rule=passport),
     ]
     many = "s" if len(accepted) > 1 else ""
     show_rows(f"{len(accepted)} record{many} in {output}", columns, accepted)

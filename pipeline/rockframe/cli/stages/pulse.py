@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import add_batch, chosen_batch, chosen_engine, records_file
 from rockframe.cli.console import (
+    column,
     progress_bar,
     show_json,
     show_rejections,
@@ -95,8 +96,6 @@ def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
 
 def _columns() -> list[Column]:
     """Return the columns; narrow tables contain only the main columns."""
-    from rockframe.results.tables.columns import Column
-
     words = {"pulse": "pulse", "noise": "as noise", "untested": ""}
 
     def verdict(row: Mapping[str, Any], key: str) -> str:
@@ -104,21 +103,21 @@ def _columns() -> list[Column]:
         return words.get(word, word.replace("_", " "))
 
     return [
-        Column("record", "record_id", once=True, minor=True),
-        Column("wavelet", "way"),
-        Column("a_p\n[g]>", "a_p_g", ".3f"),
-        Column("T_p\n[s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
-        Column("at\n[s]>", "pulse_time_s", ".2f", mark=("cut", " cut")),
-        Column("phase\n>", "phase_rad", ".2f", minor=True),
-        Column(
+        column("record", "record_id", once=True, minor=True),
+        column("wavelet", "way"),
+        column("a_p\n[g]>", "a_p_g", ".3f"),
+        column("T_p\n[s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
+        column("at\n[s]>", "pulse_time_s", ".2f", mark=("cut", " cut")),
+        column("phase\n>", "phase_rad", ".2f", minor=True),
+        column(
             "half\ncycles>", "half_cycles", ".2f", mark=("at_half_cycle_bound", "*"), minor=True
         ),
-        Column("L_p\n[m]>", "L_p_m", ".2f"),
-        Column("match\n>", "match_index", ".3f"),
-        Column("energy\n>", "energy_share", ".2f", minor=True),
-        Column("p\n>", "p_value", ".2f"),
-        Column("", "pulse_verdict", rule=verdict),
-        Column("Baker\n>", "velocity_indicator", ".2f", once=True, minor=True),
+        column("L_p\n[m]>", "L_p_m", ".2f"),
+        column("match\n>", "match_index", ".3f"),
+        column("energy\n>", "energy_share", ".2f", minor=True),
+        column("p\n>", "p_value", ".2f"),
+        column("", "pulse_verdict", rule=verdict),
+        column("Baker\n>", "velocity_indicator", ".2f", once=True, minor=True),
     ]
 
 
@@ -169,7 +168,6 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
 def _show_paper(pulses: Sequence[PaperPulse]) -> None:
     """Print a table for each weighting, and the overall distance of each wavelet and weighting."""
     from rockframe.paper.pulses import overall_distances
-    from rockframe.results.tables.columns import Column
 
     def over(ours: str, printed: str) -> Callable[[Mapping[str, Any], str], str]:
         return lambda row, _: f"{100.0 * (row[ours] / row[printed] - 1.0):+.1f} %"
@@ -184,15 +182,15 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
         return f"{'→ ' if nearest else '  '}{row['wavelet']}"
 
     columns = [
-        Column("record", "record", once=True),
-        Column("paper\na_p [g]>", "printed_a_p_g", ".2f", once=True),
-        Column("\nT_p [s]>", "printed_period_s", ".2f", once=True),
-        Column("wavelet", rule=way),
-        Column("ours\na_p [g]>", "a_p_g", ".3f"),
-        Column("\nT_p [s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
-        Column("a_p\n>", rule=over("a_p_g", "printed_a_p_g")),
-        Column("T_p\n>", rule=over("T_p_s", "printed_period_s")),
-        Column("distance\n>", "distance", ".3f"),
+        column("record", "record", once=True),
+        column("paper\na_p [g]>", "printed_a_p_g", ".2f", once=True),
+        column("\nT_p [s]>", "printed_period_s", ".2f", once=True),
+        column("wavelet", rule=way),
+        column("ours\na_p [g]>", "a_p_g", ".3f"),
+        column("\nT_p [s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
+        column("a_p\n>", rule=over("a_p_g", "printed_a_p_g")),
+        column("T_p\n>", rule=over("T_p_s", "printed_period_s")),
+        column("distance\n>", "distance", ".3f"),
     ]
     rows = [{**vars(pulse), "distance": pulse.distance} for pulse in pulses]
     for weighting in dict.fromkeys(pulse.weighting for pulse in pulses):
@@ -200,8 +198,8 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
         show_rows(
             f"Weighting {weighting}: the paper's pulses and ours", columns, own, group="record"
         )
-    ways = [Column(name, name) for name in ("wavelet", "weighting")]
-    ways.append(Column("distance>", "distance", ".3f"))
+    ways = [column(name, name) for name in ("wavelet", "weighting")]
+    ways.append(column("distance>", "distance", ".3f"))
     show_rows("Over all records, smallest distance first", ways, overall_distances(pulses))
     print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper states neither")
     print("wavelet nor weighting nor range of periods for its records; nothing is tuned.")

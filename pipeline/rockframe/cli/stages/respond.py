@@ -16,7 +16,14 @@ from rockframe.cli.arguments import (
     chosen_engine,
     chosen_structures,
 )
-from rockframe.cli.console import progress_bar, show_json, show_rejections, show_rows, table_width
+from rockframe.cli.console import (
+    column,
+    progress_bar,
+    show_json,
+    show_rejections,
+    show_rows,
+    table_width,
+)
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -24,7 +31,6 @@ from rockframe.options.respond import RespondOptions
 
 if TYPE_CHECKING:
     from rockframe.results.tables.columns import Column
-
 #: Headings of the table of responses, by column of the overview.
 _HEADS: Final = {
     "peak_rotation_ratio": "θ/α>",
@@ -54,7 +60,6 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.results.tables.columns import Column
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
@@ -76,7 +81,7 @@ def run_respond(options: argparse.Namespace) -> int:
     else:
         columns = response_columns({"record_id": "record"})
         if options.pulses:
-            columns.append(Column("pulse alone", rule=pulse_cell))
+            columns.append(column("pulse alone", rule=pulse_cell))
         show_rows(f"Responses in {options.output}", columns, rows)
         if chosen(options, RespondOptions).margins != "none":
             print(margin_notes())

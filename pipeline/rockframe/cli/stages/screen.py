@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli.arguments import (
     FILTERS,
@@ -15,11 +20,23 @@ from rockframe.cli.arguments import (
     chosen_structures,
     records_file,
 )
-from rockframe.cli.console import progress_bar, show_rejections
+from rockframe.cli.console import (
+    column,
+    progress_bar,
+    show_json,
+    show_rejections,
+    show_rows,
+    show_table,
+)
 from rockframe.cli.options import add_options, chosen, path
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.respond import ScreenOptions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.stages.screening.screen import Screening
 
 
 def add_screen(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +59,7 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
 
 def run_screen(options: argparse.Namespace) -> int:
     """Run the stage and print the tables."""
-    from rockframe.cli.stages.screen_tables import show
+    from rockframe.cli.stages.screen import show
     from rockframe.stages.screening.screen import screen_stage
 
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
@@ -69,3 +86,202 @@ def run_screen(options: argparse.Namespace) -> int:
         return 130
     show(options.output, done, as_json=options.json)
     return show_rejections(done.rejections) or status
+
+
+#: Largest number of scales, motions and recordings in a table; the CSV file has all motions.
+_SHOWN: Final = 10
+
+
+def show(output: Path, done: Screening, *, as_json: bool) -> None:
+    """Print the screening as tables, or as JSON."""
+    from rockframe.results.screening.screen import read_screening
+    from rockframe.results.screening.table import screen_rows, screen_summary
+
+    screening = read_screening(output, every_scale=False)
+    summary = screen_summary(screening)
+    if as_json:
+        show_json(
+            {
+                "motions": done.motions,
+                "scenarios": done.scenarios,
+                "left_out": dict(done.left_out),
+                "rejected": [vars(rejection) for rejection in done.rejections],
+                "structures": summary,
+                "rows": list(screen_rows(screening)),
+                "output": str(output),
+                "table": str(done.table),
+                "tables": [str(path) for path in done.tables.values()],
+            }
+        )
+        return
+    _show_verdicts(screening)
+    _show_ranking(screening)
+    _show_azimuths(screening)
+    _show_fragility(summary)
+    _show_rates(summary)
+    _show_design(screening, summary)
+    _show_notes(screening, done)
+    for file in (output, *done.tables.values()):
+        print(file)
+
+
+def _show_verdicts(screening: xr.Dataset) -> None:
+    scales = [f"{scale:g}" for scale in screening["scale"].values]
+    shown = list(range(len(scales)))
+    if len(shown) > _SHOWN:  # show the first, the last, and some in between
+        step = (len(scales) - 1) / (_SHOWN - 1)
+        shown = [round(step * k) for k in range(_SHOWN)]
+    counts = screening["verdict_count"].values
+    rows = [
+        [str(structure), *(f"{counts[k, s, 2]}/{counts[k, s].sum()}" for s in shown)]
+        for k, structure in enumerate(screening["structure"].values)
+    ]
+    columns = ["structure", *(f"{scales[s]}>" for s in shown)]
+    show_table("Motions that overturn, by scale", columns, rows)
+
+
+def _show_ranking(screening: xr.Dataset) -> None:
+    from rockframe.results.screening.table import screen_rows
+
+    structures = [str(name) for name in screening["structure"].values]
+    rows = list(islice(screen_rows(screening), _SHOWN * len(structures)))
+    motions: dict[str, dict[str, Any]] = {}
+    for row in rows:
+        fell = row["verdict"] == "overturned"
+        ratio = math.inf if fell else row["peak_rotation_ratio"]
+        motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = ratio
+    columns = [
+        column("record", "record_id"),
+        column("mean rank>", "mean_rank", ".1f"),
+        *(column(f"{name}>", f"of {name}", ".3f", rule=_ratio) for name in structures),
+    ]
+    scale = float(screening["reference_scale"])
+    show_rows(f"Motions by demand: θ/α at scale {scale:g}", columns, motions.values())
+
+
+def _show_azimuths(screening: xr.Dataset) -> None:
+    if "recording" not in screening:
+        return
+    from rockframe.results.tables.rows import columns_of, rows_along
+
+    parts = {f"RotD{part}>": f"rotd{part}_peak_rotation_ratio" for part in ("00", "50", "100")}
+    rows = rows_along(
+        screening.isel(recording=slice(_SHOWN)),
+        "recording structure",
+        columns_of("recording structure", *parts.values()),
+    )
+    columns = [
+        column("first motion", "recording", once=True),
+        column("structure", "structure"),
+        *(column(head, key, ".3f", rule=_ratio) for head, key in parts.items()),
+    ]
+    title = "θ/α over the azimuths of a recording: least, median, largest"
+    show_rows(title, columns, rows, group="recording", rules=False)
+
+
+def _ratio(row: Mapping[str, Any], key: str) -> float | str:
+    """Return a peak rotation ratio, infinite where the structure overturns."""
+    return "overturned" if row[key] == math.inf else float(row[key])
+
+
+def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:
+    """Yield the fits or rates of all structures, each with the name of its structure."""
+    for structure in summary:
+        for one in structure[part]:
+            yield {"structure": structure["structure"], **one}
+
+
+def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
+    columns = (
+        column("structure", "structure"),
+        column("limit state", "words"),
+        column("over", "symbol"),
+        column("median>", "median", ".3f"),
+        column("", "unit"),
+        column("lognormal β>", "lognormal_beta", ".3f"),
+        column("logistic scale>", "logistic_scale", ".3f"),
+        column("pseudo R²>", "pseudo_r2", ".2f"),
+        column("concordance>", "concordance", ".2f"),
+        column("", "said"),
+    )
+    known = (fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown")
+    show_rows("Fragility", columns, known, group="structure")
+    for told, structures in _better_measures_in_words(summary).items():
+        print(f"{', '.join(structures)}: {told}.")
+    print()
+
+
+def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
+    """Return the sentences about the better measure, each with the structures it applies to."""
+    told: dict[str, list[str]] = {}
+    for structure in summary:
+        better = structure["better_measure"]
+        named = f"the better measure is {better}" if better else "no better measure is named"
+        words = f"{named}; {structure['better_measure_reason']}"
+        told.setdefault(words, []).append(structure["structure"])
+    return told
+
+
+def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
+    if "rates" not in summary[0]:
+        return
+    columns = (
+        column("structure", "structure"),
+        column("limit state", "words"),
+        column("return period [years]>", "return_period_years", ".0f"),
+        column("rate [1/year]>", "rate_per_year", ".2e"),
+        column("from>", "rate_low_per_year", ".2e"),
+        column("to>", "rate_high_per_year", ".2e"),
+        column("mainly from", "main_intensity"),
+        column("extrapolated [%]>", "extrapolated_share", ".0f", 100.0),
+    )
+    show_rows("Mean annual rates", columns, _each(summary, "rates"))
+    print("Motions weaker than the first point of the hazard curve are not counted.\n")
+
+
+def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
+    if "design_smallest" not in screening:
+        return
+    from rockframe.risk import LimitState
+
+    quantity, value = str(screening["design_quantity"].item()), float(screening["design_limit"])
+    limit = LimitState(quantity, value).words.replace("≥", "<")
+    what = str(screening["design_dimension"].item()).replace("_", " ")
+    share = 100.0 * float(screening["design_required_share"])
+    scale = float(screening["reference_scale"])
+    tried = screening["design_value"].values
+    unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
+    columns = [
+        column("structure", "structure"),
+        column(f"smallest that suffices{unit}>", "design_smallest", ".3f"),
+        column(f"all suffice from{unit}>", "design_sure_from", ".3f"),
+    ]
+    title = f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}"
+    show_rows(title, columns, summary)
+    print(
+        f"{tried.size} values from {tried[0]:g} to {tried[-1]:g} were tried: demand is not "
+        f"monotone in the {what}.\n"
+    )
+
+
+def _show_notes(screening: xr.Dataset, done: Screening) -> None:
+    from rockframe.risk.comparison import FEWEST_MOTIONS
+
+    recordings = len(set(screening["cluster"].values.tolist()))
+    print(
+        f"{done.motions} motions of {recordings} recordings, {done.scenarios} scenarios. "
+        "Scales and components of one recording are not independent: bands are based on recordings."
+    )
+    if recordings < FEWEST_MOTIONS:
+        print(f"{recordings} recordings are few: fragility, bands and rates are uncertain.")
+    if "undecided" in screening:
+        undecided = screening["undecided"].values
+        print(
+            f"{undecided.sum()} of {undecided.size} verdicts on the motions as recorded are "
+            "undecided: small perturbations change them."
+        )
+    for name, reason in islice(done.left_out.items(), _SHOWN):
+        print(f"left out: {name}: {reason}")
+    more = len(done.left_out) - _SHOWN
+    if more > 0:
+        print(f"left out: {more} more; the file's attribute left_out has all")

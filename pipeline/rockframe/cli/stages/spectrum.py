@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cli.arguments import add_output, chosen_engine
-from rockframe.cli.console import show_json, show_rows
+from rockframe.cli.console import column, show_json, show_rows
 from rockframe.cli.options import add_options, chosen, flag, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -47,7 +47,6 @@ def run_spectrum(options: argparse.Namespace) -> int:
 
 def _of_pulses(options: argparse.Namespace) -> int:
     from rockframe.results.spectra import read_spectrum
-    from rockframe.results.tables.columns import Column
     from rockframe.stages.spectrum import spectrum_stage
 
     stated = chosen(options, SpectrumOptions)
@@ -64,10 +63,10 @@ def _of_pulses(options: argparse.Namespace) -> int:
         curve = lines[i - i % len(ratios)]
         curve[ratios[i % len(ratios)]] = beyond if math.isnan(least) else least
     columns = [
-        Column("wavelet", "wavelet", rule=lambda row, key: row[key].replace("_", " ")),
-        Column("α [deg]>", "slenderness_deg", ".4g"),
-        Column("γ>", "mass_ratio", "g"),
-        *(Column(f"{ratio}>", ratio, ".4f", rule=lambda row, key: row[key]) for ratio in ratios),
+        column("wavelet", "wavelet", rule=lambda row, key: row[key].replace("_", " ")),
+        column("α [deg]>", "slenderness_deg", ".4g"),
+        column("γ>", "mass_ratio", "g"),
+        *(column(f"{ratio}>", ratio, ".4f", rule=lambda row, key: row[key]) for ratio in ratios),
     ]
     show_rows("Least overturning a_p/(g tan α) over ω_p/p", columns, lines[:: len(ratios)])
     islands = int((dataset["safe_islands"] > 0).sum())
@@ -96,7 +95,6 @@ def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 def _of_records(options: argparse.Namespace) -> int:
     from rockframe.results.spectra import read_rocking_spectrum
-    from rockframe.results.tables.columns import Column
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
     output: Path = options.output
@@ -107,11 +105,11 @@ def _of_records(options: argparse.Namespace) -> int:
         show_json({"spectra": rows, "output": str(output)})
         return 0
     columns = [
-        Column("record", "record_id"),
-        Column("α [deg]>", "slenderness_deg", ".4g"),
-        Column("γ>", "mass_ratio", "g"),
-        Column("stands from [s]>", "stands_from_s", "g"),
-        Column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
+        column("record", "record_id"),
+        column("α [deg]>", "slenderness_deg", ".4g"),
+        column("γ>", "mass_ratio", "g"),
+        column("stands from [s]>", "stands_from_s", "g"),
+        column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
     ]
     show_rows("Rocking spectra: 2π/p above which the frame does not overturn", columns, rows)
     print(output)

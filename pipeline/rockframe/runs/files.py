@@ -1,12 +1,11 @@
-"""Write and read plan.json, lock the folder of a run, and remove partial files."""
+"""The internal files of a run: its plan, its lock and its manifest."""
 
 from __future__ import annotations
 
+import hashlib
 import os
-import re
-import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -15,8 +14,18 @@ from typing import Any, Final
 from filelock import lock_descriptor
 
 from rockframe.errors import InputError
-from rockframe.provenance import DAMAGED, is_sealed, is_within, read_json, sealed, whole_file
+from rockframe.ingest import ARCHIVE_HEAD, contents, is_archive, load, printable
+from rockframe.provenance import (
+    DAMAGED,
+    is_sealed,
+    is_within,
+    read_json,
+    sealed,
+    sha256_of,
+    whole_file,
+)
 from rockframe.runs.plan import KEPT, Input, Plan
+from rockframe.runs.state import files_of
 from rockframe.runs.step import Step
 
 _PLAN: Final = "plan.json"
@@ -89,64 +98,6 @@ def _step(content: Mapping[str, Any]) -> Step:
     return Step(**values)
 
 
-#: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
-_RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
-#: Folders in which a screening keeps finished batches until the end.
-_BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
-
-
-def remove_partials(plan: Plan, folder: Path) -> list[str]:
-    """Remove partial outputs of a plan; the lock must be held.
-
-    Parameters
-    ----------
-    plan : Plan
-        The plan of the run; files with other names are kept.
-    folder : Path
-        The folder of the run.
-
-    Returns
-    -------
-    list of str
-        Names of the removed files.
-    """
-    outputs = {Path(name) for step in plan.steps for name in step.outputs} | {
-        Path(name) for name in plan.files
-    }
-    kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
-    kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
-    removed = []
-    for output in sorted({*outputs, *kept, Path("records.csv")}):
-        parent = folder / output.parent
-        if not parent.is_dir():
-            continue
-        wanted = re.compile(re.escape(f".{output.stem}") + _RANDOM + re.escape(output.suffix))
-        for path in sorted(parent.iterdir()):
-            if wanted.fullmatch(path.name):
-                _remove(path)
-                removed.append(path.relative_to(folder).as_posix())
-    return removed + _remove_batches(plan, folder)
-
-
-def _remove_batches(plan: Plan, folder: Path) -> list[str]:
-    """Remove the batches of a screening, unless the plan has a screening, which resumes from
-    them.
-    """
-    if any(step.stage == "screen" for step in plan.steps):
-        return []
-    left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
-    for path in left:
-        _remove(path)
-    return [path.name for path in left]
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink()
-
-
 #: Retries, because `is_locked` holds the lock for a moment.
 _TRIES: Final = 5
 _PAUSE: Final = 0.02
@@ -213,3 +164,99 @@ def _acquired(descriptor: int) -> bool:
             return True
         time.sleep(_PAUSE)
     return False
+
+
+def finish(folder: Path) -> int:
+    """Hash the inputs and outputs of the run in a folder, and write ``manifest.json``.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the run, with its plan.
+
+    Returns
+    -------
+    int
+        Number of files of the run, including the manifest.
+
+    Raises
+    ------
+    InputError
+        If an input changed or is missing since the run was planned, or if an output is missing.
+    """
+    from rockframe.results.manifest import write_manifest
+
+    plan = read_plan(folder)
+    inputs = {file.name: file.sha256 for file in plan.inputs}
+    changed, read = changed_inputs(plan), _read_by_ingest(folder)
+    if not changed:
+        inputs = _members(plan, set(read.values()) - set(inputs.values())) | inputs
+        known = set(inputs.values())
+        changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in known]
+    for name, reason in changed:
+        raise InputError(
+            name,
+            f"{reason} since the run began. Run again, and do not change inputs before the end.",
+        )
+    last = next(k for k, step in enumerate(plan.steps) if step.stage == "manifest")
+    kept = [name for step in plan.steps[:last] if not step.temporary for name in step.outputs]
+    outputs = sorted([*plan.files, *files_of(kept, folder)])
+    write_manifest(
+        folder,
+        inputs=inputs,
+        parameters={"study": plan.parameters},
+        outputs=[folder / name for name in outputs],
+        steps={step.name: plan.keys[step.name] for step in plan.steps if not step.temporary},
+    )
+    return len(outputs) + 1
+
+
+def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
+    """Return the inputs that changed or are missing since the run was planned.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of a run. All its inputs are hashed.
+
+    Returns
+    -------
+    list of (str, str)
+        Path, and ``changed`` or ``vanished``.
+    """
+    changed = []
+    for file in plan.inputs:
+        if not file.path.is_file():
+            changed.append((str(file.path), "vanished"))
+        elif sha256_of(file.path) != file.sha256:
+            changed.append((str(file.path), "changed"))
+    return changed
+
+
+def _read_by_ingest(folder: Path) -> dict[str, str]:
+    """Return the name and SHA-256 of each file that ingest read, from records.nc."""
+    from rockframe.results.reading import describe
+    from rockframe.results.schema import RECORDS
+
+    records = folder / "records.nc"
+    return dict(describe(records, RECORDS).inputs) if records.is_file() else {}
+
+
+def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
+    """Return the name and SHA-256 of each archive member that has one of these hashes.
+
+    A record states the hash of its archive member; the plan states the hash of the archive.
+    """
+    found: dict[str, str] = {}
+    for path, called in ((file.path, file.name) for file in plan.inputs if wanted):
+        with path.open("rb") as stream:
+            if not is_archive(stream.read(ARCHIVE_HEAD)):
+                continue
+        try:
+            for member in contents(path, load(path)):
+                sha256 = hashlib.sha256(member.data).hexdigest()
+                if sha256 in wanted:
+                    found[called + member.name.removeprefix(printable(path.name))] = sha256
+        except InputError:
+            continue  # ingest has rejected this archive
+    return found
