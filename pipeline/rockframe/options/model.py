@@ -75,10 +75,6 @@ class Options(BaseModel, metaclass=_OneLine):
         """Return the stated files by the name of their option."""
         return {name: value for name, value in self if isinstance(value, Path)}
 
-    def beside(self, folder: Path) -> Self:
-        """Return the options with files resolved relative to a folder."""
-        return self.replaced(**{name: folder / path for name, path in self.files().items()})
-
     def replaced(self, **values: Any) -> Self:
         """Return the options with some values replaced and validated."""
         return type(self)(**{**dict(self), **values})

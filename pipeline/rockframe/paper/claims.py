@@ -6,7 +6,8 @@ import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+
+from jinja2 import Environment
 
 from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit
 from rockframe.paper.equations import impact_checks, misprint_checks, motion_checks
@@ -65,17 +66,6 @@ def _misprint(name: str, text: Mapping[str, str]) -> Claim:
     )
 
 
-_HEAD: Final = """# The paper, checked
-
-N. Makris and M. F. Vassiliou (2013), *Rocking response and stability analysis of an array of
-free-standing columns capped with a free-standing rigid beam*, COMPDYN 2013, Kos.
-
-Each number and claim of the paper that rockframe can evaluate, with our value. A number agrees if
-it is within one unit of the last printed digit. A misprint is wrong as printed, and right with an
-evident correction. All our values were computed when this page was made; nothing is tuned.
-"""
-
-
 def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: str) -> str:
     r"""Return the page in Markdown.
 
@@ -95,45 +85,20 @@ def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: s
     >>> print(checked_page([claim], {}, "").splitlines()[13])
     | `a` | eq (1): \|x\| | 1 | 2 | **differs** | |
     """
-    counts = Counter(claim.finding for claim in claims)
-    said = ", ".join(f"{finding.value} {counts[finding]}" for finding in Finding)
-    lines = [_HEAD, f"{len(claims)} claims: {said}. {records}".strip(), "", _row(_COLUMNS), _RULE]
-    lines += [_row(_cells(claim)) for claim in claims]
-    lines += ["", "## Commands", "", *_commands(claims), ""]
-    if figures:
-        lines += ["## Figures", ""]
-    for path, caption in figures.items():
-        lines += [f"![{caption.partition('.')[0]}]({path})", "", f"*{caption}*", ""]
-    lines += ["## Made with", "", ", ".join(f"{k} {v}" for k, v in versions().items()) + "."]
-    lines += [f"Source code {source_code_hash()[:16]}.", ""]
-    return "\n".join(lines)
-
-
-_COLUMNS: Final = ("claim", "what the paper says", "paper", "ours", "finding", "remark")
-_RULE: Final = "|---|---|---|---|---|---|"
-
-
-def _cells(claim: Claim) -> tuple[str, ...]:
-    finding = claim.finding.value
-    return (
-        f"`{claim.name}`",
-        f"{claim.where}: {claim.says}",
-        claim.printed,
-        claim.ours,
-        finding if claim.finding is Finding.AGREES else f"**{finding}**",
-        claim.remark,
-    )
-
-
-def _row(cells: Sequence[str]) -> str:
-    escaped = (cell.replace("|", "\\|").replace("<", "&lt;") for cell in cells)
-    return "| " + " | ".join(escaped).rstrip() + " |"
-
-
-def _commands(claims: Sequence[Claim]) -> list[str]:
-    """List the commands that show our values, each with its claims."""
-    found: dict[str, list[str]] = {}
+    commands: dict[str, list[str]] = {}
     for claim in claims:
-        key = claim.command or "rockframe paper --claim NAME"
-        found.setdefault(key, []).append(claim.name)
-    return [f"- `{command}`: {', '.join(names)}" for command, names in found.items()]
+        command = claim.command or "rockframe paper --claim NAME"
+        commands.setdefault(command, []).append(claim.name)
+    counts = Counter(claim.finding for claim in claims)
+    page = Environment(trim_blocks=True, keep_trailing_newline=True)  # noqa: S701 -- Markdown
+    page.filters["cell"] = lambda text: text.replace("|", "\\|").replace("<", "&lt;")
+    template = Path(__file__).with_name("checked.md").read_text(encoding="utf-8")
+    return page.from_string(template).render(
+        claims=claims,
+        counts=", ".join(f"{finding.value} {counts[finding]}" for finding in Finding),
+        records=records,
+        commands=commands,
+        figures=figures,
+        versions=versions(),
+        source=source_code_hash()[:16],
+    )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -177,41 +176,9 @@ def _of_bridge(own: Sequence[Row]) -> list[Claim]:
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PaperPulse:
-    """One of the paper's records, matched with one wavelet and weighting.
-
-    Parameters
-    ----------
-    record : str
-        Name in the paper.
-    wavelet, weighting : str
-        Wavelet and weighting of the match.
-    printed_a_p_g, printed_period_s, a_p_g, T_p_s : float
-        The paper's values and ours.
-    at_period_bound : bool
-        True if our period is an end of the searched range, not a maximum of the match.
-    """
-
-    record: str
-    wavelet: str
-    weighting: str
-    printed_a_p_g: float
-    printed_period_s: float
-    a_p_g: float
-    T_p_s: float
-    at_period_bound: bool = False
-
-    @property
-    def distance(self) -> float:
-        """Root mean square of ln(ours / paper) of a_p and T_p [1]."""
-        ratios = (self.a_p_g / self.printed_a_p_g, self.T_p_s / self.printed_period_s)
-        return math.sqrt(sum(math.log(ratio) ** 2 for ratio in ratios) / 2.0)
-
-
 def paper_pulses(
     records: Iterable[tuple[Record, PulseOptions]], weightings: Sequence[str]
-) -> list[PaperPulse]:
+) -> list[dict[str, Any]]:
     """Match the paper's records, found by their file names, with all wavelets and weightings.
 
     Parameters
@@ -220,8 +187,14 @@ def paper_pulses(
         Records, each with the wavelets and the range of periods to search.
     weightings : sequence of str
         Weightings to use.
+
+    Returns
+    -------
+    list of dict
+        The paper's values and ours for each record, weighting and wavelet; ``distance`` is the root
+        mean square of ln(ours / paper) of a_p and T_p [1].
     """
-    found = []
+    found: list[dict[str, Any]] = []
     for record, options in records:
         printed = paper_record_of(record.source_file)
         if printed is not None:
@@ -230,36 +203,38 @@ def paper_pulses(
     return found
 
 
-def _matched(record: Record, printed: PaperRecord, options: PulseOptions) -> list[PaperPulse]:
+def _matched(
+    record: Record, printed: PaperRecord, options: PulseOptions
+) -> Iterator[dict[str, Any]]:
     matches = match_pulses(record.acceleration, record.time_step, options)
-    return [
-        PaperPulse(
-            record=printed.record,
-            wavelet=wavelet,
-            weighting=options.weighting,
-            printed_a_p_g=printed.a_p_g,
-            printed_period_s=printed.T_p_s,
-            a_p_g=match.pulse.a_p / GRAVITY,
-            T_p_s=match.pulse.T_p,
-            at_period_bound=match.at_period_bound,
-        )
-        for wavelet, match in matches.items()
-    ]
+    for wavelet, match in matches.items():
+        a_p, T_p = match.pulse.a_p / GRAVITY, match.pulse.T_p  # noqa: N806 -- as in the paper
+        apart = math.log(a_p / printed.a_p_g), math.log(T_p / printed.T_p_s)
+        yield {
+            "record": printed.record,
+            "wavelet": wavelet,
+            "weighting": options.weighting,
+            "printed_a_p_g": printed.a_p_g,
+            "printed_period_s": printed.T_p_s,
+            "a_p_g": a_p,
+            "T_p_s": T_p,
+            "at_period_bound": match.at_period_bound,
+            "distance": math.sqrt((apart[0] ** 2 + apart[1] ** 2) / 2.0),
+        }
 
 
-def overall_distances(pulses: Sequence[PaperPulse]) -> list[dict[str, Any]]:
+def overall_distances(pulses: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return wavelet, weighting and distance over all records, smallest distance first.
 
     Examples
     --------
-    >>> one = PaperPulse(record="a", wavelet="w", weighting="energy", printed_a_p_g=0.4,
-    ...     printed_period_s=1.0, a_p_g=0.4, T_p_s=1.1)
-    >>> [round(way["distance"], 4) for way in overall_distances([one])]
-    [0.0674]
+    >>> pulses = [{"wavelet": "w", "weighting": "energy", "distance": d} for d in (0.1, 0.7)]
+    >>> [round(way["distance"], 4) for way in overall_distances(pulses)]
+    [0.5]
     """
     ways: dict[tuple[str, str], list[float]] = {}
     for pulse in pulses:
-        ways.setdefault((pulse.wavelet, pulse.weighting), []).append(pulse.distance**2)
+        ways.setdefault((pulse["wavelet"], pulse["weighting"]), []).append(pulse["distance"] ** 2)
     rows: list[dict[str, Any]] = [
         {"wavelet": one, "weighting": other, "distance": math.sqrt(sum(squares) / len(squares))}
         for (one, other), squares in ways.items()

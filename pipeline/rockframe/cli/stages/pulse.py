@@ -23,7 +23,6 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
-    from rockframe.paper.pulses import PaperPulse
     from rockframe.record import Record
     from rockframe.results.tables.columns import Column
 
@@ -146,8 +145,7 @@ def show_paper(options: argparse.Namespace) -> int:
             "contains no record named as in the paper. Include at least one.",
         )
     if options.json:
-        rows = [{**vars(pulse), "distance": pulse.distance} for pulse in pulses]
-        show_json({"pulses": rows, "overall": overall_distances(pulses)})
+        show_json({"pulses": pulses, "overall": overall_distances(pulses)})
     else:
         _show_paper(pulses)
     return status
@@ -165,7 +163,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
         return [(file.read(name), usable(name, file, wanted)) for name in horizontal(file)], status
 
 
-def _show_paper(pulses: Sequence[PaperPulse]) -> None:
+def _show_paper(pulses: Sequence[Mapping[str, Any]]) -> None:
     """Print a table for each weighting, and the overall distance of each wavelet and weighting."""
     from rockframe.paper.pulses import overall_distances
 
@@ -174,8 +172,8 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
 
     least: dict[tuple[str, str], float] = {}
     for pulse in pulses:
-        of = (pulse.record, pulse.weighting)
-        least[of] = min(pulse.distance, least.get(of, math.inf))
+        of = (pulse["record"], pulse["weighting"])
+        least[of] = min(pulse["distance"], least.get(of, math.inf))
 
     def way(row: Mapping[str, Any], _key: str) -> str:
         nearest = row["distance"] == least[row["record"], row["weighting"]]
@@ -192,9 +190,8 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
         column("T_p\n>", rule=over("T_p_s", "printed_period_s")),
         column("distance\n>", "distance", ".3f"),
     ]
-    rows = [{**vars(pulse), "distance": pulse.distance} for pulse in pulses]
-    for weighting in dict.fromkeys(pulse.weighting for pulse in pulses):
-        own = [row for row in rows if row["weighting"] == weighting]
+    for weighting in dict.fromkeys(pulse["weighting"] for pulse in pulses):
+        own = [row for row in pulses if row["weighting"] == weighting]
         show_rows(
             f"Weighting {weighting}: the paper's pulses and ours", columns, own, group="record"
         )
@@ -203,5 +200,5 @@ def _show_paper(pulses: Sequence[PaperPulse]) -> None:
     show_rows("Over all records, smallest distance first", ways, overall_distances(pulses))
     print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper states neither")
     print("wavelet nor weighting nor range of periods for its records; nothing is tuned.")
-    if any(pulse.at_period_bound for pulse in pulses):
+    if any(pulse["at_period_bound"] for pulse in pulses):
         print("* at the end of the searched range of periods, not at a maximum")
