@@ -8,14 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from rockframe.cli.arguments import (
-    add_reading,
-    add_records,
-    add_structures,
-    chosen_structures,
-    stated_records,
-)
-from rockframe.cli.console import show_json
+from rockframe.cli import arguments, console
 from rockframe.cli.options import whole_number
 from rockframe.errors import ParameterError, RockframeWarning
 
@@ -31,7 +24,7 @@ _HIGHEST_PORT: Final = 65535
 
 def add_explore(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the port."""
-    add_records(parser)
+    arguments.add_records(parser)
     parser.add_argument(
         "--port",
         type=_port,
@@ -42,8 +35,8 @@ def add_explore(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-browser", action="store_true", help="print the address without opening a browser"
     )
-    add_structures(parser)
-    add_reading(parser)
+    arguments.add_structures(parser)
+    arguments.add_reading(parser)
 
 
 def run_explore(options: argparse.Namespace) -> int:
@@ -63,7 +56,7 @@ def run_explore(options: argparse.Namespace) -> int:
             f"{error.name} is not installed. Install the explorer with: "
             "pip install 'rockframe[explorer]'."
         ) from None
-    frames = _free(choose_structures(chosen_structures(options), options.structure))
+    frames = _free(choose_structures(arguments.chosen_structures(options), options.structure))
     with _listening(LOOPBACK, options.port) as listening:
         motions = _motions(options)
         port = listening.getsockname()[1]
@@ -71,7 +64,9 @@ def run_explore(options: argparse.Namespace) -> int:
         address = f"http://{LOOPBACK}:{port}/{token}/"
         app = application(motions, frames, token, port)
         if options.json:
-            show_json({"address": address, "records": [s.record.record_id for s in motions]})
+            console.show_json(
+                {"address": address, "records": [s.record.record_id for s in motions]}
+            )
         else:
             print(f"{address}\n{len(motions)} records; Ctrl-C stops the explorer.")
         sys.stdout.flush()
@@ -106,7 +101,7 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
     from rockframe.stages.pulse import usable
     from rockframe.stages.respond import with_vertical
 
-    with stated_records(options) as (given, _), open_records(given) as file:
+    with arguments.stated_records(options) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)
         searches: dict[str, PulseOptions | None] = dict.fromkeys(names)
         for name in names:

@@ -10,8 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from rockframe.cli.arguments import add_reading, add_records, add_structures
-from rockframe.cli.console import show_json
+from rockframe.cli import arguments, console
 from rockframe.cli.options import file_to_write
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="file to write: .png, .pdf or .svg",
     )
-    add_records(parser)
+    arguments.add_records(parser)
     parser.add_argument(
         "--record",
         action="append",
@@ -43,8 +42,8 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     )
     add_joints(parser)
     add_grid(parser)
-    add_structures(parser)
-    add_reading(parser)
+    arguments.add_structures(parser)
+    arguments.add_reading(parser)
 
 
 def add_grid(parser: argparse.ArgumentParser) -> None:
@@ -91,7 +90,7 @@ def run_figure(options: argparse.Namespace) -> int:
     drawn, status = FIGURES[options.figure].draw(options)
     beside = save_captioned(drawn, output)
     if options.json:
-        show_json(
+        console.show_json(
             {
                 "figure": options.figure,
                 "title": drawn.title,

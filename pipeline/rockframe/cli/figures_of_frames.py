@@ -13,8 +13,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from rockframe.cli.arguments import chosen_structures, stated_records
-from rockframe.cli.console import show_rejections
+from rockframe.cli import arguments, console
 from rockframe.components.pairing import vertical_beside
 from rockframe.errors import ParameterError, require_known
 from rockframe.figures import joints, parameters, portraits, spectra
@@ -60,7 +59,7 @@ def pair_of(options: argparse.Namespace) -> Pair:
         raise ParameterError(
             f"Invalid number of records, {len(options.record)}. Must be one for this figure."
         )
-    with stated_records(options) as (given, status), open_records(given) as file:
+    with arguments.stated_records(options) as (given, status), open_records(given) as file:
         record = _largest_rotation(file, chosen_records(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None
@@ -88,7 +87,7 @@ def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) 
 
 def structure_of(options: argparse.Namespace) -> RockingFrame:
     """Return the requested structure, or the first: by default the paper's bridge bent."""
-    return choose_structures(chosen_structures(options), options.structure)[0]
+    return choose_structures(arguments.chosen_structures(options), options.structure)[0]
 
 
 def title_of(record: Record) -> str:
@@ -139,7 +138,10 @@ def draw_7(_options: argparse.Namespace) -> tuple[Captioned, int]:
 def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the histories of a structure under records, as in Figure 11 of the paper."""
     frame = structure_of(options)
-    with stated_records(options) as (given, status), tempfile.TemporaryDirectory() as folder:
+    with (
+        arguments.stated_records(options) as (given, status),
+        tempfile.TemporaryDirectory() as folder,
+    ):
         with open_records(given) as file:
             names = chosen_records(options, file)
             if len(names) > _MOST_RECORDS:
@@ -153,10 +155,10 @@ def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
             given,
             response_file,
             RespondOptions(structure=frame.name, vertical=options.vertical, margins="none"),
-            structures_path=chosen_structures(options),
+            structures_path=arguments.chosen_structures(options),
         )
-        show_rejections(rejections)
-        missing = {rejection.file for rejection in rejections}
+        console.show_rejections(unanswered)
+        missing = {rejection.file for rejection in unanswered}
         records = [record for record in records if record.record_id not in missing]
         with open_response(response_file) as response:
             histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from rockframe.cli.arguments import stated_records
+from rockframe.cli import arguments
 from rockframe.cli.figures_of_frames import chosen_records, title_of
 from rockframe.errors import ParameterError
 from rockframe.figures import pulse_search
@@ -70,7 +70,7 @@ def _records(
     options: argparse.Namespace,
 ) -> tuple[list[tuple[Record, PulseOptions]], int]:
     """Return the requested records with their usable options, and the exit status."""
-    with stated_records(options) as (path, status), open_records(path) as file:
+    with arguments.stated_records(options) as (path, status), open_records(path) as file:
         return [
             (file.read(name), usable(name, file, PulseOptions()))
             for name in chosen_records(options, file)

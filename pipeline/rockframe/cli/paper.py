@@ -6,12 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.arguments import (
-    add_reading,
-    add_records,
-    refuse_folder_of_records,
-)
-from rockframe.cli.console import show_json, show_rejections, show_table
+from rockframe.cli import arguments, console
 from rockframe.cli.figure import add_grid
 from rockframe.cli.options import add_options, folder_to_write
 from rockframe.errors import require_known
@@ -41,9 +36,9 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
         help="folder to write (default: outputs/paper)",
     )
     parser.add_argument("--claim", metavar="NAME", help="print only this claim, and write nothing")
-    add_records(parser)
+    arguments.add_records(parser)
     add_options(parser, PulseOptions, title="pulses")
-    add_reading(parser)
+    arguments.add_reading(parser)
     add_grid(parser)
 
 
@@ -61,7 +56,7 @@ def run_paper(options: argparse.Namespace) -> int:
         _show(claims, options.json)
         return 0
     folder: Path = options.output
-    refuse_folder_of_records(options)
+    arguments.refuse_folder_of_records(options)
     with whole_folder(folder) as partial:
         ingested, rows = _respond(options, partial)
         claims = all_claims() + record_claims(rows, pulse_rows(partial / "pulses.nc"))
@@ -69,11 +64,11 @@ def run_paper(options: argparse.Namespace) -> int:
         stated = {"records": IngestOptions, "pulse": PulseOptions}
         finish(options, partial, ingested, SHIPPED_STRUCTURES, stated)
     if options.json:
-        show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
+        console.show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:
         _show(claims, False)
         print(f"{folder / 'paper-checked.md'}")
-    return show_rejections(ingested.rejections)
+    return console.show_rejections(ingested.rejections)
 
 
 def _respond(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[Row]]:
@@ -133,11 +128,11 @@ def _named(claims: Sequence[Claim], name: str) -> list[Claim]:
 
 def _show(claims: Sequence[Claim], json: bool) -> None:
     if json:
-        show_json({"claims": [_plain(claim) for claim in claims]})
+        console.show_json({"claims": [_plain(claim) for claim in claims]})
         return
     columns = ("claim", "paper", "ours", "finding")
     cells = ([one.name, one.printed, one.ours, one.finding.value] for one in claims)
-    show_table("The paper, checked", columns, cells)
+    console.show_table("The paper, checked", columns, cells)
     if len(claims) == 1:
         (claim,) = claims
         print(f"{claim.where}: {claim.says}. {claim.remark}".rstrip())

@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 from rockframe.cells import TABLE_FORMATS
-from rockframe.cli.arguments import add_format
-from rockframe.cli.console import progress_bar, show_json, show_table
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import FigureOptions, ReportOptions
@@ -33,10 +32,10 @@ def run_draw(options: argparse.Namespace) -> int:
     from rockframe.stages.figures import figures_stage
 
     wanted = chosen(options, FigureOptions)
-    with progress_bar("drawing") as progress:
+    with console.progress_bar("drawing") as progress:
         drawn = figures_stage(options.files, options.output, wanted, progress=progress)
     if options.json:
-        show_json({"figures": drawn, "output": str(options.output)})
+        console.show_json({"figures": drawn, "output": str(options.output)})
     else:
         print(f"{len(drawn)} figures in {options.output}")
     return 0
@@ -50,7 +49,7 @@ def add_table(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=file_to_write(*endings), required=True, help="file to write"
     )
-    add_format(parser, default=None)
+    arguments.add_format(parser, default=None)
 
 
 def run_table(options: argparse.Namespace) -> int:
@@ -61,7 +60,7 @@ def run_table(options: argparse.Namespace) -> int:
     count = table_stage(*files, options.output, options.format or "")
     if options.json:
         rows = list(table_rows_of(*files))
-        show_json({"rows": rows, "output": str(options.output)})
+        console.show_json({"rows": rows, "output": str(options.output)})
     else:
         print(f"{count} rows in {options.output}")
     return 0
@@ -90,7 +89,7 @@ def run_report(options: argparse.Namespace) -> int:
     counts = report_stage(options.folder, output, chosen(options, ReportOptions))
     size = output.stat().st_size
     if options.json:
-        show_json({"output": str(output), "bytes": size, **counts})
+        console.show_json({"output": str(output), "bytes": size, **counts})
     else:
         total = counts["histories"] + counts["left_out"]
         print(f"{output}: {size / 1e6:.1f} MB, {counts['histories']} of {total} histories")
@@ -113,12 +112,12 @@ def run_formats(options: argparse.Namespace) -> int:
     }
     rows = [{key: getattr(entry, key) for key in heads} for entry in FORMATS]
     if options.json:
-        show_json(rows)
+        console.show_json(rows)
         return 0
     cells = [
         [text if isinstance(text, str) else " ".join(text) for text in row.values()] for row in rows
     ]
-    show_table("Formats of strong-motion records", list(heads.values()), cells)
+    console.show_table("Formats of strong-motion records", list(heads.values()), cells)
     return 0
 
 
@@ -147,7 +146,7 @@ def run_verify(options: argparse.Namespace) -> int:
     faults = [*found.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
     repeated = _recomputed(options, faults)
     if options.json:
-        show_json(
+        console.show_json(
             {
                 "files": found.files,
                 "records": {name: len(held.records) for name, held in found.datasets.items()},

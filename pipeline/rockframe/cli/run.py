@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli.console import column, progress_of_steps, show_json, show_rows, show_table
+from rockframe.cli import console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.options.execution import ExecutionOptions
@@ -45,7 +45,7 @@ def run_run(options: argparse.Namespace) -> int:
     if options.plan:
         return _write_plan(plan, options)
     try:
-        with progress_of_steps(study.name) as told:
+        with console.progress_of_steps(study.name) as told:
             done, faults = run_plan(
                 plan,
                 options.output,
@@ -59,7 +59,7 @@ def run_run(options: argparse.Namespace) -> int:
         raise KeyboardInterrupt(again) from None
     rejected = rejections_of(options.output)
     if options.json:
-        show_json(
+        console.show_json(
             {
                 "study": study.name,
                 "output": str(options.output),
@@ -81,7 +81,7 @@ def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
         states, _ = prepare(plan, options.output, replace=options.replace, on_fault=_warn)
     to_do = [state.step.name for state in states if not state.is_done]
     if options.json:
-        show_json({"study": plan.study, "steps": len(plan.steps), "to_do": to_do})
+        console.show_json({"study": plan.study, "steps": len(plan.steps), "to_do": to_do})
     else:
         print(f"{plan.study}: {len(plan.inputs)} inputs, {len(plan.steps)} steps")
     return 0
@@ -103,12 +103,12 @@ def _show_verdicts(table: Path) -> None:
     for row in rows_of(table):
         counts.setdefault(row["structure"], Counter())[stated_verdict(row).kind] += 1
     kinds = [kind for kind in VerdictKind if any(count[kind] for count in counts.values())]
-    columns = [column(f"{kind.label}>", kind, ".0f") for kind in kinds]
+    columns = [console.column(f"{kind.label}>", kind, ".0f") for kind in kinds]
     rows = (
         {"structure": name, **{kind: count[kind] for kind in kinds}}
         for name, count in counts.items()
     )
-    show_rows("Verdicts", [column("structure", "structure"), *columns], rows)
+    console.show_rows("Verdicts", [console.column("structure", "structure"), *columns], rows)
 
 
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
@@ -144,7 +144,7 @@ def run_status(options: argparse.Namespace) -> int:
     if options.json:
         steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
         counts = dict(Counter(s.state for s in states))
-        show_json(
+        console.show_json(
             {
                 "study": plan.study,
                 "complete": complete,
@@ -162,7 +162,7 @@ def run_status(options: argparse.Namespace) -> int:
         rows.setdefault(state.step.stage, Counter())[state.state] += 1
     shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
     print(f"{plan.study} in {options.folder}")
-    show_table("", ["stage", "steps"], shown)
+    console.show_table("", ["stage", "steps"], shown)
     for fault in faults:
         print(f"{fault}.")
     if changed:
@@ -194,7 +194,9 @@ def run_step(options: argparse.Namespace) -> int:
     workers = chosen(options, ExecutionOptions).workers
     status = perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))
     if options.json:
-        show_json({"step": step.name, "outputs": list(step.outputs), "rejected": bool(status)})
+        console.show_json(
+            {"step": step.name, "outputs": list(step.outputs), "rejected": bool(status)}
+        )
     return status
 
 
@@ -230,7 +232,7 @@ def run_init(options: argparse.Namespace) -> int:
         with whole_file(file) as partial:
             partial.write_text(text, encoding="utf-8")
     if options.json:
-        show_json({"study": str(study), "schema": str(beside)})
+        console.show_json({"study": str(study), "schema": str(beside)})
     else:
         print(f"{study}, {beside}")
         print(f"rockframe run {study} --output {name}")

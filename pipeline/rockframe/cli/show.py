@@ -7,7 +7,7 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.console import column, show_json, show_rows
+from rockframe.cli import console
 from rockframe.cli.options import path
 from rockframe.errors import ParameterError
 from rockframe.units import GRAVITY
@@ -33,7 +33,7 @@ def run_show(options: argparse.Namespace) -> int:
     entry = _entry(content, options.record)
     told = _record_history(content, entry)
     if options.json:
-        show_json(told)
+        console.show_json(told)
     else:
         rows = rows_of(options.folder / "table.csv")
         _show(told, [row for row in rows if row["record_id"] == told["record_id"]])
@@ -116,7 +116,7 @@ def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
         if text or label == "accepted":
             print(f"  {label:<10} {text}".rstrip())
     if rows:
-        show_rows("", response_columns({}), rows)
+        console.show_rows("", response_columns({}), rows)
     if told["screening"]:
         _show_screening(told["screening"])
 
@@ -129,12 +129,12 @@ def _show_screening(rows: list[dict[str, Any]]) -> None:
         return "; ".join(f"{verdict} at {', '.join(at)}" for verdict, at in runs.items())
 
     columns = [
-        column("structure", "structure"),
-        column("azimuth>", "azimuth_degree", ".0f"),
-        column("critical scale>", "critical_scale", ".3f"),
-        column("verdict at multiples of the record", rule=verdicts),
+        console.column("structure", "structure"),
+        console.column("azimuth>", "azimuth_degree", ".0f"),
+        console.column("critical scale>", "critical_scale", ".3f"),
+        console.column("verdict at multiples of the record", rule=verdicts),
     ]
-    show_rows("Screening", columns, rows)
+    console.show_rows("Screening", columns, rows)
 
 
 def _of_file(told: Mapping[str, Any]) -> str:

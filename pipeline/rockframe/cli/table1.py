@@ -8,23 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import TABLE_FORMATS
-from rockframe.cli.arguments import (
-    add_format,
-    add_reading,
-    add_records,
-    add_structures,
-    chosen_structures,
-    reading_workers,
-    refuse_folder_of_records,
-)
-from rockframe.cli.console import (
-    progress_bar,
-    progress_names,
-    show_json,
-    show_rejections,
-    show_rows,
-    table_width,
-)
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.cli.stages.respond import margin_notes
 from rockframe.matching.likeness import LEVEL
@@ -43,18 +27,18 @@ if TYPE_CHECKING:
 
 def add_table1(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the folder to write."""
-    add_records(parser)
+    arguments.add_records(parser)
     parser.add_argument(
         "--output",
         type=folder_to_write,
         default=Path("outputs/table1"),
         help="folder to write (default: outputs/table1)",
     )
-    add_format(parser)
-    add_structures(parser, one=False)
+    arguments.add_format(parser)
+    arguments.add_structures(parser, one=False)
     add_options(parser, RespondOptions)
     add_options(parser, PulseOptions, title="pulses")
-    add_reading(parser)
+    arguments.add_reading(parser)
 
 
 def run_table1(options: argparse.Namespace) -> int:
@@ -74,7 +58,7 @@ def run_table1(options: argparse.Namespace) -> int:
             options,
             partial,
             chosen(options, RespondOptions),
-            structures_path=chosen_structures(options),
+            structures_path=arguments.chosen_structures(options),
             pulses_path=partial / "pulses.nc",
         )
         rows = list(table_rows_of(*files))
@@ -87,12 +71,12 @@ def run_table1(options: argparse.Namespace) -> int:
             write_rows_as(partial / f"table{ending}", rows, options.format)
             write_entries(ingested.entries, partial / f"records{ending}")
         names = list(dict.fromkeys(row["record_id"] for row in rows))
-        with progress_bar("drawing") as progress:
+        with console.progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
         stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
-        count = finish(options, partial, ingested, chosen_structures(options), stated)
+        count = finish(options, partial, ingested, arguments.chosen_structures(options), stated)
     if options.json:
-        show_json(
+        console.show_json(
             {
                 "rows": rows,
                 "paper": [vars(comparison) for comparison in comparisons],
@@ -104,7 +88,7 @@ def run_table1(options: argparse.Namespace) -> int:
     else:
         show(rows, comparisons, said)
         print(f"{count} files in {folder}")
-    return show_rejections(rejections)
+    return console.show_rejections(rejections)
 
 
 def _validate(options: argparse.Namespace) -> None:
@@ -118,8 +102,10 @@ def _validate(options: argparse.Namespace) -> None:
     chosen(options, PulseOptions)
     if ingest.limits is not None:
         read_limits(ingest.limits)
-    choose_structures(chosen_structures(options), chosen(options, RespondOptions).structure)
-    refuse_folder_of_records(options)
+    choose_structures(
+        arguments.chosen_structures(options), chosen(options, RespondOptions).structure
+    )
+    arguments.refuse_folder_of_records(options)
 
 
 def run_stages(
@@ -137,18 +123,18 @@ def run_stages(
 
     files = [folder / name for name in ("records.nc", "pulses.nc", "response.nc")]
     records, pulses, response = files
-    with progress_names("reading") as reading:
+    with console.progress_names("reading") as reading:
         ingested = ingest_stage(
             options.records or [bundled_records()],
             records,
             chosen(options, IngestOptions),
             progress=reading,
-            workers=reading_workers(options),
+            workers=arguments.reading_workers(options),
         )
-    with progress_bar("matching pulses") as progress:
+    with console.progress_bar("matching pulses") as progress:
         matching = chosen(options, PulseOptions)
         without_pulse = pulse_stage(records, pulses, matching, progress=progress)
-    with progress_bar("rocking") as progress:
+    with console.progress_bar("rocking") as progress:
         without_vertical = respond_stage(
             records,
             response,
@@ -227,17 +213,17 @@ _WIDE: Final = 157
 def show(rows: Sequence[Row], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
-    if table_width() >= _WIDE:
+    if console.table_width() >= _WIDE:
         title, columns = "Records, pulses and response", (*_OF_RECORD, *_OF_RESPONSE)
     else:
         first = {row["record_id"]: row for row in reversed(rows)}
-        show_rows("Records and pulses", _OF_RECORD, reversed(first.values()))
+        console.show_rows("Records and pulses", _OF_RECORD, reversed(first.values()))
         title, columns = "Response", (*titled({"record": "Record"}, once=True), *_OF_RESPONSE)
-    show_rows(title, columns, rows, group="record_id", rules=several)
+    console.show_rows(title, columns, rows, group="record_id", rules=several)
     _show_notes(rows)
     if comparisons:
         compared = map(vars, comparisons)
-        show_rows("The paper's records: its values and ours", _OF_PAPER, compared)
+        console.show_rows("The paper's records: its values and ours", _OF_PAPER, compared)
         print("T_p and a_p depend on the wavelet, which the paper does not state for each record.")
     for i, statement in enumerate(said):
         print(f"- {statement}" if i else statement)

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rockframe.cells import TABLE_FORMATS
-from rockframe.cli.arguments import FILTERS, add_format, add_output, reading_workers
-from rockframe.cli.console import column, progress_names, show_json, show_rejections, show_rows
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.options.execution import ReadingOptions
 from rockframe.options.ingest import FetchOptions, Filters, IngestOptions
@@ -42,12 +41,12 @@ def run_fetch(options: argparse.Namespace) -> int:
     from rockframe.stages.table import fetch_stage
 
     request = chosen(options, FetchOptions)
-    with progress_names("fetching") as progress:
+    with console.progress_names("fetching") as progress:
         fetched = fetch_stage(request, options.output, progress=progress)
     if options.json:
         rows = [asdict(row) | {"verdict": row.verdict} for row in fetched.coverage]
         event = None if fetched.event is None else asdict(fetched.event)
-        show_json({"event": event, "coverage": rows, "output": str(options.output)})
+        console.show_json({"event": event, "coverage": rows, "output": str(options.output)})
     else:
         _show_coverage(fetched.coverage, options.output)
     return 0 if fetched.complete else 1
@@ -58,27 +57,27 @@ def _show_coverage(coverage: tuple[Coverage, ...], folder: Path) -> None:
 
     complete = sum(row.complete for row in coverage)
     columns = [
-        column("channel", "what"),
-        column("R [km]>", "distance", ".1f", rule=lambda row, key: number(row[key])),
-        column("requested from", "requested_start", rule=lambda row, key: row[key][:19]),
-        column("to", "requested_end", rule=lambda row, key: row[key][11:19]),
-        column("received from", "received_start", rule=lambda row, key: row[key][11:22]),
-        column("to", "received_end", rule=lambda row, key: row[key][11:22]),
-        column("samples>", "samples", rule=lambda row, key: str(row[key] or "–")),
-        column("coverage", "verdict"),
+        console.column("channel", "what"),
+        console.column("R [km]>", "distance", ".1f", rule=lambda row, key: number(row[key])),
+        console.column("requested from", "requested_start", rule=lambda row, key: row[key][:19]),
+        console.column("to", "requested_end", rule=lambda row, key: row[key][11:19]),
+        console.column("received from", "received_start", rule=lambda row, key: row[key][11:22]),
+        console.column("to", "received_end", rule=lambda row, key: row[key][11:22]),
+        console.column("samples>", "samples", rule=lambda row, key: str(row[key] or "–")),
+        console.column("coverage", "verdict"),
     ]
     rows = [vars(row) | {"verdict": row.verdict} for row in coverage]
-    show_rows(f"{complete} of {len(coverage)} complete in {folder}", columns, rows)
+    console.show_rows(f"{complete} of {len(coverage)} complete in {folder}", columns, rows)
 
 
 def add_ingest(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: files, and metadata that the files do not contain."""
     parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
-    add_output(parser)
-    add_format(parser)
+    arguments.add_output(parser)
+    arguments.add_format(parser)
     add_options(parser, IngestOptions)
     add_options(parser, ReadingOptions)
-    add_options(parser, Filters, title=FILTERS)
+    add_options(parser, Filters, title=arguments.FILTERS)
 
 
 def run_ingest(options: argparse.Namespace) -> int:
@@ -90,32 +89,32 @@ def run_ingest(options: argparse.Namespace) -> int:
         rejected = [entry for entry in entries if entry.reason]
         none = all(entry.status != "accepted" for entry in entries)
         if none and options.json:
-            show_json({"accepted": [], **_others(entries), "output": None})
+            console.show_json({"accepted": [], **_others(entries), "output": None})
         if none and len(rejected) > 1:
-            show_rejections(rejected)
+            console.show_rejections(rejected)
 
-    with progress_names("reading") as progress:
+    with console.progress_names("reading") as progress:
         result = ingest_stage(
             options.paths,
             options.output,
             chosen(options, IngestOptions),
             filters=chosen(options, Filters),
             progress=progress,
-            workers=reading_workers(options),
+            workers=arguments.reading_workers(options),
             listed=listed,
             table_format=options.format,
         )
     accepted = _accepted(result)
     if options.json:
         others = _others(result.entries)
-        show_json({"accepted": accepted, **others, "output": str(options.output)})
+        console.show_json({"accepted": accepted, **others, "output": str(options.output)})
     else:
         _show(accepted, options.output)
         filtered = sum(entry.filtered for entry in result.entries)
         if filtered:
             table = options.output.with_suffix(TABLE_FORMATS[options.format])
             print(f"{filtered} filtered out: see the reasons in {table}")
-    return show_rejections(result.rejections)
+    return console.show_rejections(result.rejections)
 
 
 def _accepted(result: Ingested) -> list[dict[str, Any]]:
@@ -167,17 +166,17 @@ def _show(accepted: list[dict[str, Any]], output: Path) -> None:
         return str(row[key]) + (": " if row["warnings"] else "") + ", ".join(row["warnings"])
 
     columns = [
-        column("record", "record_id"),
-        column("format", "format"),
-        column("samples>", "samples"),
-        column("step [s]>", "time_step_s", "g"),
-        column("PGA [g]>", "pga_g", ".3f"),
-        column("PGV [m/s]>", "pgv_m_s", ".3f"),
-        column("processing", "corrected_here", rule=processing),
-        column("passport", "passport", rule=passport),
+        console.column("record", "record_id"),
+        console.column("format", "format"),
+        console.column("samples>", "samples"),
+        console.column("step [s]>", "time_step_s", "g"),
+        console.column("PGA [g]>", "pga_g", ".3f"),
+        console.column("PGV [m/s]>", "pgv_m_s", ".3f"),
+        console.column("processing", "corrected_here", rule=processing),
+        console.column("passport", "passport", rule=passport),
     ]
     many = "s" if len(accepted) > 1 else ""
-    show_rows(f"{len(accepted)} record{many} in {output}", columns, accepted)
+    console.show_rows(f"{len(accepted)} record{many} in {output}", columns, accepted)
 
 
 def _passport(passport: Passport | None) -> dict[str, Any]:

@@ -7,15 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.arguments import add_batch, chosen_batch, chosen_engine, records_file
-from rockframe.cli.console import (
-    column,
-    progress_bar,
-    show_json,
-    show_rejections,
-    show_rows,
-    table_width,
-)
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -40,7 +32,7 @@ def add_pulse(parser: argparse.ArgumentParser) -> None:
         "weighting, for records with the paper's names",
     )
     add_options(parser, PulseOptions)
-    add_batch(parser)
+    arguments.add_batch(parser)
     add_options(parser, ExecutionOptions)
 
 
@@ -57,22 +49,22 @@ def _find(options: argparse.Namespace) -> int:
     from rockframe.results.tables.pulse_rows import pulse_rows
     from rockframe.stages.pulse import pulse_stage
 
-    with progress_bar("matching pulses") as progress:
+    with console.progress_bar("matching pulses") as progress:
         rejections = pulse_stage(
             options.records,
             options.output,
             chosen(options, PulseOptions),
-            batch=chosen_batch(options),
-            engine=chosen_engine(options),
+            batch=arguments.chosen_batch(options),
+            engine=arguments.chosen_engine(options),
             progress=progress,
         )
     rows = pulse_rows(options.output)
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
-        show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})
+        console.show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})
     else:
         _show(rows, str(options.output))
-    return show_rejections(rejections)
+    return console.show_rejections(rejections)
 
 
 #: Least width for all columns of the table [characters].
@@ -80,7 +72,7 @@ _WIDE: Final = 137
 
 
 def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
-    wide = table_width() >= _WIDE
+    wide = console.table_width() >= _WIDE
     lines: list[Mapping[str, Any]] = []
     for row in rows:
         if not wide and (not lines or lines[-1]["record_id"] != row["record_id"]):
@@ -89,7 +81,7 @@ def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
         further = {"record_id": row["record_id"], "way": "  then, in what is left"}
         lines += [{**up, **further} for up in row["runners_up"]]
     columns = _columns() if wide else [one for one in _columns() if not one.minor]
-    show_rows(f"Pulses in {output}", columns, lines, group="record_id")
+    console.show_rows(f"Pulses in {output}", columns, lines, group="record_id")
     _explain(rows, output, wide=wide)
 
 
@@ -102,21 +94,21 @@ def _columns() -> list[Column]:
         return words.get(word, word.replace("_", " "))
 
     return [
-        column("record", "record_id", once=True, minor=True),
-        column("wavelet", "way"),
-        column("a_p\n[g]>", "a_p_g", ".3f"),
-        column("T_p\n[s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
-        column("at\n[s]>", "pulse_time_s", ".2f", mark=("cut", " cut")),
-        column("phase\n>", "phase_rad", ".2f", minor=True),
-        column(
+        console.column("record", "record_id", once=True, minor=True),
+        console.column("wavelet", "way"),
+        console.column("a_p\n[g]>", "a_p_g", ".3f"),
+        console.column("T_p\n[s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
+        console.column("at\n[s]>", "pulse_time_s", ".2f", mark=("cut", " cut")),
+        console.column("phase\n>", "phase_rad", ".2f", minor=True),
+        console.column(
             "half\ncycles>", "half_cycles", ".2f", mark=("at_half_cycle_bound", "*"), minor=True
         ),
-        column("L_p\n[m]>", "L_p_m", ".2f"),
-        column("match\n>", "match_index", ".3f"),
-        column("energy\n>", "energy_share", ".2f", minor=True),
-        column("p\n>", "p_value", ".2f"),
-        column("", "pulse_verdict", rule=verdict),
-        column("Baker\n>", "velocity_indicator", ".2f", once=True, minor=True),
+        console.column("L_p\n[m]>", "L_p_m", ".2f"),
+        console.column("match\n>", "match_index", ".3f"),
+        console.column("energy\n>", "energy_share", ".2f", minor=True),
+        console.column("p\n>", "p_value", ".2f"),
+        console.column("", "pulse_verdict", rule=verdict),
+        console.column("Baker\n>", "velocity_indicator", ".2f", once=True, minor=True),
     ]
 
 
@@ -145,7 +137,7 @@ def show_paper(options: argparse.Namespace) -> int:
             "contains no record named as in the paper. Include at least one.",
         )
     if options.json:
-        show_json({"pulses": pulses, "overall": overall_distances(pulses)})
+        console.show_json({"pulses": pulses, "overall": overall_distances(pulses)})
     else:
         _show_paper(pulses)
     return status
@@ -158,7 +150,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
     from rockframe.stages.pulse import usable
 
     wanted = chosen(options, PulseOptions)
-    reading = records_file([options.records], IngestOptions(), None)
+    reading = arguments.records_file([options.records], IngestOptions(), None)
     with reading as (path, status), open_records(path) as file:
         return [(file.read(name), usable(name, file, wanted)) for name in horizontal(file)], status
 
@@ -180,24 +172,24 @@ def _show_paper(pulses: Sequence[Mapping[str, Any]]) -> None:
         return f"{'→ ' if nearest else '  '}{row['wavelet']}"
 
     columns = [
-        column("record", "record", once=True),
-        column("paper\na_p [g]>", "printed_a_p_g", ".2f", once=True),
-        column("\nT_p [s]>", "printed_period_s", ".2f", once=True),
-        column("wavelet", rule=way),
-        column("ours\na_p [g]>", "a_p_g", ".3f"),
-        column("\nT_p [s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
-        column("a_p\n>", rule=over("a_p_g", "printed_a_p_g")),
-        column("T_p\n>", rule=over("T_p_s", "printed_period_s")),
-        column("distance\n>", "distance", ".3f"),
+        console.column("record", "record", once=True),
+        console.column("paper\na_p [g]>", "printed_a_p_g", ".2f", once=True),
+        console.column("\nT_p [s]>", "printed_period_s", ".2f", once=True),
+        console.column("wavelet", rule=way),
+        console.column("ours\na_p [g]>", "a_p_g", ".3f"),
+        console.column("\nT_p [s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
+        console.column("a_p\n>", rule=over("a_p_g", "printed_a_p_g")),
+        console.column("T_p\n>", rule=over("T_p_s", "printed_period_s")),
+        console.column("distance\n>", "distance", ".3f"),
     ]
     for weighting in dict.fromkeys(pulse["weighting"] for pulse in pulses):
         own = [row for row in pulses if row["weighting"] == weighting]
-        show_rows(
+        console.show_rows(
             f"Weighting {weighting}: the paper's pulses and ours", columns, own, group="record"
         )
-    ways = [column(name, name) for name in ("wavelet", "weighting")]
-    ways.append(column("distance>", "distance", ".3f"))
-    show_rows("Over all records, smallest distance first", ways, overall_distances(pulses))
+    ways = [console.column(name, name) for name in ("wavelet", "weighting")]
+    ways.append(console.column("distance>", "distance", ".3f"))
+    console.show_rows("Over all records, smallest distance first", ways, overall_distances(pulses))
     print("distance: root mean square of ln(ours / paper) of a_p and T_p. The paper states neither")
     print("wavelet nor weighting nor range of periods for its records; nothing is tuned.")
     if any(pulse["at_period_bound"] for pulse in pulses):

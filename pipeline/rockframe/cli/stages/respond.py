@@ -8,22 +8,7 @@ import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from rockframe.cli.arguments import (
-    add_batch,
-    add_output,
-    add_structures,
-    chosen_batch,
-    chosen_engine,
-    chosen_structures,
-)
-from rockframe.cli.console import (
-    column,
-    progress_bar,
-    show_json,
-    show_rejections,
-    show_rows,
-    table_width,
-)
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -45,8 +30,8 @@ _HEADS: Final = {
 def add_respond(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the file to write."""
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")
-    add_output(parser)
-    add_structures(parser, one=False)
+    arguments.add_output(parser)
+    arguments.add_structures(parser, one=False)
     add_options(parser, RespondOptions)
     parser.add_argument(
         "--pulses",
@@ -54,7 +39,7 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="output of `rockframe pulse` for these records: adds the response to the pulse alone",
     )
-    add_batch(parser)
+    arguments.add_batch(parser)
     add_options(parser, ExecutionOptions)
 
 
@@ -63,29 +48,31 @@ def run_respond(options: argparse.Namespace) -> int:
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
-    with progress_bar("rocking") as progress:
+    with console.progress_bar("rocking") as progress:
         rejections = respond_stage(
             options.records,
             options.output,
             chosen(options, RespondOptions),
-            structures_path=chosen_structures(options),
+            structures_path=arguments.chosen_structures(options),
             pulses_path=options.pulses,
-            batch=chosen_batch(options),
-            engine=chosen_engine(options),
+            batch=arguments.chosen_batch(options),
+            engine=arguments.chosen_engine(options),
             progress=progress,
         )
     rows = response_rows(options.output)
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
-        show_json({"responses": list(rows), "rejected": rejected, "output": str(options.output)})
+        console.show_json(
+            {"responses": list(rows), "rejected": rejected, "output": str(options.output)}
+        )
     else:
         columns = response_columns({"record_id": "record"})
         if options.pulses:
-            columns.append(column("pulse alone", rule=pulse_cell))
-        show_rows(f"Responses in {options.output}", columns, rows)
+            columns.append(console.column("pulse alone", rule=pulse_cell))
+        console.show_rows(f"Responses in {options.output}", columns, rows)
         if chosen(options, RespondOptions).margins != "none":
             print(margin_notes())
-    return show_rejections(rejections)
+    return console.show_rejections(rejections)
 
 
 def response_columns(first: Mapping[str, str]) -> list[Column]:
@@ -116,7 +103,7 @@ def margin_notes() -> str:
     """Return the explanation of margins and verdicts, wrapped to the width of the table."""
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
-    width = max(40, min(table_width(), 120))
+    width = max(40, min(console.table_width(), 120))
     held = (each.replace(" %", "\u00a0%") for each in (MARGIN_LEGEND, VERDICT_RULE))
     return "\n".join(textwrap.fill(each, width) for each in held).replace("\u00a0", " ")
 
@@ -133,14 +120,14 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
         help="rivals of the free frame, as stated in the file of structures (default: all that it "
         "states)",
     )
-    add_output(parser)
+    arguments.add_output(parser)
     parser.add_argument(
         "--figures",
         type=folder_to_write,
         metavar="FOLDER",
         help="folder for figures of the records with the largest drifts",
     )
-    add_structures(parser)
+    arguments.add_structures(parser)
 
 
 def run_compare(options: argparse.Namespace) -> int:
@@ -151,7 +138,7 @@ def run_compare(options: argparse.Namespace) -> int:
 
     if options.structures is None:
         raise ParameterError("--structures missing. Must be a file with [compare] tables.")
-    with progress_bar("comparing") as progress:
+    with console.progress_bar("comparing") as progress:
         rejections = compare_stage(
             options.records,
             options.output,
@@ -164,9 +151,9 @@ def run_compare(options: argparse.Namespace) -> int:
     rows = comparison_rows(options.output)
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
-        show_json({"comparison": rows, "rejected": rejected, "output": str(options.output)})
+        console.show_json({"comparison": rows, "rejected": rejected, "output": str(options.output)})
     else:
-        show_rows(f"Bridges in {options.output}", COMPARISON, rows)
+        console.show_rows(f"Bridges in {options.output}", COMPARISON, rows)
     for file in drawn:
         print(options.figures / file)
-    return show_rejections(rejections)
+    return console.show_rejections(rejections)

@@ -10,24 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cli.arguments import (
-    FILTERS,
-    add_format,
-    add_output,
-    add_reading,
-    add_structures,
-    chosen_engine,
-    chosen_structures,
-    records_file,
-)
-from rockframe.cli.console import (
-    column,
-    progress_bar,
-    show_json,
-    show_rejections,
-    show_rows,
-    show_table,
-)
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, path
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import Filters, IngestOptions
@@ -47,13 +30,13 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="output of `rockframe ingest`, or record files and folders",
     )
-    add_output(parser)
+    arguments.add_output(parser)
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
-    add_format(parser)
-    add_structures(parser, one=False)
+    arguments.add_format(parser)
+    arguments.add_structures(parser, one=False)
     add_options(parser, ScreenOptions)
-    add_options(parser, Filters, title=FILTERS)
-    add_reading(parser, processes=False)
+    add_options(parser, Filters, title=arguments.FILTERS)
+    arguments.add_reading(parser, processes=False)
     add_options(parser, ExecutionOptions)
 
 
@@ -63,15 +46,15 @@ def run_screen(options: argparse.Namespace) -> int:
     from rockframe.stages.screening.screen import screen_stage
 
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
-    engine, workers = chosen_engine(options), chosen(options, ExecutionOptions).workers
-    given = records_file(options.records, chosen(options, IngestOptions), workers)
+    engine, workers = arguments.chosen_engine(options), chosen(options, ExecutionOptions).workers
+    given = arguments.records_file(options.records, chosen(options, IngestOptions), workers)
     try:
-        with given as (records, status), progress_bar("screening") as progress:
+        with given as (records, status), console.progress_bar("screening") as progress:
             done = screen_stage(
                 records,
                 options.output,
                 screening,
-                structures_path=chosen_structures(options),
+                structures_path=arguments.chosen_structures(options),
                 pulses_path=options.pulses,
                 filters=filters,
                 engine=engine,
@@ -85,7 +68,7 @@ def run_screen(options: argparse.Namespace) -> int:
         )
         return 130
     show(options.output, done, as_json=options.json)
-    return show_rejections(done.rejections) or status
+    return console.show_rejections(done.rejections) or status
 
 
 #: Largest number of scales, motions and recordings in a table; the CSV file has all motions.
@@ -100,7 +83,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
     screening = read_screening(output, every_scale=False)
     summary = screen_summary(screening)
     if as_json:
-        show_json(
+        console.show_json(
             {
                 "motions": done.motions,
                 "scenarios": done.scenarios,
@@ -137,7 +120,7 @@ def _show_verdicts(screening: xr.Dataset) -> None:
         for k, structure in enumerate(screening["structure"].values)
     ]
     columns = ["structure", *(f"{scales[s]}>" for s in shown)]
-    show_table("Motions that overturn, by scale", columns, rows)
+    console.show_table("Motions that overturn, by scale", columns, rows)
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
@@ -151,12 +134,12 @@ def _show_ranking(screening: xr.Dataset) -> None:
         ratio = math.inf if fell else row["peak_rotation_ratio"]
         motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = ratio
     columns = [
-        column("record", "record_id"),
-        column("mean rank>", "mean_rank", ".1f"),
-        *(column(f"{name}>", f"of {name}", ".3f", rule=_ratio) for name in structures),
+        console.column("record", "record_id"),
+        console.column("mean rank>", "mean_rank", ".1f"),
+        *(console.column(f"{name}>", f"of {name}", ".3f", rule=_ratio) for name in structures),
     ]
     scale = float(screening["reference_scale"])
-    show_rows(f"Motions by demand: θ/α at scale {scale:g}", columns, motions.values())
+    console.show_rows(f"Motions by demand: θ/α at scale {scale:g}", columns, motions.values())
 
 
 def _show_azimuths(screening: xr.Dataset) -> None:
@@ -171,12 +154,12 @@ def _show_azimuths(screening: xr.Dataset) -> None:
         columns_of("recording structure", *parts.values()),
     )
     columns = [
-        column("first motion", "recording", once=True),
-        column("structure", "structure"),
-        *(column(head, key, ".3f", rule=_ratio) for head, key in parts.items()),
+        console.column("first motion", "recording", once=True),
+        console.column("structure", "structure"),
+        *(console.column(head, key, ".3f", rule=_ratio) for head, key in parts.items()),
     ]
     title = "θ/α over the azimuths of a recording: least, median, largest"
-    show_rows(title, columns, rows, group="recording", rules=False)
+    console.show_rows(title, columns, rows, group="recording", rules=False)
 
 
 def _ratio(row: Mapping[str, Any], key: str) -> float | str:
@@ -193,19 +176,19 @@ def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, An
 
 def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
     columns = (
-        column("structure", "structure"),
-        column("limit state", "words"),
-        column("over", "symbol"),
-        column("median>", "median", ".3f"),
-        column("", "unit"),
-        column("lognormal β>", "lognormal_beta", ".3f"),
-        column("logistic scale>", "logistic_scale", ".3f"),
-        column("pseudo R²>", "pseudo_r2", ".2f"),
-        column("concordance>", "concordance", ".2f"),
-        column("", "said"),
+        console.column("structure", "structure"),
+        console.column("limit state", "words"),
+        console.column("over", "symbol"),
+        console.column("median>", "median", ".3f"),
+        console.column("", "unit"),
+        console.column("lognormal β>", "lognormal_beta", ".3f"),
+        console.column("logistic scale>", "logistic_scale", ".3f"),
+        console.column("pseudo R²>", "pseudo_r2", ".2f"),
+        console.column("concordance>", "concordance", ".2f"),
+        console.column("", "said"),
     )
     known = (fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown")
-    show_rows("Fragility", columns, known, group="structure")
+    console.show_rows("Fragility", columns, known, group="structure")
     for told, structures in _better_measures_in_words(summary).items():
         print(f"{', '.join(structures)}: {told}.")
     print()
@@ -226,16 +209,16 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
     if "rates" not in summary[0]:
         return
     columns = (
-        column("structure", "structure"),
-        column("limit state", "words"),
-        column("return period [years]>", "return_period_years", ".0f"),
-        column("rate [1/year]>", "rate_per_year", ".2e"),
-        column("from>", "rate_low_per_year", ".2e"),
-        column("to>", "rate_high_per_year", ".2e"),
-        column("mainly from", "main_intensity"),
-        column("extrapolated [%]>", "extrapolated_share", ".0f", 100.0),
+        console.column("structure", "structure"),
+        console.column("limit state", "words"),
+        console.column("return period [years]>", "return_period_years", ".0f"),
+        console.column("rate [1/year]>", "rate_per_year", ".2e"),
+        console.column("from>", "rate_low_per_year", ".2e"),
+        console.column("to>", "rate_high_per_year", ".2e"),
+        console.column("mainly from", "main_intensity"),
+        console.column("extrapolated [%]>", "extrapolated_share", ".0f", 100.0),
     )
-    show_rows("Mean annual rates", columns, _each(summary, "rates"))
+    console.show_rows("Mean annual rates", columns, _each(summary, "rates"))
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
 
@@ -252,12 +235,12 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     tried = screening["design_value"].values
     unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
     columns = [
-        column("structure", "structure"),
-        column(f"smallest that suffices{unit}>", "design_smallest", ".3f"),
-        column(f"all suffice from{unit}>", "design_sure_from", ".3f"),
+        console.column("structure", "structure"),
+        console.column(f"smallest that suffices{unit}>", "design_smallest", ".3f"),
+        console.column(f"all suffice from{unit}>", "design_sure_from", ".3f"),
     ]
     title = f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}"
-    show_rows(title, columns, summary)
+    console.show_rows(title, columns, summary)
     print(
         f"{tried.size} values from {tried[0]:g} to {tried[-1]:g} were tried: demand is not "
         f"monotone in the {what}.\n"

@@ -8,8 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rockframe.cli.arguments import add_output, chosen_engine
-from rockframe.cli.console import column, show_json, show_rows
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, flag, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
 def add_spectrum(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: a pulse or records, frames, and the file to write."""
-    add_output(parser)
+    arguments.add_output(parser)
     parser.add_argument(
         "--records",
         type=path,
@@ -50,11 +49,11 @@ def _of_pulses(options: argparse.Namespace) -> int:
     from rockframe.stages.spectrum import spectrum_stage
 
     stated = chosen(options, SpectrumOptions)
-    spectrum_stage(options.output, stated, engine=chosen_engine(options))
+    spectrum_stage(options.output, stated, engine=arguments.chosen_engine(options))
     dataset = read_spectrum(options.output)
     lines = _lines(dataset)
     if options.json:
-        show_json({"spectrum": lines, "output": str(options.output)})
+        console.show_json({"spectrum": lines, "output": str(options.output)})
         return 0
     ratios = [f"{ratio:g}" for ratio in dataset["frequency_ratio"].values]
     beyond = f"> {float(dataset['amplitude'][-1]):g}"
@@ -63,12 +62,15 @@ def _of_pulses(options: argparse.Namespace) -> int:
         curve = lines[i - i % len(ratios)]
         curve[ratios[i % len(ratios)]] = beyond if math.isnan(least) else least
     columns = [
-        column("wavelet", "wavelet", rule=lambda row, key: row[key].replace("_", " ")),
-        column("α [deg]>", "slenderness_deg", ".4g"),
-        column("γ>", "mass_ratio", "g"),
-        *(column(f"{ratio}>", ratio, ".4f", rule=lambda row, key: row[key]) for ratio in ratios),
+        console.column("wavelet", "wavelet", rule=lambda row, key: row[key].replace("_", " ")),
+        console.column("α [deg]>", "slenderness_deg", ".4g"),
+        console.column("γ>", "mass_ratio", "g"),
+        *(
+            console.column(f"{ratio}>", ratio, ".4f", rule=lambda row, key: row[key])
+            for ratio in ratios
+        ),
     ]
-    show_rows("Least overturning a_p/(g tan α) over ω_p/p", columns, lines[:: len(ratios)])
+    console.show_rows("Least overturning a_p/(g tan α) over ω_p/p", columns, lines[:: len(ratios)])
     islands = int((dataset["safe_islands"] > 0).sum())
     print(f"{islands} of these {dataset['safe_islands'].size} points have safe islands above them.")
     print(options.output)
@@ -99,19 +101,21 @@ def _of_records(options: argparse.Namespace) -> int:
 
     output: Path = options.output
     stated = chosen(options, RockingSpectrumOptions)
-    rocking_spectrum_stage(options.records, output, stated, engine=chosen_engine(options))
+    rocking_spectrum_stage(options.records, output, stated, engine=arguments.chosen_engine(options))
     rows = _periods_without_overturning(read_rocking_spectrum(output))
     if options.json:
-        show_json({"spectra": rows, "output": str(output)})
+        console.show_json({"spectra": rows, "output": str(output)})
         return 0
     columns = [
-        column("record", "record_id"),
-        column("α [deg]>", "slenderness_deg", ".4g"),
-        column("γ>", "mass_ratio", "g"),
-        column("stands from [s]>", "stands_from_s", "g"),
-        column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
+        console.column("record", "record_id"),
+        console.column("α [deg]>", "slenderness_deg", ".4g"),
+        console.column("γ>", "mass_ratio", "g"),
+        console.column("stands from [s]>", "stands_from_s", "g"),
+        console.column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
     ]
-    show_rows("Rocking spectra: 2π/p above which the frame does not overturn", columns, rows)
+    console.show_rows(
+        "Rocking spectra: 2π/p above which the frame does not overturn", columns, rows
+    )
     print(output)
     return 0
 
