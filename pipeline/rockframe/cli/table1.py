@@ -16,7 +16,7 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
-from rockframe.paper.table1 import BORROWED, Comparison
+from rockframe.paper.table1 import BORROWED
 from rockframe.results.tables.columns import Column, pulse_mark, titled, wavelet_name
 from rockframe.results.tables.rows import Row
 
@@ -65,7 +65,7 @@ def run_table1(options: argparse.Namespace) -> int:
         comparisons, said = compare(rows, pulse_rows(files[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
         if comparisons:
-            write_rows_as(partial / "paper.csv", map(vars, comparisons))
+            write_rows_as(partial / "paper.csv", comparisons)
         if options.format != "csv":
             ending = TABLE_FORMATS[options.format]
             write_rows_as(partial / f"table{ending}", rows, options.format)
@@ -79,7 +79,7 @@ def run_table1(options: argparse.Namespace) -> int:
         console.show_json(
             {
                 "rows": rows,
-                "paper": [vars(comparison) for comparison in comparisons],
+                "paper": comparisons,
                 "statements": said,
                 "rejected": [vars(rejection) for rejection in rejections],
                 "output": str(folder),
@@ -210,7 +210,7 @@ _OF_PAPER: Final = (
 _WIDE: Final = 157
 
 
-def show(rows: Sequence[Row], comparisons: Sequence[Comparison], said: Sequence[str]) -> None:
+def show(rows: Sequence[Row], comparisons: Sequence[Row], said: Sequence[str]) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
     if console.table_width() >= _WIDE:
@@ -222,8 +222,7 @@ def show(rows: Sequence[Row], comparisons: Sequence[Comparison], said: Sequence[
     console.show_rows(title, columns, rows, group="record_id", rules=several)
     _show_notes(rows)
     if comparisons:
-        compared = map(vars, comparisons)
-        console.show_rows("The paper's records: its values and ours", _OF_PAPER, compared)
+        console.show_rows("The paper's records: its values and ours", _OF_PAPER, comparisons)
         print("T_p and a_p depend on the wavelet, which the paper does not state for each record.")
     for i, statement in enumerate(said):
         print(f"- {statement}" if i else statement)

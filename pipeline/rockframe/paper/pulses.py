@@ -21,7 +21,6 @@ from rockframe.paper.claim import (
     number,
 )
 from rockframe.paper.table1 import (
-    Comparison,
     PaperRecord,
     bridge_extremes,
     bridge_rows,
@@ -112,36 +111,35 @@ def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ())
         As returned by `pulse_rows` for these records; see `compare`.
     """
     comparisons = compare(rows, pulses)
-    others = {comparison.record_id: comparison.remark for comparison in comparisons
-              if comparison.remark}  # fmt: skip
+    others = {one["record_id"]: one["remark"] for one in comparisons if one["remark"]}
     names: set[str] = set()
     claims = []
     for found in comparisons:
-        name = f"{found.record_id}-{found.quantity}"
+        name = f"{found['record_id']}-{found['quantity']}"
         if name in names:  # with another wavelet than the selected one
-            name = f"{name}-{found.wavelet}"
+            name = f"{name}-{found['wavelet']}"
         names.add(name)
-        claims.append(_of_table(name, found, others.get(found.record_id, "")))
+        claims.append(_of_table(name, found, others.get(found["record_id"], "")))
     own = bridge_rows(rows)
     return claims + (_of_bridge(own) if own else [])
 
 
-def _of_table(name: str, comparison: Comparison, other: str) -> Claim:
+def _of_table(name: str, comparison: Row, other: str) -> Claim:
     """Return the claim of one comparison; `other` is set if PGA or PGV is not the paper's."""
-    label, unit = _PRINTED[comparison.quantity]
-    printed = comparison.printed
-    finding = agrees_to_last_digit(printed, comparison.ours)
-    remark = f"{100.0 * comparison.relative_difference:+.1f} %"
-    if comparison.wavelet:
-        remark += f", {comparison.wavelet.replace('_', ' ')}; the paper names no wavelet"
+    label, unit = _PRINTED[comparison["quantity"]]
+    printed, wavelet = comparison["printed"], comparison["wavelet"].replace("_", " ")
+    finding = agrees_to_last_digit(printed, comparison["ours"])
+    remark = f"{100.0 * comparison['relative_difference']:+.1f} %"
+    if wavelet:
+        remark += f", {wavelet}; the paper names no wavelet"
     if other:
         finding, remark = Finding.OPEN, f"{remark}; {other}"
     return Claim(
         name=name,
         where="Table 1",
-        says=f"{label} of {comparison.record}",
+        says=f"{label} of {comparison['record']}",
         printed=f"{printed} {unit}",
-        ours=f"{comparison.ours:.3f} {unit}",
+        ours=f"{comparison['ours']:.3f} {unit}",
         finding=finding,
         remark=remark,
         command=_COMMAND,

@@ -14,6 +14,8 @@ from typing import Any, Final
 from rockframe.paper.claim import judged
 from rockframe.results.tables.rows import Row
 
+#: Numbers of a row of Table 1; the first two describe the earthquake and the site.
+_NUMBERS: Final = ("magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g", "T_p_s")
 #: Relative differences of peaks above which a record, or its processing, is not the same as in the
 #: paper [1]. Rounding to two decimals causes up to 1 %; for PGV, integration and baseline add to
 #: that.
@@ -42,26 +44,6 @@ class PaperRecord:
     printed: Mapping[str, str]  # the numbers, digit by digit
 
 
-@dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """A quantity of one of the paper's records: the paper's value, our value, and the difference.
-
-    a_p and T_p depend on the mother wavelet (T_p by up to a third). `wavelet` is our wavelet; the
-    paper does not state its wavelet for each record. `printed` is the paper's value, digit by
-    digit.
-    """
-
-    record_id: str
-    record: str
-    quantity: str
-    wavelet: str
-    printed: str
-    paper: float
-    ours: float
-    relative_difference: float
-    remark: str
-
-
 @cache
 def paper_records() -> tuple[PaperRecord, ...]:
     """Return the six rows of the paper's Table 1.
@@ -72,20 +54,13 @@ def paper_records() -> tuple[PaperRecord, ...]:
     [0.6, 1.27, 0.8, 0.9, 0.5, 1.1]
     """
     path = Path(__file__).parents[1] / "data" / "table1.toml"
-    rows = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=_Printed)["record"]
+    rows = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=str)["record"]
     return tuple(map(_paper_record, rows))
 
 
-class _Printed(str):
-    """A number as written in the file; a separate class, to distinguish numbers from strings."""
-
-    __slots__ = ()
-
-
 def _paper_record(row: Mapping[str, Any]) -> PaperRecord:
-    numbers = {name: text for name, text in row.items() if isinstance(text, _Printed)}
-    values = {name: float(text) for name, text in numbers.items()}
-    printed = {name: str(text) for name, text in numbers.items()}
+    printed = {name: row[name] for name in _NUMBERS}
+    values = {name: float(text) for name, text in printed.items()}
     return PaperRecord(**{**row, **values, "files": tuple(row["files"]), "printed": printed})
 
 
@@ -111,11 +86,7 @@ def with_paper_facts(row: Row) -> Row:
     paper = paper_record_of(row["source_file"])
     if paper is None:
         return row
-    borrowed = {
-        name: getattr(paper, name)
-        for name in ("magnitude", "epicentral_distance_km")
-        if math.isnan(row[name])
-    }
+    borrowed = {name: getattr(paper, name) for name in _NUMBERS[:2] if math.isnan(row[name])}
     if not row["event"]:
         borrowed |= {"event": paper.event, "record": paper.record}
     if not borrowed:
@@ -124,7 +95,7 @@ def with_paper_facts(row: Row) -> Row:
     return row | borrowed | {"facts_source": "; ".join(source for source in sources if source)}
 
 
-def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Comparison]:
+def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Row]:
     """Compare PGA, PGV, a_p and T_p of the paper's records with ours.
 
     Parameters
@@ -135,9 +106,16 @@ def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> li
         As returned by `pulse_rows`. If the wavelet of Mavroeidis and Papageorgiou was matched, its
         a_p and T_p are compared too: Table 1 names the extended wavelet transform, which section 6
         attributes to them.
+
+    Returns
+    -------
+    list of dict
+        Rows with the paper's value (as a number, and digit by digit as ``printed``), our value and
+        the relative difference of each quantity. a_p and T_p depend on the mother wavelet (T_p by
+        up to a third): ``wavelet`` is ours; the paper does not state its own for each record.
     """
     others = {pulse["record_id"]: pulse for pulse in pulses if pulse["wavelet"] == _OF_SECTION_6}
-    comparisons: list[Comparison] = []
+    comparisons: list[Row] = []
     for row in {row["record_id"]: row for row in rows}.values():
         paper = paper_record_of(row["source_file"])
         if paper is None:
@@ -148,25 +126,25 @@ def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> li
     return comparisons
 
 
-def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterator[Comparison]:
+def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterator[Row]:
     """Compare the quantities that have values."""
-    for quantity in ("pga_g", "pgv_m_s", "a_p_g", "T_p_s"):
+    for quantity in _NUMBERS[2:]:
         if quantity not in values:
             continue
         ours, stated = float(values[quantity]), float(getattr(paper, quantity))
         difference = ours / stated - 1.0
         other = abs(difference) > _SAME.get(quantity, math.inf)
-        yield Comparison(
-            record_id=row["record_id"],
-            record=f"{paper.event}, {paper.record}",
-            quantity=quantity,
-            wavelet=values["wavelet"] if quantity in ("a_p_g", "T_p_s") else "",
-            printed=paper.printed[quantity],
-            paper=stated,
-            ours=ours,
-            relative_difference=difference,
-            remark="not the paper's record or processing" if other else "",
-        )
+        yield {
+            "record_id": row["record_id"],
+            "record": f"{paper.event}, {paper.record}",
+            "quantity": quantity,
+            "wavelet": values["wavelet"] if quantity in ("a_p_g", "T_p_s") else "",
+            "printed": paper.printed[quantity],
+            "paper": stated,
+            "ours": ours,
+            "relative_difference": difference,
+            "remark": "not the paper's record or processing" if other else "",
+        }
 
 
 def statements(rows: Sequence[Row]) -> list[str]:
@@ -210,4 +188,4 @@ def bridge_extremes(own: Sequence[Row]) -> tuple[Row, list[float], Row]:
 
 def _is_the_papers(row: Row) -> bool:
     paper = paper_record_of(row["source_file"])
-    return paper is not None and not any(c.remark for c in _compared(paper, row, row))
+    return paper is not None and not any(c["remark"] for c in _compared(paper, row, row))

@@ -16,15 +16,7 @@ from rockframe.errors import InputError, RockframeWarning, invalid
 from rockframe.frame import RockingFrame, unusual
 from rockframe.options.fields import Name
 from rockframe.options.model import Options
-from rockframe.study.restraints import (
-    AbutmentEntry,
-    DissipaterEntry,
-    FixedEntry,
-    IsolatedEntry,
-    PivotEntry,
-    TableEntry,
-    TendonEntry,
-)
+from rockframe.study import restraints
 from rockframe.study.toml import line_of, parse, read_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
@@ -46,7 +38,7 @@ def bundled_records() -> Path:
     return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
 
 
-class StructureEntry(TableEntry):
+class StructureEntry(restraints.TableEntry):
     """One ``[[structure]]`` of a file of structures.
 
     Parameters
@@ -99,12 +91,12 @@ class StructureEntry(TableEntry):
     beam_depth_m: float | None = None
     column_mass_kg: float | None = None
     density_kg_m3: float | None = None
-    tendon: TendonEntry | None = None
-    dissipater: DissipaterEntry | None = None
-    pivot: PivotEntry | None = None
-    abutment: AbutmentEntry | None = None
-    isolated: IsolatedEntry | None = None
-    fixed: FixedEntry | None = None
+    tendon: restraints.TendonEntry | None = None
+    dissipater: restraints.DissipaterEntry | None = None
+    pivot: restraints.PivotEntry | None = None
+    abutment: restraints.AbutmentEntry | None = None
+    isolated: restraints.IsolatedEntry | None = None
+    fixed: restraints.FixedEntry | None = None
 
     def made(self) -> RockingFrame:
         """Return the frame that the entry describes; its edges crush if the entry states a pivot.
@@ -204,13 +196,13 @@ class CompareEntry(Options):
         None
     )
     """Rivals to compute; by default all that are stated."""
-    restrained: TendonEntry | None = None
+    restrained: restraints.TendonEntry | None = None
     """Tendons of structures that state none."""
-    hybrid: DissipaterEntry | None = None
+    hybrid: restraints.DissipaterEntry | None = None
     """Dissipaters of structures that state none, in addition to their tendons."""
-    isolated: IsolatedEntry | None = None
+    isolated: restraints.IsolatedEntry | None = None
     """Isolators of structures that state none."""
-    fixed: FixedEntry | None = None
+    fixed: restraints.FixedEntry | None = None
     """Monolithic columns of structures that state none."""
 
 
