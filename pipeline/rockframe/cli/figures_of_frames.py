@@ -157,8 +157,8 @@ def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
             RespondOptions(structure=frame.name, vertical=options.vertical, margins="none"),
             structures_path=arguments.chosen_structures(options),
         )
-        console.show_rejections(unanswered)
-        missing = {rejection.file for rejection in unanswered}
+        console.show_rejections(rejections)
+        missing = {rejection.file for rejection in rejections}
         records = [record for record in records if record.record_id not in missing]
         with open_response(response_file) as response:
             histories = [response.sel(record=r.record_id, structure=frame.name) for r in records]
