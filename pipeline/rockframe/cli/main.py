@@ -45,7 +45,7 @@ _VERBS: Final = {
         "compare bridges that rock with restrained, hybrid, isolated and fixed ones",
     ),
     "spectrum": (
-        "stages.spectrum",
+        "stages.respond",
         "compute overturning spectra of pulses, or rocking spectra of records",
     ),
     "table": ("results", "write the table of records, pulses and responses"),

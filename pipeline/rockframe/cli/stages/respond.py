@@ -1,4 +1,4 @@
-"""rockframe respond and compare: the response of structures, and of other systems, to records."""
+"""rockframe respond, compare and spectrum: responses to records, and spectra."""
 
 from __future__ import annotations
 
@@ -6,16 +6,21 @@ import argparse
 import math
 import textwrap
 from collections.abc import Mapping
+from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import add_options, chosen, folder_to_write, path
+from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path
 from rockframe.errors import ParameterError
 from rockframe.options.execution import ExecutionOptions
-from rockframe.options.respond import RespondOptions
+from rockframe.options.respond import RespondOptions, RockingSpectrumOptions, SpectrumOptions
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockframe.results.tables.columns import Column
+
 #: Headings of the table of responses, by column of the overview.
 _HEADS: Final = {
     "peak_rotation_ratio": "θ/α>",
@@ -157,3 +162,126 @@ def run_compare(options: argparse.Namespace) -> int:
     for file in drawn:
         print(options.figures / file)
     return console.show_rejections(rejections)
+
+
+def add_spectrum(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: a pulse or records, frames, and the file to write."""
+    arguments.add_output(parser)
+    parser.add_argument(
+        "--records",
+        type=path,
+        metavar="FILE",
+        help="output of `rockframe ingest`: compute rocking spectra of these records, the peaks "
+        "against the column period 2 pi / p (default: overturning spectra of pulses)",
+    )
+    add_options(parser, SpectrumOptions, required=False)
+    add_options(parser, RockingSpectrumOptions, title="with --records", required=False)
+    add_options(parser, ExecutionOptions)
+
+
+def run_spectrum(options: argparse.Namespace) -> int:
+    """Run the stage and print the spectrum."""
+    other = SpectrumOptions if options.records else RockingSpectrumOptions
+    own = RockingSpectrumOptions if options.records else SpectrumOptions
+    for name in other.model_fields:
+        if name not in own.model_fields and hasattr(options, name):
+            where = "with" if options.records else "without"
+            raise ParameterError(f"{flag(name)} stated {where} --records. Must not be.")
+    return _of_records(options) if options.records else _of_pulses(options)
+
+
+def _of_pulses(options: argparse.Namespace) -> int:
+    from rockframe.results.spectra import read_spectrum
+    from rockframe.stages.spectrum import spectrum_stage
+
+    stated = chosen(options, SpectrumOptions)
+    spectrum_stage(options.output, stated, engine=arguments.chosen_engine(options))
+    dataset = read_spectrum(options.output)
+    lines = _lines(dataset)
+    if options.json:
+        console.show_json({"spectrum": lines, "output": str(options.output)})
+        return 0
+    ratios = [f"{ratio:g}" for ratio in dataset["frequency_ratio"].values]
+    beyond = f"> {float(dataset['amplitude'][-1]):g}"
+    for i, line in enumerate(lines):
+        least = line["minimum_overturning_amplitude"]
+        curve = lines[i - i % len(ratios)]
+        curve[ratios[i % len(ratios)]] = beyond if math.isnan(least) else least
+    columns = [
+        console.column("wavelet", "wavelet", rule=lambda row, key: row[key].replace("_", " ")),
+        console.column("α [deg]>", "slenderness_deg", ".4g"),
+        console.column("γ>", "mass_ratio", "g"),
+        *(
+            console.column(f"{ratio}>", ratio, ".4f", rule=lambda row, key: row[key])
+            for ratio in ratios
+        ),
+    ]
+    console.show_rows("Least overturning a_p/(g tan α) over ω_p/p", columns, lines[:: len(ratios)])
+    islands = int((dataset["safe_islands"] > 0).sum())
+    print(f"{islands} of these {dataset['safe_islands'].size} points have safe islands above them.")
+    print(options.output)
+    return 0
+
+
+def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """Return all curves as JSON values; each point has its intervals."""
+    from rockframe.results.tables.rows import columns_of, rows_along
+
+    columns = columns_of(
+        "wavelet slenderness_deg=slenderness mass_ratio frequency_ratio",
+        "minimum_overturning_amplitude intervals=overturning_intervals safe_islands",
+    )
+    along = "wavelet slenderness mass_ratio frequency_ratio"
+    parts = columns_of("lower=interval_lower upper=interval_upper impacts=interval_impacts")
+    intervals = rows_along(dataset, f"{along} interval", parts)
+    rows = list(rows_along(dataset, along, columns))
+    for row in rows:
+        each = list(islice(intervals, dataset.sizes["interval"]))
+        row["intervals"] = each[: row["intervals"]]
+    return rows
+
+
+def _of_records(options: argparse.Namespace) -> int:
+    from rockframe.results.spectra import read_rocking_spectrum
+    from rockframe.stages.spectrum import rocking_spectrum_stage
+
+    output: Path = options.output
+    stated = chosen(options, RockingSpectrumOptions)
+    rocking_spectrum_stage(options.records, output, stated, engine=arguments.chosen_engine(options))
+    rows = _periods_without_overturning(read_rocking_spectrum(output))
+    if options.json:
+        console.show_json({"spectra": rows, "output": str(output)})
+        return 0
+    columns = [
+        console.column("record", "record_id"),
+        console.column("α [deg]>", "slenderness_deg", ".4g"),
+        console.column("γ>", "mass_ratio", "g"),
+        console.column("stands from [s]>", "stands_from_s", "g"),
+        console.column("largest θ/α from there>", "peak_rotation_ratio", ".3f"),
+    ]
+    console.show_rows(
+        "Rocking spectra: 2π/p above which the frame does not overturn", columns, rows
+    )
+    print(output)
+    return 0
+
+
+def _periods_without_overturning(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """Return, for each record and frame, the smallest 2 pi / p above which it never overturns."""
+    import numpy as np
+
+    from rockframe.results.tables.rows import columns_of, rows_along
+    from rockframe.rocking import Verdict
+
+    periods, dims = dataset["column_period"].values, ("record", "slenderness", "mass_ratio")
+    after = np.arange(periods.size)
+    fallen = dataset["verdict"].values == Verdict.OVERTURNED
+    first = np.max(np.where(fallen, after + 1, 0), axis=-1)
+    peaks = np.where(after >= first[..., None], dataset["peak_rotation_ratio"].values, -np.inf)
+    peaks = np.where(first < periods.size, peaks.max(axis=-1), np.nan)
+    known = dataset.assign(
+        stands_from=(dims, np.append(periods, np.nan)[first]), largest=(dims, peaks)
+    )
+    columns = "record_id slenderness_deg=slenderness mass_ratio stands_from_s=stands_from"
+    ratio = "peak_rotation_ratio=largest"
+    return list(rows_along(known, " ".join(dims), columns_of(columns, ratio)))
