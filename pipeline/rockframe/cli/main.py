@@ -56,7 +56,7 @@ _VERBS: Final = {
         "explore",
         "show the response in a browser while the structure and the motion change",
     ),
-    "paper": ("paper", "check the paper's numbers and claims, and draw its figures"),
+    "paper": ("figure", "check the paper's numbers and claims, and draw its figures"),
     "formats": ("results", "list the supported formats of records"),
 }
 #: Exit status of an internal error, as in sysexits.h.

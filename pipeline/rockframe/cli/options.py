@@ -122,12 +122,8 @@ def _help(field: FieldInfo) -> str:
     if default is None or default is PydanticUndefined or isinstance(default, bool):
         return text
     if isinstance(default, tuple):
-        many = len(default) > 8
-        default = (
-            ""
-            if many
-            else " ".join(f"{value:g}" if isinstance(value, float) else value for value in default)
-        )
+        shown = default if len(default) <= 8 else ()
+        default = " ".join(f"{value:g}" if isinstance(value, float) else value for value in shown)
     return f"{text} (default: {default})" if default != "" else text
 
 

@@ -16,7 +16,7 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
-from rockframe.paper.table1 import BORROWED
+from rockframe.paper.table1 import BORROWED, QUANTITIES, compare, statements
 from rockframe.results.tables.columns import Column, pulse_mark, titled, wavelet_name
 from rockframe.results.tables.rows import Row
 
@@ -43,7 +43,6 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
 
 def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
-    from rockframe.paper.table1 import compare, statements
     from rockframe.provenance import whole_folder
     from rockframe.results.tables.entries import write_entries
     from rockframe.results.tables.formats import write_rows_as
@@ -167,14 +166,6 @@ def finish(
     return len(outputs) + 1
 
 
-_LABELS: Final = {
-    "pga_g": "PGA [g]",
-    "pgv_m_s": "PGV [m/s]",
-    "a_p_g": "a_p [g]",
-    "T_p_s": "T_p [s]",
-}
-
-
 def _ricker(row: Mapping[str, Any], key: str) -> str:
     return wavelet_name(row, key).replace("mavroeidis_papageorgiou", "not: M.-P.")
 
@@ -199,7 +190,7 @@ _OF_RESPONSE: Final = titled(
 )
 _OF_PAPER: Final = (
     Column("Record", rule=lambda row, _: row["record"] if row["quantity"] == "pga_g" else ""),
-    Column("", rule=lambda row, _: _LABELS[row["quantity"]]),
+    Column("", rule=lambda row, _: "{} [{}]".format(*QUANTITIES[row["quantity"]])),
     Column("paper>", "printed"),
     Column("ours>", "ours", ".3f"),
     Column("difference>", rule=lambda row, _: f"{100.0 * row['relative_difference']:+.1f} %"),

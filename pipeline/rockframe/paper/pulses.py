@@ -21,6 +21,7 @@ from rockframe.paper.claim import (
     number,
 )
 from rockframe.paper.table1 import (
+    QUANTITIES,
     PaperRecord,
     bridge_extremes,
     bridge_rows,
@@ -91,13 +92,6 @@ def _spectrum_check() -> Check:
 
 
 _COMMAND: Final = "rockframe table1 --records FOLDER"
-#: Symbol in Table 1 and unit of each quantity.
-_PRINTED: Final = {
-    "pga_g": ("PGA", "g"),
-    "pgv_m_s": ("PGV", "m/s"),
-    "a_p_g": ("a_p", "g"),
-    "T_p_s": ("T_p", "s"),
-}
 
 
 def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Claim]:
@@ -126,7 +120,7 @@ def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ())
 
 def _of_table(name: str, comparison: Row, other: str) -> Claim:
     """Return the claim of one comparison; `other` is set if PGA or PGV is not the paper's."""
-    label, unit = _PRINTED[comparison["quantity"]]
+    label, unit = QUANTITIES[comparison["quantity"]]
     printed, wavelet = comparison["printed"], comparison["wavelet"].replace("_", " ")
     finding = agrees_to_last_digit(printed, comparison["ours"])
     remark = f"{100.0 * comparison['relative_difference']:+.1f} %"

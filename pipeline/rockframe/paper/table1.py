@@ -14,8 +14,15 @@ from typing import Any, Final
 from rockframe.paper.claim import judged
 from rockframe.results.tables.rows import Row
 
-#: Numbers of a row of Table 1; the first two describe the earthquake and the site.
-_NUMBERS: Final = ("magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g", "T_p_s")
+#: Symbol in Table 1 and unit of each quantity that is compared.
+QUANTITIES: Final = {
+    "pga_g": ("PGA", "g"),
+    "pgv_m_s": ("PGV", "m/s"),
+    "a_p_g": ("a_p", "g"),
+    "T_p_s": ("T_p", "s"),
+}
+#: Numbers of Table 1 that records may lack; they are taken from the paper.
+_LENT: Final = ("magnitude", "epicentral_distance_km")
 #: Relative differences of peaks above which a record, or its processing, is not the same as in the
 #: paper [1]. Rounding to two decimals causes up to 1 %; for PGV, integration and baseline add to
 #: that.
@@ -59,7 +66,7 @@ def paper_records() -> tuple[PaperRecord, ...]:
 
 
 def _paper_record(row: Mapping[str, Any]) -> PaperRecord:
-    printed = {name: row[name] for name in _NUMBERS}
+    printed = {name: row[name] for name in (*_LENT, *QUANTITIES)}
     values = {name: float(text) for name, text in printed.items()}
     return PaperRecord(**{**row, **values, "files": tuple(row["files"]), "printed": printed})
 
@@ -86,7 +93,7 @@ def with_paper_facts(row: Row) -> Row:
     paper = paper_record_of(row["source_file"])
     if paper is None:
         return row
-    borrowed = {name: getattr(paper, name) for name in _NUMBERS[:2] if math.isnan(row[name])}
+    borrowed = {name: getattr(paper, name) for name in _LENT if math.isnan(row[name])}
     if not row["event"]:
         borrowed |= {"event": paper.event, "record": paper.record}
     if not borrowed:
@@ -128,7 +135,7 @@ def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> li
 
 def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterator[Row]:
     """Compare the quantities that have values."""
-    for quantity in _NUMBERS[2:]:
+    for quantity in QUANTITIES:
         if quantity not in values:
             continue
         ours, stated = float(values[quantity]), float(getattr(paper, quantity))

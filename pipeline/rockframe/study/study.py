@@ -202,10 +202,7 @@ def _require_files(study: Study, text: str) -> None:
 def structures_text(study: Study) -> str:
     """Return the ``[[structure]]`` tables of a study as the text of a separate file.
 
-    Parameters
-    ----------
-    study : Study
-        The study; without structures of its own, the result contains the bundled structures.
+    A study without structures of its own has the bundled structures.
     """
     if not study.tables.structure:
         return read_text(study.structures)
