@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
+import secrets
+import socket
+import sys
 import warnings
+import webbrowser
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
@@ -13,8 +18,6 @@ from rockframe.cli.options import whole_number
 from rockframe.errors import ParameterError, RockframeWarning
 
 if TYPE_CHECKING:
-    import socket
-
     from rockframe.explorer.answer import Motion
     from rockframe.frame import RockingFrame
     from rockframe.options.pulse import PulseOptions
@@ -41,10 +44,6 @@ def add_explore(parser: argparse.ArgumentParser) -> None:
 
 def run_explore(options: argparse.Namespace) -> int:
     """Read the records, print the address, and serve until interrupted."""
-    import secrets
-    import sys
-    import webbrowser
-
     from rockframe.stages.respond import choose_structures
 
     try:
@@ -120,9 +119,6 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    import os
-    import socket
-
     try:
         return socket.create_server((host, port))
     except OSError as error:

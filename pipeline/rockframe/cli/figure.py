@@ -147,8 +147,6 @@ FIGURES: Final[Mapping[str, Drawing]] = {
 
 #: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
 _BENT: Final = ("--spacing", "12", "--beam-centre", "1")
-#: The paper's figures, except photographs and sketches; Figure 4 is `moment-rotation`.
-_PAPER_FIGURES: Final = ("5", "7", "8", "9", "11")
 
 
 def add_paper(parser: argparse.ArgumentParser) -> None:
@@ -176,8 +174,9 @@ def run_paper(options: argparse.Namespace) -> int:
     from rockframe.study.structures import SHIPPED_STRUCTURES
 
     if options.claim is not None:
-        claims = _claims_named(all_claims(), options.claim)
-        _show_claims(claims, options.json)
+        claims = all_claims()
+        require_known("claim", options.claim, [claim.name for claim in claims])
+        _show_claims([claim for claim in claims if claim.name == options.claim], options.json)
         return 0
     folder: Path = options.output
     arguments.refuse_folder_of_records(options)
@@ -231,21 +230,11 @@ def _write_page(
     from rockframe.provenance import whole_file
 
     own = {row["record_id"] for row in rows if paper_record_of(row["source_file"])}
-    records = f"{len(own)} of the paper's {len(paper_records())} records were found by name" + (
-        "."
-        if own
-        else ": claims about its records are not checked, and figures show other records."
-    )
-    undrawn = [name for name in _PAPER_FIGURES if name not in FIGURES]
-    if undrawn:
-        records += f" Figures of the paper that cannot be drawn yet: {', '.join(undrawn)}."
+    records = f"{len(own)} of the paper's {len(paper_records())} records were found by name"
+    if not own:
+        records += ": claims about its records are not checked, and figures show other records"
     with whole_file(folder / "paper-checked.md") as partial:
-        partial.write_text(checked_page(claims, figures, records), encoding="utf-8")
-
-
-def _claims_named(claims: Sequence[Claim], name: str) -> list[Claim]:
-    require_known("claim", name, [claim.name for claim in claims])
-    return [claim for claim in claims if claim.name == name]
+        partial.write_text(checked_page(claims, figures, f"{records}."), encoding="utf-8")
 
 
 def _show_claims(claims: Sequence[Claim], json: bool) -> None:

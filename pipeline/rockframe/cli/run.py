@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cli import console
+from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.options.execution import ExecutionOptions
@@ -34,7 +34,6 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 
 def run_run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
-    from rockframe.cli.arguments import chosen_engine
     from rockframe.results.tables.entries import rejections_of
     from rockframe.runs.plan import make_plan
     from rockframe.runs.run import run_plan
@@ -49,7 +48,7 @@ def run_run(options: argparse.Namespace) -> int:
             done, faults = run_plan(
                 plan,
                 options.output,
-                engine=chosen_engine(options),
+                engine=arguments.chosen_engine(options),
                 replace=options.replace,
                 on_fault=_warn,
                 on_step=told,

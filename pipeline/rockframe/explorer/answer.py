@@ -28,7 +28,7 @@ from rockframe.rocking import (
 )
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
-from rockframe.web.page import strip_svg
+from rockframe.web import strip_svg
 
 Float = NDArray[np.float64]
 Places = NDArray[np.intp]

@@ -25,7 +25,7 @@ from rockframe.errors import ParameterError
 from rockframe.explorer.answer import Motion, answer, margin
 from rockframe.explorer.settings import read_settings
 from rockframe.frame import RockingFrame
-from rockframe.web.page import render_page
+from rockframe.web import render_page
 
 #: The only address that the server listens on.
 LOOPBACK: Final = "127.0.0.1"

@@ -30,7 +30,7 @@ from rockframe.results.tables.columns import (
 )
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import VerdictKind
-from rockframe.web.page import render_page, strip_svg
+from rockframe.web import render_page, strip_svg
 
 #: Largest number of records and files that are listed with their checks.
 _MOST_ENTRIES: Final = 2000

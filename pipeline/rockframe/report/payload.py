@@ -22,7 +22,7 @@ from rockframe.results.tables.labelled_values import LabelledValue
 from rockframe.rocking import StatedVerdict
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
-from rockframe.web.page import strip_svg
+from rockframe.web import strip_svg
 
 #: Printed form of exponents in CF units.
 _PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
