@@ -130,15 +130,14 @@ def run_status(options: argparse.Namespace) -> int:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
     from rockframe.runs.files import changed_inputs, is_locked, read_plan
-    from rockframe.runs.state import damaged, states_of
+    from rockframe.runs.state import damaged, faults_of, states_of
 
     plan = read_plan(options.folder)
     states = states_of(plan, options.folder)
     running = is_locked(options.folder)
     changed = dict(changed_inputs(plan))
     same_source = plan.source == source_code_hash()
-    told = [f"{path}: {what}" for path, what in damaged(options.folder, plan.files).items()]
-    faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
+    faults = faults_of(damaged(options.folder, plan.files), states)
     complete = all(state.is_done for state in states) and not faults
     if options.json:
         steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]

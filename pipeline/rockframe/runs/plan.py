@@ -86,6 +86,11 @@ class Plan:
         kept = (name for step in self.steps if not step.temporary for name in step.outputs)
         return [*self.files, *kept]
 
+    @property
+    def written(self) -> set[str]:
+        """Files and folders that the run writes, including temporary ones."""
+        return {*self.files, *(name for step in self.steps for name in step.outputs)}
+
 
 def make_plan(study: Study, folder: Path) -> Plan:
     """Return the plan of a study, without writing anything.
@@ -141,9 +146,9 @@ def _unbatched(step: Step, steps: Sequence[Step]) -> Step:
 def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
     """Refuse to overwrite an input, even with ``--replace``."""
     read = [*(file.path for file in plan.inputs), study.path, study.structures]
-    made = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
-    refuse_overwriting((folder / name for name in sorted(made) if not name.endswith("/")), read)
-    for name in sorted(name for name in made if name.endswith("/")):
+    folders = sorted(name for name in plan.written if name.endswith("/"))
+    refuse_overwriting((folder / name for name in sorted(plan.written - set(folders))), read)
+    for name in folders:
         for path in read:
             if path.resolve().is_relative_to((folder / name).resolve()):
                 raise InputError(path, f"lies in {name} of the run. Move it elsewhere.")

@@ -18,8 +18,10 @@ from rockframe.runs.plan import KEPT, Plan
 from rockframe.runs.state import (
     StepState,
     damaged,
+    faults_of,
+    remove_file,
     remove_former,
-    remove_listed,
+    remove_output,
     remove_spent,
     states_of,
     take_back_manifest,
@@ -122,18 +124,14 @@ def prepare(
     remove_partials(plan, folder)
     corrupted = _corrupted(plan, former, folder)
     states = states_of(plan, folder)
-    told = [f"{path}: {what}" for path, what in corrupted.items()]
-    faults = list(dict.fromkeys([*told, *(state.fault for state in states if state.fault)]))
+    faults = faults_of(corrupted, states)
     for fault in faults:
         on_fault(f"{fault}; made again.")
     for path in corrupted:
-        _remove_file(path)
+        remove_file(path)
     for state in states:
         for name in state.step.outputs if state.fault else ():
-            if name.endswith("/"):
-                remove_listed(plan, folder, name)
-            else:
-                _remove_file(folder / name)
+            remove_output(plan, folder, name)
     if any(not state.is_done and state.step.name not in _AFTER for state in states):
         take_back_manifest(plan, folder)
     write_plan(plan, folder)
@@ -146,11 +144,6 @@ def _corrupted(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]
     corrupted = damaged(folder, {name: text for name, text in before.items() if name in plan.files})
     now = damaged(folder, plan.files)
     return {path: what for path, what in corrupted.items() if path in now}
-
-
-def _remove_file(path: Path) -> None:
-    if path.is_file() or path.is_symlink():
-        path.unlink()
 
 
 def _perform(
@@ -261,13 +254,10 @@ def remove_partials(plan: Plan, folder: Path) -> list[str]:
     list of str
         Names of the removed files.
     """
-    outputs = {Path(name) for step in plan.steps for name in step.outputs} | {
-        Path(name) for name in plan.files
-    }
     kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
     kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
     removed = []
-    for output in sorted({*outputs, *kept, Path("records.csv")}):
+    for output in sorted({*map(Path, plan.written), *kept, Path("records.csv")}):
         parent = folder / output.parent
         if not parent.is_dir():
             continue

@@ -144,6 +144,12 @@ def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
     return found
 
 
+def faults_of(corrupted: Mapping[Path, str], states: Sequence[StepState]) -> list[str]:
+    """Return a message for each corrupted or missing file of a run."""
+    files = [f"{path}: {what}" for path, what in corrupted.items()]
+    return list(dict.fromkeys([*files, *(state.fault for state in states if state.fault)]))
+
+
 def _content(path: Path) -> bytes:
     try:
         return path.read_bytes()
@@ -195,7 +201,7 @@ def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
         if state.state == "removed":
             for name in state.step.outputs:
                 (folder / name).unlink(missing_ok=True)
-                (folder / _STAMPS / f"{state.step.name}.json").unlink(missing_ok=True)
+                _stamp_file(folder, state.step.name).unlink(missing_ok=True)
     kept = {Path(name).parent for s in states if s.state != "removed" for name in s.step.outputs}
     for step in plan.steps:
         for parent in {Path(name).parent for name in step.outputs if step.temporary}:
@@ -205,43 +211,37 @@ def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
 
 def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
     """Remove files of the former plan that this plan does not write; return their names."""
-    names = {step.name for step in plan.steps}
-    now = {*plan.outputs, *(name for step in plan.steps for name in step.outputs)}
-    made = {*former.outputs, *(n for step in former.steps for n in step.outputs)}
-    removed = sorted(name for name in made - now if (folder / name).exists())
+    removed = sorted(n for n in former.written - plan.written if (folder / n).exists())
     for name in removed:
-        if name.endswith("/"):
-            remove_listed(former, folder, name)
-        else:
-            (folder / name).unlink(missing_ok=True)
-    for step in former.steps:
-        if step.name not in names:
-            (folder / _STAMPS / f"{step.name}.json").unlink(missing_ok=True)
+        remove_output(former, folder, name)
+    for name in {step.name for step in former.steps} - {step.name for step in plan.steps}:
+        _stamp_file(folder, name).unlink(missing_ok=True)
     return removed
 
 
-def remove_listed(plan: Plan, folder: Path, name: str) -> None:
-    """Remove the files that a step wrote into a folder, then the empty folders.
+def remove_output(plan: Plan, folder: Path, name: str) -> None:
+    """Remove an output of a plan: a file, or the files that a step wrote into a folder.
 
-    Parameters
-    ----------
-    plan : Plan
-        The plan of the run.
-    folder : Path
-        The folder of the run.
-    name : str
-        Name of the folder of the step, with ``/`` at the end.
+    A name with ``/`` at the end is a folder. Files that are not from the run stay in it.
     """
+    path = folder / name
+    if not name.endswith("/"):
+        remove_file(path)
+        return
     listed = _of_manifest(plan, folder)
     for step in plan.steps:
-        known = (
-            (_read(folder, step.name) or listed.get(step.name)) if name in step.outputs else None
-        )
-        for file in known.outputs if known is not None else ():
+        known = _read(folder, step.name) or listed.get(step.name)
+        for file in known.outputs if known is not None and name in step.outputs else ():
             if file.startswith(name) and is_within(file):
                 (folder / file).unlink(missing_ok=True)
-    (folder / name / _MARK).unlink(missing_ok=True)
-    _remove_if_empty(folder / name)
+    (path / _MARK).unlink(missing_ok=True)
+    _remove_if_empty(path)
+
+
+def remove_file(path: Path) -> None:
+    """Remove a file or a symbolic link, but no folder."""
+    if path.is_file() or path.is_symlink():
+        path.unlink()
 
 
 def _remove_if_empty(folder: Path) -> None:
@@ -251,14 +251,18 @@ def _remove_if_empty(folder: Path) -> None:
             path.rmdir()
 
 
+def _stamp_file(folder: Path, name: str) -> Path:
+    return folder / _STAMPS / f"{name}.json"
+
+
 def _write(folder: Path, name: str, left: Stamp) -> None:
-    with whole_file(folder / _STAMPS / f"{name}.json") as partial:
+    with whole_file(_stamp_file(folder, name)) as partial:
         partial.write_bytes(sealed({"key": left.key, "outputs": dict(left.outputs)}))
 
 
 def _read(folder: Path, name: str) -> Stamp | None:
     try:
-        text = (folder / _STAMPS / f"{name}.json").read_bytes()
+        text = _stamp_file(folder, name).read_bytes()
         content = read_json(text)
         return Stamp(content["key"], dict(content["outputs"])) if is_sealed(text) else None
     except (OSError, ValueError, KeyError, TypeError):
