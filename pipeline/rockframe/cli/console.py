@@ -150,8 +150,8 @@ def _widths(rows: Sequence[Sequence[str]], apart: str | None) -> list[int]:
 
 def table_width() -> int:
     """Return the width available for a table [characters]."""
-    asked = os.environ.get("COLUMNS", "")
-    if not asked.isdigit() and not sys.stdout.isatty():
+    stated = os.environ.get("COLUMNS", "")
+    if not stated.isdigit() and not sys.stdout.isatty():
         return _PLAIN_WIDTH
     return shutil.get_terminal_size().columns
 

@@ -94,7 +94,7 @@ def run_figure(options: argparse.Namespace) -> int:
 
     output: Path = options.output
     drawn, status = FIGURES[options.figure].draw(options)
-    beside = save_captioned(drawn, output)
+    caption_file = save_captioned(drawn, output)
     if options.json:
         console.show_json(
             {
@@ -102,12 +102,12 @@ def run_figure(options: argparse.Namespace) -> int:
                 "title": drawn.title,
                 "caption": drawn.caption,
                 "output": str(output),
-                "caption_file": str(beside),
+                "caption_file": str(caption_file),
             }
         )
     else:
         print(f"{drawn.title}. {drawn.caption}")
-        print(f"{output}, {beside}")
+        print(f"{output}, {caption_file}")
     return status
 
 

@@ -207,20 +207,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _discard(sys.stdout)
         return 0
     except Exception as error:  # noqa: BLE001 - status 1, as of Python, means rejections
-        told = _system_error(error)
-        _say(f"rockframe: error: {told}" if told else traceback.format_exc().rstrip())
-        return 2 if told else _FAULT
+        message = _system_error(error)
+        _say(f"rockframe: error: {message}" if message else traceback.format_exc().rstrip())
+        return 2 if message else _FAULT
     return status
 
 
 def _warn(
-    show: Callable[..., None], told: set[str], message: Any, category: type[Warning], *where: Any
+    show: Callable[..., None], printed: set[str], message: Any, category: type[Warning], *where: Any
 ) -> None:
     """Print a warning about the user's values once, in one line; pass other warnings to `show`."""
     if not issubclass(category, RockframeWarning):
         show(message, category, *where)
-    elif str(message) not in told:
-        told.add(str(message))
+    elif str(message) not in printed:
+        printed.add(str(message))
         _say(f"rockframe: warning: {message}")
 
 

@@ -149,7 +149,7 @@ def run_verify(options: argparse.Namespace) -> int:
         console.show_json(
             {
                 "files": found.files,
-                "records": {name: len(held.records) for name, held in found.datasets.items()},
+                "records": {name: len(content.records) for name, content in found.datasets.items()},
                 "faults": faults,
                 "computed_again": repeated,
                 "same_source": found.same_source,
@@ -159,8 +159,8 @@ def run_verify(options: argparse.Namespace) -> int:
             }
         )
     else:
-        for name, held in found.datasets.items():
-            print(f"{name}: {len(held.records)} records")
+        for name, content in found.datasets.items():
+            print(f"{name}: {len(content.records)} records")
         if not found.same_source:
             print("made by another version of the source code")
         if found.other_versions:

@@ -44,14 +44,14 @@ def run_run(options: argparse.Namespace) -> int:
     if options.plan:
         return _write_plan(plan, options)
     try:
-        with console.progress_of_steps(study.name) as told:
+        with console.progress_of_steps(study.name) as on_step:
             done, faults = run_plan(
                 plan,
                 options.output,
                 engine=arguments.chosen_engine(options),
                 replace=options.replace,
                 on_fault=_warn,
-                on_step=told,
+                on_step=on_step,
             )
     except KeyboardInterrupt:
         again = "finished steps are kept; the same command resumes"
@@ -223,15 +223,15 @@ def run_init(options: argparse.Namespace) -> int:
             f"Invalid name {options.name!r}. Must be 1 to 64 letters, digits, points, hyphens or "
             "underscores."
         ) from None
-    study, beside = Path(f"{name}.toml"), Path(SCHEMA)
+    study, schema_file = Path(f"{name}.toml"), Path(SCHEMA)
     if study.exists():
         raise InputError(study, "exists already. Choose another name.")
-    for file, text in ((study, commented_study(name)), (beside, schema())):
+    for file, text in ((study, commented_study(name)), (schema_file, schema())):
         with whole_file(file) as partial:
             partial.write_text(text, encoding="utf-8")
     if options.json:
-        console.show_json({"study": str(study), "schema": str(beside)})
+        console.show_json({"study": str(study), "schema": str(schema_file)})
     else:
-        print(f"{study}, {beside}")
+        print(f"{study}, {schema_file}")
         print(f"rockframe run {study} --output {name}")
     return 0

@@ -31,29 +31,29 @@ def run_show(options: argparse.Namespace) -> int:
 
     content = read_run(options.folder, most=0)
     entry = _entry(content, options.record)
-    told = _record_history(content, entry)
+    history = _record_history(content, entry)
     if options.json:
-        console.show_json(told)
+        console.show_json(history)
     else:
         rows = rows_of(options.folder / "table.csv")
-        _show(told, [row for row in rows if row["record_id"] == told["record_id"]])
+        _show(history, [row for row in rows if row["record_id"] == history["record_id"]])
     return 0
 
 
-def _entry(run: Run, asked: str) -> Mapping[str, str]:
+def _entry(run: Run, stated: str) -> Mapping[str, str]:
     """Return the row of a record in the list of inputs; the record must be unique."""
-    composed = unicodedata.normalize("NFC", asked)  # identifiers are in this form
+    composed = unicodedata.normalize("NFC", stated)  # identifiers are in this form
     found = [row for row in run.entries if row["record_id"] == composed]
-    found = found or [row for row in run.entries if row["file"] == asked]
+    found = found or [row for row in run.entries if row["file"] == stated]
     if len(found) > 1:
         names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in found)
         raise ParameterError(
-            f"Invalid record {asked!r}: a file of {len(found)} records. Must be one of: {names}."
+            f"Invalid record {stated!r}: a file of {len(found)} records. Must be one of: {names}."
         )
     if not found:
         known = ", ".join(row["record_id"] for row in run.entries if row["record_id"])
         raise ParameterError(
-            f"Invalid record {asked!r}. Must be the name of a file of the run, or one of: {known}."
+            f"Invalid record {stated!r}. Must be the name of a file of the run, or one of: {known}."
         )
     return found[0]
 
@@ -97,28 +97,28 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def _show(told: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
+def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
     from rockframe.cli.stages.respond import response_columns
 
-    facts = told["facts"]
-    print(told["record_id"] or told["file"])
+    facts = history["facts"]
+    print(history["record_id"] or history["file"])
     for label, text in (
-        ("file", _of_file(told)),
+        ("file", _of_file(history)),
         ("processing", facts.get("processing", "")),
-        ("passport", _of_passport(told["passport"])),
-        ("filters", _of_filters(told)),
-        (told["status"], told["reason"]),
+        ("passport", _of_passport(history["passport"])),
+        ("filters", _of_filters(history)),
+        (history["status"], history["reason"]),
         ("motion", _of_motion(facts)),
         ("pulse", _of_pulse(facts)),
-        *((f"not in {stage}", reason) for stage, reason in told["left_out"].items()),
-        ("figure", told["figure"]),
+        *((f"not in {stage}", reason) for stage, reason in history["left_out"].items()),
+        ("figure", history["figure"]),
     ):
         if text or label == "accepted":
             print(f"  {label:<10} {text}".rstrip())
     if rows:
         console.show_rows("", response_columns({}), rows)
-    if told["screening"]:
-        _show_screening(told["screening"])
+    if history["screening"]:
+        _show_screening(history["screening"])
 
 
 def _show_screening(rows: list[dict[str, Any]]) -> None:
@@ -137,26 +137,26 @@ def _show_screening(rows: list[dict[str, Any]]) -> None:
     console.show_rows("Screening", columns, rows)
 
 
-def _of_file(told: Mapping[str, Any]) -> str:
-    facts = told["facts"]
+def _of_file(history: Mapping[str, Any]) -> str:
+    facts = history["facts"]
     if not facts:
-        return str(told["file"])
-    return f"{told['file']} ({facts['source_format']}), SHA-256 {facts['source_sha256']}"
+        return str(history["file"])
+    return f"{history['file']} ({facts['source_format']}), SHA-256 {facts['source_sha256']}"
 
 
 def _of_passport(passport: Mapping[str, Any]) -> str:
     if not passport["verdict"]:
         return ""
-    told = [
+    faults = [
         f"{check['check']} {float(check['value'] or 'nan'):.3g} ({check['verdict']})"
         for check in passport["checks"]
         if check["verdict"] in {"warn", "reject"}
     ]
-    return str(passport["verdict"]) + (": " if told else "") + ", ".join(told)
+    return str(passport["verdict"]) + (": " if faults else "") + ", ".join(faults)
 
 
-def _of_filters(told: Mapping[str, Any]) -> str:
-    stated = {name: bounds for name, bounds in told["filters"].items() if bounds is not None}
+def _of_filters(history: Mapping[str, Any]) -> str:
+    stated = {name: bounds for name, bounds in history["filters"].items() if bounds is not None}
     return "; ".join(f"{name}{_of_bounds(*bounds)}" for name, bounds in stated.items())
 
 

@@ -64,7 +64,7 @@ def application(
     """
     page, rules = render(motions, frames)
     searching = asyncio.Lock()
-    held = {motion.record.record_id: motion for motion in motions}
+    by_record = {motion.record.record_id: motion for motion in motions}
 
     def known(request: Request) -> bool:
         return secrets.compare_digest(request.path_params["token"].encode(), token.encode())
@@ -85,9 +85,9 @@ def application(
                     searching
                 ):  # one at a time; the page cancels requests that it no longer needs
                     gone = await request.is_disconnected()
-                    told = {} if gone else await run_in_threadpool(margin, held, settings)
-                return JSONResponse(told)
-            found = answer(held, settings)
+                    strip = {} if gone else await run_in_threadpool(margin, by_record, settings)
+                return JSONResponse(strip)
+            found = answer(by_record, settings)
         except ParameterError as error:
             return JSONResponse({"error": str(error)}, status_code=400)
         if request.path_params["form"] == "history.csv":

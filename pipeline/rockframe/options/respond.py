@@ -184,7 +184,7 @@ class ScreenOptions(Options):
 
     @model_validator(mode="after")
     def _site_of_hazard(self) -> Self:
-        """Require a hazard curve beside a site, and valid coordinates of the site."""
+        """Require a hazard curve for a site, and valid coordinates of the site."""
         if self.hazard_site is None:
             return self
         longitude, latitude = self.hazard_site

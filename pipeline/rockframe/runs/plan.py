@@ -195,8 +195,8 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
             yield from _files_within(stated, called)
         else:
             yield stated.name, stated
-            beside = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
-            yield from ((path.name, path) for path in beside if path.is_file())
+            metadata = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
+            yield from ((path.name, path) for path in metadata if path.is_file())
     for where, path in study.files().items():
         if where != ("structures",):
             yield path.name, path

@@ -91,14 +91,14 @@ def states_of(plan: Plan, folder: Path) -> list[StepState]:
         if not state.is_done:
             needed.update(step.inputs)
         states[step.name] = state
-    whole, told = True, []
+    whole, found = True, []
     for step in plan.steps:
         state = states[step.name]
         if step.stage in _OF_ALL and state.is_done and not whole:
             state = StepState(step, "to do")  # it depends on all steps before it
         whole = whole and state.is_done
-        told.append(state)
-    return told
+        found.append(state)
+    return found
 
 
 def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState:

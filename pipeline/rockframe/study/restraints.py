@@ -1,4 +1,4 @@
-"""Tables of restraints and rivals, in files of structures and studies."""
+"""Tables of restraints and of alternative systems, in files of structures and studies."""
 
 from __future__ import annotations
 

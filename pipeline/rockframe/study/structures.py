@@ -178,12 +178,12 @@ class StructureEntry(restraints.TableEntry):
         for key, others in excluded.items():
             for other in others:
                 if None not in (getattr(self, key), getattr(self, other)):
-                    beside = f"absent beside {other} {getattr(self, other)!r}"
-                    raise invalid(key, getattr(self, key), f"frame {self.name!r}", beside)
+                    allowed = f"absent beside {other} {getattr(self, other)!r}"
+                    raise invalid(key, getattr(self, key), f"frame {self.name!r}", allowed)
         for key, other in needed.items():
             if getattr(self, key) is not None and getattr(self, other) is None:
-                beside = f"stated with {other}"
-                raise invalid(key, getattr(self, key), f"frame {self.name!r}", beside)
+                allowed = f"stated with {other}"
+                raise invalid(key, getattr(self, key), f"frame {self.name!r}", allowed)
 
 
 Rival = Literal["restrained", "hybrid", "isolated", "fixed"]
@@ -240,7 +240,7 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
 
 
 def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
-    """Read the structure entries of a TOML file, and their rivals.
+    """Read the structure entries of a TOML file, and the alternative systems to compare with.
 
     Raises
     ------

@@ -98,7 +98,7 @@ class Study:
         table = self.tables.records
         if table is None:
             return ()
-        return tuple(map(self.beside, table.paths)) if table.paths else (bundled_records(),)
+        return tuple(map(self.resolved, table.paths)) if table.paths else (bundled_records(),)
 
     @property
     def structures(self) -> Path:
@@ -106,9 +106,9 @@ class Study:
         if self.tables.structure:
             return self.path
         stated = self.tables.structures
-        return self.beside(stated) if stated is not None else SHIPPED_STRUCTURES
+        return self.resolved(stated) if stated is not None else SHIPPED_STRUCTURES
 
-    def beside(self, stated: str | Path) -> Path:
+    def resolved(self, stated: str | Path) -> Path:
         """Return the absolute path of a path stated relative to the study file."""
         path = self.path.parent / stated
         # the last part is not resolved: a symbolic link is listed under its own name
@@ -122,7 +122,7 @@ class Study:
         for table, options in self.tables:
             if isinstance(options, Options):
                 stated |= {(table, key): path for key, path in options.files().items()}
-        return {where: self.beside(path) for where, path in stated.items()}
+        return {where: self.resolved(path) for where, path in stated.items()}
 
     def options(self, table: str) -> Any:
         """Return the options of a table with absolute paths."""
@@ -191,7 +191,7 @@ def _require_files(study: Study, text: str) -> None:
     table = study.tables.records
     named = dict(study.files())
     for stated in (table.paths or ()) if table is not None else ():
-        named[("records", "paths", stated)] = study.beside(stated)
+        named[("records", "paths", stated)] = study.resolved(stated)
     for where, path in named.items():
         if not path.exists():
             key, name = ".".join(where[:2]), os.path.relpath(path, study.path.parent)

@@ -136,10 +136,10 @@ def strip_svg(strip: Strip) -> str:
         parts += [_rect("strip-robust", one - 0.6, 11.5, 1.2, 5.0) for one in known]
     middle = _place(1.0)
     parts.append(f'<path class="strip-one" d="M{middle:g} 0V17"/>')
-    told = html.escape(strip.words)
+    words = html.escape(strip.words)
     return (
         f'<svg class="strip" viewBox="0 0 {_WIDTH:g} 17" preserveAspectRatio="none" role="img" '
-        f'aria-label="{told}"><title>{told}</title>{"".join(parts)}</svg>'
+        f'aria-label="{words}"><title>{words}</title>{"".join(parts)}</svg>'
     )
 
 

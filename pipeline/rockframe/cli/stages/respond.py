@@ -99,9 +99,9 @@ def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
     words = str(row["verdict_to_pulse"]).replace("_", " ")
     if words != "safe":
         return words
-    told = f"θ/α {row['peak_rotation_ratio_to_pulse']:.3f}"
+    ratio = f"θ/α {row['peak_rotation_ratio_to_pulse']:.3f}"
     error = row["surrogate_error"]
-    return told if math.isnan(error) else f"{told}, {100.0 * error:+.0f} %"
+    return ratio if math.isnan(error) else f"{ratio}, {100.0 * error:+.0f} %"
 
 
 def margin_notes() -> str:
@@ -109,12 +109,12 @@ def margin_notes() -> str:
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
     width = max(40, min(console.table_width(), 120))
-    held = (each.replace(" %", "\u00a0%") for each in (MARGIN_LEGEND, VERDICT_RULE))
-    return "\n".join(textwrap.fill(each, width) for each in held).replace("\u00a0", " ")
+    notes = (each.replace(" %", "\u00a0%") for each in (MARGIN_LEGEND, VERDICT_RULE))
+    return "\n".join(textwrap.fill(each, width) for each in notes).replace("\u00a0", " ")
 
 
 def add_compare(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments: records, structures with their rivals, and the file to write."""
+    """Add the arguments: records, structures with alternative systems, and the file to write."""
     from rockframe.study.structures import Rival
 
     parser.add_argument("records", type=path, help="output of `rockframe ingest`")

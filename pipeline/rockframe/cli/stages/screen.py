@@ -189,20 +189,20 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
     )
     known = (fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown")
     console.show_rows("Fragility", columns, known, group="structure")
-    for told, structures in _better_measures_in_words(summary).items():
-        print(f"{', '.join(structures)}: {told}.")
+    for sentence, structures in _better_measures_in_words(summary).items():
+        print(f"{', '.join(structures)}: {sentence}.")
     print()
 
 
 def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
     """Return the sentences about the better measure, each with the structures it applies to."""
-    told: dict[str, list[str]] = {}
+    sentences: dict[str, list[str]] = {}
     for structure in summary:
         better = structure["better_measure"]
         named = f"the better measure is {better}" if better else "no better measure is named"
         words = f"{named}; {structure['better_measure_reason']}"
-        told.setdefault(words, []).append(structure["structure"])
-    return told
+        sentences.setdefault(words, []).append(structure["structure"])
+    return sentences
 
 
 def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
