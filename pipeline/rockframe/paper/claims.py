@@ -6,6 +6,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment
 
@@ -28,12 +29,15 @@ def all_claims() -> list[Claim]:
         | pulse_checks()
         | stability_checks()
     )
-    file = Path(__file__).parents[1] / "data" / "claims.toml"
-    texts = tomllib.loads(file.read_text(encoding="utf-8"))
     return [
         _claim(name, text, checks[name]) if "says" in text else _misprint(name, text)
-        for name, text in texts.items()
+        for name, text in _texts()["claim"].items()
     ]
+
+
+def _texts() -> dict[str, Any]:
+    file = Path(__file__).parents[1] / "data" / "claims.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def _claim(name: str, text: Mapping[str, str], found: Check) -> Claim:
@@ -92,8 +96,7 @@ def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: s
     counts = Counter(claim.finding for claim in claims)
     page = Environment(trim_blocks=True, keep_trailing_newline=True)  # noqa: S701 -- Markdown
     page.filters["cell"] = lambda text: text.replace("|", "\\|").replace("<", "&lt;")
-    template = Path(__file__).with_name("checked.md").read_text(encoding="utf-8")
-    return page.from_string(template).render(
+    return page.from_string(_texts()["page"]).render(
         claims=claims,
         counts=", ".join(f"{finding.value} {counts[finding]}" for finding in Finding),
         records=records,
