@@ -6,7 +6,6 @@ header states number and length, its real numbers state the rate; no peak is sta
 
 from __future__ import annotations
 
-import math
 import re
 from functools import partial
 from pathlib import Path
@@ -16,8 +15,8 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, distinct_records
 from rockframe.ingest.metadata.site import distances, place_in
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of, required_line
+from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
+from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_lines
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.record import Record
 
@@ -75,19 +74,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one per component.")
     tops = [0, *(end + 1 for end in ends[:-1])]
     words = [line.decode("latin-1") for line in lines]
-    stated = [_stated(path, words, top) for top in tops]
+    stated = [required_lines(path, words[top:], _LINES, top + 1) for top in tops]
     names = [one["component"] for one in stated]
     if names != ["L", "V", "T"] or [one["number"] for one in stated] != ["1", "2", "3"]:
         raise InputError(path, f"components {', '.join(names)}. Must be L1, V2, T3.")
     blocks = zip(tops, ends, stated, strict=True)
     return distinct_records(path, names, blocks, partial(_record, path, lines, options))
-
-
-def _stated(path: Path, words: list[str], top: int) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for index, pattern, example in _LINES:
-        found |= required_line(path, words, top + index, pattern, example).groupdict()
-    return found
 
 
 def _record(
@@ -102,8 +94,7 @@ def _record(
     line = top + 11
     factor = factor_to_si(path, "g", options, line + 1)
     rows = lines[top + _HEADER_LINES : end]
-    found = sum(-(-len(row.rstrip()) // _COLUMNS.width) for row in rows)
-    count = count_of(path, stated["count"], line, found)
+    count = count_of(path, stated["count"], line, count_columns(rows, _COLUMNS))
     tenths = read_columns(path, rows, _COLUMNS, count, top + _HEADER_LINES)
     rate = number_of(path, stated["rate"], top + 22, "rate")
     length = number_of(path, stated["length"], line, "duration")
@@ -111,9 +102,8 @@ def _record(
         message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
         raise InputError(path, f"{message} Must agree.", line=line)
     about, quake = (lines[top + k].decode("latin-1") for k in (7, 8))
-    place, depth, size = _STATION.match(about), _DEPTH.match(quake), _MAGNITUDE.search(quake)
-    name = stated["component"]
-    deep = float(depth[1]) if depth else math.nan
+    place, name = _STATION.match(about), stated["component"]
+    (depth,), (size,) = numbers_in(_DEPTH, quake), numbers_in(_MAGNITUDE, quake)
     return Record(
         record_id=record_id,
         acceleration=tenths * 0.1 * factor,
@@ -122,6 +112,6 @@ def _record(
         **directed(name, place[name] if place and name != "V" else name),
         event=lines[top + 2].decode("latin-1").partition(":")[2].strip(),
         station=place["name"].strip() if place else "",
-        magnitude=float(size[1]) if size else math.nan,
-        **distances(place_in(quake), place_in(about), deep),
+        magnitude=size,
+        **distances(place_in(quake), place_in(about), depth),
     )

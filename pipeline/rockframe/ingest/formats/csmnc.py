@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import Final
@@ -11,9 +10,9 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import distances, place_in, site_of_location
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.headers import count_of, number_of, required_line
-from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_lines
+from rockframe.ingest.parsing.lines import head_lines, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.peaks import Printed, require_printed_peak
 from rockframe.record import Record
 
 DESCRIPTION = "CSMNC (China), one component in cm/s2"
@@ -75,16 +74,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     text = text_of(path, data)
     lines = [line.decode("latin-1") for line in text.split(b"\n", _HEADER_LINES)[:_HEADER_LINES]]
-    found: dict[str, str] = {}
-    for index, pattern, example in _LINES:
-        found |= required_line(path, lines, index, pattern, example).groupdict()
+    found = required_lines(path, lines, _LINES)
     factor = factor_to_si(path, "cm/s2", options, 11)
-    rest = text.split(b"\n", _HEADER_LINES)
-    samples = parse_numbers(path, rest[-1] if len(rest) > _HEADER_LINES else b"", _HEADER_LINES + 1)
+    samples = parse_numbers(path, rows_below(text, _HEADER_LINES), _HEADER_LINES + 1)
     count_of(path, found["count"], 12, samples.size)
     step = settle_time_step(path, number_of(path, found["step"], 12, "interval"), options, 12)
     length = number_of(path, found["length"], 13, "duration")
-    if abs(samples.size * step - length) > 1.5 * step + 0.5 * _unit(found["length"]):
+    if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(found["length"]).unit:
         message = f"{length:g} s stated, but {samples.size} samples at {step:g} s. Must agree."
         raise InputError(path, message, line=13)
     ratio = require_printed_peak(
@@ -102,21 +98,17 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             site_type=site_of_location(_text(header, r"OBSERVING POINT:\s*(.*)")),
             event=lines[2].strip(),
             station=_text(header, r"STATION:\s*(\w+)"),
-            magnitude=float(_text(header, r"MAGNITUDE\s+(\d+\.?\d*)") or math.nan),
+            magnitude=numbers_in(r"MAGNITUDE\s+(\d+\.?\d*)", header)[0],
             peak_ratio=ratio,
             **distances(
                 place_in(_text(header, r"EPICENTER\s+(.*?)\s+DEPTH")),
                 place_in(_text(header, r"STATION:\s*\w+\s+(.*)")),
-                float(_text(header, r"DEPTH\s+(\d+\.?\d*)\s*KM") or math.nan),
+                numbers_in(r"DEPTH\s+(\d+\.?\d*)\s*KM", header)[0],
             ),
         )
     ]
 
 
 def _text(header: str, pattern: str) -> str:
-    found = re.search(rf"^.*?{pattern}", header, re.M)
+    found = re.search(pattern, header)
     return found[1].strip() if found else ""
-
-
-def _unit(token: str) -> float:
-    return float(10.0 ** -len(token.partition(".")[2]))

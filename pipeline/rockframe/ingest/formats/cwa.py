@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +17,7 @@ from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
-from rockframe.ingest.parsing.timing import time_step_of
+from rockframe.ingest.parsing.timing import time_step_of, utc_of
 from rockframe.record import Record
 
 DESCRIPTION = "CWA (Taiwan), three columns in gal"
@@ -86,8 +85,7 @@ def _time_step(
 ) -> float:
     path = header.path
     length, rate = (
-        float(header.required(key) and header.number(key))
-        for key in ("#RecordLength(sec)", "#SampleRate(Hz)")
+        header.required_number(key) for key in ("#RecordLength(sec)", "#SampleRate(Hz)")
     )
     line = header.lines["#RecordLength(sec)"]
     count_of(path, f"{length * rate:.0f}", line, times.size)
@@ -139,11 +137,5 @@ def _record(
 def _utc(stated: str) -> str:
     """Convert a time of Taiwan to UTC (ISO 8601); empty if it is not a time."""
     found = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
-    try:
-        moment = datetime.strptime(found[1] if found else "", "%Y/%m/%d-%H:%M:%S").replace(
-            tzinfo=UTC
-        )
-        moment -= timedelta(hours=8)
-    except (ValueError, OverflowError):
-        return ""
-    return f"{moment:%Y-%m-%dT%H:%M:%S}{found[2] or '' if found else ''}Z"
+    form = "%Y/%m/%d-%H:%M:%S"
+    return utc_of(found[1], form, found[2] or "", hours_ahead=8) if found else ""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -19,10 +18,11 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import directed, record_ids, seed_letter, with_ending
 from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
-from rockframe.ingest.parsing.lines import head_lines, parse_numbers, text_of
+from rockframe.ingest.parsing.lines import head_lines, parse_numbers, rows_below, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.timing import utc_of
 from rockframe.record import Record
 
 OLDER = "ITACA, older form, in m/s2"
@@ -154,20 +154,14 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
 
 def _samples(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
     """Return the samples [cm/s2]."""
-    rest = text.split(b"\n", header.count)
-    body = rest[header.count] if len(rest) > header.count else b""
+    body = rows_below(text, header.count)
     if _TOUCHING.search(body):
         body = _TOUCHING.sub(b" ", body)
     return parse_numbers(header.path, body, header.count + 1)
 
 
 def _require_count(header: KeyedHeader, samples: int, step: float) -> None:
-    stated = header.get("NDATA")
-    if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
-        raise header.invalid("NDATA", "a whole number of 2 or more")
-    if int(stated) != samples:
-        message = f"NDATA {stated} in the header, {samples} samples in the file. Must be equal."
-        raise InputError(header.path, message, line=header.lines["NDATA"])
+    header.require_count("NDATA", samples, "samples")
     duration = header.number("DURATION_S")
     # Durations may be one step shorter, and are rounded to 5 ms.
     if abs(duration - samples * step) > 1.5 * step + 0.005:
@@ -194,12 +188,8 @@ def _is_uncorrected(header: KeyedHeader) -> bool:
 def _start_time(stated: str) -> str:
     """Return the start time (ISO 8601, UTC) with the stated decimals; empty if unstated."""
     day, _, time = stated.partition(".")
-    try:
-        start = datetime.strptime(day, "%Y%m%d_%H%M%S").replace(tzinfo=UTC)
-    except ValueError:
-        return ""
     fraction = f".{time}" if re.fullmatch(r"\d{1,6}", time, re.ASCII) else ""
-    return f"{start:%Y-%m-%dT%H:%M:%S}{fraction}Z"
+    return utc_of(day, "%Y%m%d_%H%M%S", fraction)
 
 
 def sniff_older(head: bytes) -> bool:
@@ -237,8 +227,8 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     header = keyed_header(path, words[:-1])
     stated = {key: header.required(key) for key in (_STEP, _COUNT, _PEAK)}
     rows = lines[_OLDER_LINES:]
-    found = sum(-(-len(row.rstrip()) // _COLUMNS.width) for row in rows)
-    count = count_of(path, stated[_COUNT], header.lines[_COUNT], found)
+    present = count_columns(rows, _COLUMNS)
+    count = count_of(path, stated[_COUNT], header.lines[_COUNT], present)
     samples = read_columns(path, rows, _COLUMNS, count, _OLDER_LINES)
     ratio = require_printed_peak(path, stated[_PEAK], samples, "m/s2", header.lines[_PEAK])
     step = number_of(path, stated[_STEP], header.lines[_STEP], "time step")

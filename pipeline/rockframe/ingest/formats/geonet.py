@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -20,8 +19,10 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.headers import numbers_in, required_line
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.timing import utc_time
 from rockframe.record import Orientation, Record
 
 DESCRIPTION = "GeoNet V1A and V2A in mm/s2, three components"
@@ -55,7 +56,7 @@ _PEAK: Final = re.compile(
     r"Acceleration:\s+peak\s+(?P<peak>\S+)\s+mm/s/s\s+at\s+(?P<time>\S+)\s+s(?:ec)?\b", re.I
 )
 _FILTER: Final = re.compile(
-    r"Band-pass filter transition bands are\s+[\d.]+-(?P<low>\d*\.\d+)\s*Hz and\s+"
+    r"^Band-pass filter transition bands are\s+[\d.]+-(?P<low>\d*\.\d+)\s*Hz and\s+"
     r"(?P<high>\d*\.\d+)-[\d.]+\s*Hz",
     re.I,
 )
@@ -83,11 +84,7 @@ class _Component:
         return name.upper() if direction(name)[0].upright else name
 
     def matched(self, index: int, pattern: re.Pattern[str], example: str) -> re.Match[str]:
-        found = pattern.match(self.header[index])
-        if not found:
-            shown = self.header[index].strip()[:60]
-            raise self.error(index, f"{shown!r}. Must be as in {example!r}.")
-        return found
+        return required_line(self.path, self.header, index, pattern, example, self.first_line)
 
     def integer(self, item: int) -> int:
         return int(self._item(item, _INTEGERS, r" *-?\d+"))
@@ -179,10 +176,8 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
         # Times are counted from the first recorded sample, which follows the prepended ones.
         first=-step * max(component.integer(_PREPENDED), 0),
     )
-    filtered = _FILTER.match(component.header[11])
+    low, high = numbers_in(_FILTER, component.header[11])
     orientation, azimuth = _direction(component)
-    distance = _DISTANCE.search(component.header[8])
-    magnitude = _MAGNITUDE.search(component.header[8])
     return Record(
         record_id=record_id,
         acceleration=samples * factor,
@@ -194,11 +189,11 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
         event=" ".join(component.header[7].split()),
         station=component.matched(1, _SITE, "Site WPWS")["station"],
         start_time=_start_time(component),
-        magnitude=float(magnitude["magnitude"]) if magnitude else math.nan,
-        epicentral_distance=float(distance["distance"]) if distance else math.nan,
+        magnitude=numbers_in(_MAGNITUDE, component.header[8])[0],
+        epicentral_distance=numbers_in(_DISTANCE, component.header[8])[0],
         peak_ratio=ratio,
-        filter_low=float(filtered["low"]) or math.nan if filtered else math.nan,
-        filter_high=float(filtered["high"]) or math.nan if filtered else math.nan,
+        filter_low=low or math.nan,
+        filter_high=high or math.nan,
     )
 
 
@@ -273,11 +268,8 @@ def _direction(component: _Component) -> tuple[Orientation, float]:
 def _start_time(component: _Component) -> str:
     """Return the start of the buffer (ISO 8601, UTC); "" if invalid, or with prepended samples."""
     year, month, day, hour, minute, milliseconds = (component.integer(item) for item in _START)
-    if component.integer(_PREPENDED):
+    # Month 0 would mean that the day is the day of the year.
+    if component.integer(_PREPENDED) or month == 0:
         return ""
     second, rest = divmod(milliseconds, 1000)
-    try:
-        start = datetime(year, month, day, hour, minute, second, 1000 * rest, tzinfo=UTC)
-    except ValueError:
-        return ""
-    return f"{start:%Y-%m-%dT%H:%M:%S}.{rest:03d}Z"
+    return utc_time((year, month, day), hour, minute, f"{second}.{rest:03d}")

@@ -22,7 +22,7 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_smc
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
 from rockframe.ingest.parsing.lines import bad_number, head_lines, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
@@ -198,7 +198,7 @@ def _pairs(
 ) -> tuple[NDArray[np.float64], float]:
     """Return acceleration [cm s-2] and time step [s] from pairs of time and acceleration."""
     columns = Columns(columns.count - columns.count % 2, columns.width)
-    present = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
+    present = count_columns(rows, columns)
     # The count is the number of pairs or, in some files, the number of values.
     count = _count(header) if _count(header) == present else 2 * _count(header)
     numbers = read_columns(header.path, rows, columns, count, line)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import Final
@@ -14,7 +13,13 @@ from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import distances, place_in
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
+from rockframe.ingest.parsing.headers import (
+    KeyedHeader,
+    count_of,
+    keyed_header,
+    number_of,
+    numbers_in,
+)
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
@@ -113,11 +118,10 @@ def _record(
         place_in(f"{header.get(key)} {header.get(f'{key} (2)')}")
         for key in ("COORDENADAS DEL EPICENTRO", "COORDENADAS DE LA ESTACION")
     ]
-    magnitude = re.search(r"/M\w?=(\d+\.?\d*)", header.get("MAGNITUD(ES)"))
     day = header.get("FECHA DEL SISMO [GMT]").replace("/", "-")
     first = header.get("HORA DE LA PRIMERA MUESTRA (GMT)")
     timed = re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(\.\d{1,6})?", f"{day} {first}")
-    depth = header.get("PROFUNDIDAD FOCAL (Km)")
+    (depth,) = numbers_in(r"^(\d+\.?\d*)$", header.get("PROFUNDIDAD FOCAL (Km)"))
     return Record(
         record_id=record_id,
         acceleration=factor * gal,
@@ -127,11 +131,9 @@ def _record(
         event=f"{day} {header.get('HORA EPICENTRO (GMT)')} GMT",
         station=header.get("CLAVE DE LA ESTACION"),
         start_time=f"{day}T{first}Z" if timed else "",
-        magnitude=float(magnitude[1]) if magnitude else math.nan,
+        magnitude=numbers_in(r"/M\w?=(\d+\.?\d*)", header.get("MAGNITUD(ES)"))[0],
         peak_ratio=ratio,
-        **distances(
-            places[0], places[1], float(depth) if re.fullmatch(r"\d+\.?\d*", depth) else math.nan
-        ),
+        **distances(places[0], places[1], depth),
     )
 
 

@@ -16,8 +16,8 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of, required_line
+from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
+from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
@@ -33,7 +33,7 @@ _PEAK: Final = re.compile(
     r"PEAK ACCELERATION =\s*-?(?P<peak>\d*\.?\d+)\s+CMS/SEC/SEC AT\s+(?P<time>\d*\.?\d+)\s*SEC"
 )
 _FACTS: Final = re.compile(
-    r"MAGNITUDE =\s*(?P<size>\d*\.?\d+)\s+EPICENTRAL DISTANCE =\s*(?P<km>\d*\.?\d+) KM"
+    r"^MAGNITUDE =\s*(?P<size>\d*\.?\d+)\s+EPICENTRAL DISTANCE =\s*(?P<km>\d*\.?\d+) KM"
 )
 _BAND: Final = re.compile(
     r".*BAND-PASS FILTERED BETWEEN\s+\d*\.?\d+-\s*(?P<low>\d*\.?\d+) AND\s+(?P<high>\d*\.?\d+)-"
@@ -93,8 +93,7 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
     line = _HEADING_LINE + 1
     columns = Columns(8, 10)
     rows = lines[line:]
-    found = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
-    count = count_of(path, heading["count"], line, found)
+    count = count_of(path, heading["count"], line, count_columns(rows, columns))
     above = re.match(r"\s*(\d+)\s+INSTRUMENT AND BASELINE", words[15])
     count_of(path, above[1] if above else "", 16, count)
     samples = read_columns(path, rows, columns, count, line)
@@ -105,7 +104,8 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
     ratio = require_printed_peak(
         path, peak["peak"], samples, "cm/s2", 18, time=peak["time"], time_step=step
     )
-    facts, band = _FACTS.match(words[22]), _BAND.match(words[14])
+    magnitude, distance = numbers_in(_FACTS, words[22])
+    low, high = numbers_in(_BAND, words[14])
     factor = factor_to_si(path, "cm/s2", options, line)
     station = re.match(r"STATION USC#\s*(\w+)", words[5])
     return Record(
@@ -115,11 +115,11 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
         **directed(name),
         event=re.split(r"\s{2,}", words[2].strip())[0],
         station=station[1] if station else "",
-        magnitude=float(facts["size"]) if facts else math.nan,
-        epicentral_distance=float(facts["km"]) if facts else math.nan,
+        magnitude=magnitude,
+        epicentral_distance=distance,
         peak_ratio=ratio,
-        filter_low=float(band["low"]) if band else math.nan,
-        filter_high=float(band["high"]) if band else math.nan,
+        filter_low=low,
+        filter_high=high,
     )
 
 
@@ -135,8 +135,7 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
         start, size = top + _BLOCK_HEADER, int(points["count"][:9])
         end = start - (-size // columns.count)
         rows = lines[start:end]
-        found = sum(-(-len(row.rstrip()) // columns.width) for row in rows)
-        count_of(path, points["count"], top + 7, found)
+        count_of(path, points["count"], top + 7, count_columns(rows, columns))
         blocks.append((rate, read_columns(path, rows, columns, size, start)))
         top = end
         while top < len(lines) and not lines[top].strip():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,6 +89,17 @@ def read_columns(
         if samples.size == count and are_finite(samples):
             return samples
     raise _first_bad_column(path, rows, columns, line)
+
+
+def count_columns(rows: Iterable[bytes], columns: Columns) -> int:
+    """Return the number of columns in lines of samples; an incomplete column counts.
+
+    Examples
+    --------
+    >>> count_columns([b"  .000010-1.234567", b"  .1"], Columns(8, 9))
+    3
+    """
+    return sum(-(-len(row.rstrip()) // columns.width) for row in rows)
 
 
 def _decimals(rows: NDArray[np.uint8]) -> NDArray[np.float64] | None:

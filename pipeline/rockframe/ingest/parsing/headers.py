@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,6 +37,20 @@ class KeyedHeader:
         if not self.get(key):
             raise InputError(self.path, f"no {key!r} in the header.")
         return self.values[key]
+
+    def required_number(self, key: str) -> float:
+        """Return a number; a missing value is an error."""
+        self.required(key)
+        return self.number(key)
+
+    def require_count(self, key: str, found: int, what: str) -> None:
+        """Reject a header that does not state the number of samples in the file."""
+        stated = self.get(key)
+        if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
+            raise self.invalid(key, "a whole number of 2 or more")
+        if int(stated) != found:
+            message = f"{key} {stated} in the header, {found} {what} in the file. Must be equal."
+            raise InputError(self.path, message, self.lines[key])
 
     def invalid(self, key: str, must: str) -> InputError:
         """Return the error for an invalid value."""
@@ -105,9 +119,16 @@ def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> Keye
 
 
 def required_line(
-    path: Path, lines: Sequence[str], index: int, pattern: re.Pattern[str], example: str
+    path: Path,
+    lines: Sequence[str],
+    index: int,
+    pattern: re.Pattern[str],
+    example: str,
+    first_line: int = 1,
 ) -> re.Match[str]:
     r"""Match the beginning of a header line with a pattern; no match is an error.
+
+    `first_line` is the line number in the file of the first of the lines.
 
     Examples
     --------
@@ -118,5 +139,38 @@ def required_line(
     found = pattern.match(line)
     if not found:
         message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
-        raise InputError(path, message, line=index + 1)
+        raise InputError(path, message, line=first_line + index)
     return found
+
+
+def required_lines(
+    path: Path,
+    lines: Sequence[str],
+    expected: Iterable[tuple[int, re.Pattern[str], str]],
+    first_line: int = 1,
+) -> dict[str, str]:
+    """Return the named groups of header lines, each given by its index, pattern and example.
+
+    Examples
+    --------
+    >>> expected = [(0, re.compile("COMP (?P<name>.*)"), "COMP NS")]
+    >>> required_lines(Path("a.dat"), ["COMP EW"], expected)
+    {'name': 'EW'}
+    """
+    found: dict[str, str] = {}
+    for index, pattern, example in expected:
+        found |= required_line(path, lines, index, pattern, example, first_line).groupdict()
+    return found
+
+
+def numbers_in(pattern: re.Pattern[str] | str, text: str) -> list[float]:
+    r"""Return the numbers in the groups of a pattern that occurs in a text; NaN if it does not.
+
+    Examples
+    --------
+    >>> numbers_in(r"M=(\d\.\d) H=(\d+)", "M=6.6 H=12"), numbers_in(r"M=(\d\.\d)", "")
+    ([6.6, 12.0], [nan])
+    """
+    compiled = re.compile(pattern)
+    found = compiled.search(text)
+    return [float(one) for one in found.groups()] if found else [math.nan] * compiled.groups

@@ -98,6 +98,18 @@ def text_of(path: Path, data: bytes) -> bytes:
     return data
 
 
+def rows_below(text: bytes, count: int) -> bytes:
+    r"""Return the text below its first lines; empty if it has no more lines.
+
+    Examples
+    --------
+    >>> rows_below(b"header\n 1 2\n 3 4\n", 1)
+    b' 1 2\n 3 4\n'
+    """
+    rest = text.split(b"\n", count)
+    return rest[count] if len(rest) > count else b""
+
+
 def head_lines(head: bytes) -> list[str]:
     r"""Return the lines in the head of a text file (the last may be cut); empty if binary.
 

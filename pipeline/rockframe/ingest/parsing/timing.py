@@ -62,6 +62,30 @@ def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) ->
     return f"{start:%Y-%m-%dT%H:%M:%S}{point}{rest}Z"
 
 
+def utc_of(text: str, form: str, fraction: str = "", hours_ahead: int = 0) -> str:
+    """Return a time (ISO 8601, UTC); empty if the text does not have the form.
+
+    Parameters
+    ----------
+    text, form : str
+        Time to the second, and its form for `datetime.strptime`.
+    fraction : str
+        Decimals of the second as printed, with the point.
+    hours_ahead : int
+        Difference between the local time and UTC [h].
+
+    Examples
+    --------
+    >>> utc_of("2018/02/06-23:50:42", "%Y/%m/%d-%H:%M:%S", ".5", hours_ahead=8)
+    '2018-02-06T15:50:42.5Z'
+    """
+    try:
+        moment = datetime.strptime(text, form).replace(tzinfo=UTC) - timedelta(hours=hours_ahead)
+    except (ValueError, OverflowError):
+        return ""
+    return f"{moment:%Y-%m-%dT%H:%M:%S}{fraction}Z"
+
+
 def time_step_of(
     path: Path,
     times: Float,

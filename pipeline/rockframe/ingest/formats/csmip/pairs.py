@@ -23,8 +23,8 @@ from rockframe.ingest.formats.csmip.header import Header, Volume, read_header, r
 from rockframe.ingest.metadata.identify import distinct_records
 from rockframe.ingest.metadata.site import distances, place_in, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of, required_line
+from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
+from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_line
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import even_samples
@@ -53,7 +53,7 @@ _NAME: Final = re.compile(
 )
 _CODE: Final = re.compile(r"STATION (?:NO\.|USC#)\s*(?P<code>\d+)(?=[\s,])", re.I)
 _MAGNITUDE: Final = re.compile(r"\bM(?P<kind>[WL])\s*=\s*(?P<size>\d+\.\d+)", re.I)
-_DEPTH: Final = re.compile(r"\bH\s*=\s*(?P<depth>\d+(\.\d+)?)\s*KM", re.I)
+_DEPTH: Final = re.compile(r"\bH\s*=\s*(?P<depth>\d+(?:\.\d+)?)\s*KM", re.I)
 _TIMES: Final = (
     re.compile(r"\s*(\d+/\d+/\d{4}\s+\d+:\d+:\d+)\s*\(GMT\)"),
     re.compile(r"TRIGGER TIME:\s*(\d+/\d+/\d{4}\s+\d+:\d+:\d+)(\.\d+)? GMT"),
@@ -161,7 +161,7 @@ def _pairs(header: Header, rows: list[bytes]) -> tuple[NDArray[np.float64], NDAr
     # Files of USC begin each line with a blank.
     if rows and all(row[:1] == b" " for row in rows) and len(rows[0]) % _COLUMNS.width == 1:
         rows = [row[1:] for row in rows]
-    count = sum(-(-len(row) // _COLUMNS.width) for row in rows)
+    count = count_columns(rows, _COLUMNS)
     numbers = read_columns(header.path, rows, _COLUMNS, count + count % 2, line)
     return numbers[::2], numbers[1::2]
 
@@ -210,9 +210,8 @@ def _facts(header: Header) -> dict[str, Any]:
     lines = header.lines
     sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
     magnitude = sizes.get("W") or sizes.get("L") or math.nan
-    depth = _DEPTH.search(lines[8])
-    deep = float(depth["depth"]) if depth else math.nan
-    known = distances(place_in(lines[8]), place_in(lines[4]), deep)
+    (depth,) = numbers_in(_DEPTH, lines[8])
+    known = distances(place_in(lines[8]), place_in(lines[4]), depth)
     if lines[4].startswith("STATION USC#"):
         distance, size = (header.real(item) for item in (11, 12))
         known = {"epicentral_distance": distance.value} if distance else {}
