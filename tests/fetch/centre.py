@@ -12,8 +12,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
-
-from rockframe.fetch.obspy_parts import Stream, UTCDateTime
+from obspy import Stream, UTCDateTime
 
 ORIGIN = "2019-07-06T03:19:53.000000Z"
 EPICENTRE = (35.77, -117.6)

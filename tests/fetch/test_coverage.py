@@ -7,10 +7,10 @@ from contextlib import suppress
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from obspy import UTCDateTime
 
 from rockframe.errors import InputError
 from rockframe.fetch.coverage import Coverage, measure, read_whole
-from rockframe.fetch.obspy_parts import UTCDateTime
 
 from .centre import miniseed, waveform
 

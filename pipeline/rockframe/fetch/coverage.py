@@ -10,16 +10,13 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, Final
 
+from obspy import Stream, UTCDateTime, read
+from obspy.core.util.obspy_types import ObsPyException
+from obspy.io.mseed.util import get_record_information
+
 from rockframe.errors import InputError
 from rockframe.fetch.answers import one_line
 from rockframe.fetch.metadata import Channel, Event
-from rockframe.fetch.obspy_parts import (
-    ObsPyException,
-    Stream,
-    UTCDateTime,
-    get_record_information,
-    read,
-)
 
 #: Sequence number, quality, a reserved byte, and the codes of the channel.
 _HEADER: Final = re.compile(rb"[0-9 \0]{6}[DRQM][ \0][A-Za-z0-9 ]{12}")

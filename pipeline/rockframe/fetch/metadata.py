@@ -9,14 +9,11 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, Final
 
+from obspy import Inventory, read_events, read_inventory
+from obspy.core.util.obspy_types import ObsPyException
+from obspy.geodetics import gps2dist_azimuth
+
 from rockframe.errors import ParameterError, ServiceError
-from rockframe.fetch.obspy_parts import (
-    Inventory,
-    ObsPyException,
-    gps2dist_azimuth,
-    read_events,
-    read_inventory,
-)
 from rockframe.options.ingest import FetchOptions, utc
 
 

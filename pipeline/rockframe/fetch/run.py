@@ -11,6 +11,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from obspy import UTCDateTime
+
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch.answers import Kind
 from rockframe.fetch.coverage import Coverage, Fetched, measure, read_whole
@@ -25,7 +27,6 @@ from rockframe.fetch.metadata import (
     unlisted,
     without_response,
 )
-from rockframe.fetch.obspy_parts import UTCDateTime
 from rockframe.fetch.service import Service, Sleep, open_service
 from rockframe.options.ingest import FetchOptions
 
@@ -33,6 +34,8 @@ from rockframe.options.ingest import FetchOptions
 _SHORTEST_DEGREE: Final = 110.5
 #: Problems that would affect every request; other problems affect only one file.
 _OF_ALL_FILES: Final = frozenset([Kind.MISTAKE, Kind.UNAVAILABLE])
+#: Codes of a channel, as `FetchOptions`, `Channel` and obspy's client name them.
+_CODES: Final = ("network", "station", "location", "channel")
 
 T = TypeVar("T")
 Ask = Callable[[Any, BytesIO], None]
@@ -189,22 +192,12 @@ def _listed(
     if around and event is not None:
         around |= {"latitude": event.latitude, "longitude": event.longitude}
 
-    def ask(client: Any, answer: BytesIO) -> None:
-        client.get_stations(
-            network=request.network,
-            station=request.station,
-            location=request.location,
-            channel=request.channel,
-            starttime=UTCDateTime(span[0]),
-            endtime=UTCDateTime(span[1]),
-            level="channel",
-            filename=answer,
-            **around,
-        )
+    codes = {name: getattr(request, name) for name in _CODES}
 
     def check(url: str, body: bytes) -> list[Channel]:
         return list_channels(url, read_stations(url, body), event, request)
 
+    ask = _ask_stations(span, level="channel", **codes, **around)
     listed = session.require("station", CHANNELS, ask, check)
     if not listed:
         raise ServiceError(
@@ -215,24 +208,25 @@ def _listed(
     return listed
 
 
+def _ask_stations(span: tuple[str, str], **words: Any) -> Ask:
+    """Return the request of StationXML for a span and codes."""
+
+    def ask(client: Any, answer: BytesIO) -> None:
+        start, end = map(UTCDateTime, span)
+        client.get_stations(starttime=start, endtime=end, filename=answer, **words)
+
+    return ask
+
+
 def _fetch_station(
     session: _Session, channels: list[Channel], span: tuple[str, str]
 ) -> list[Coverage]:
     station = f"{channels[0].network}.{channels[0].station}"
     file = f"{station}.xml"
-
-    def ask(client: Any, answer: BytesIO) -> None:
-        client.get_stations(
-            network=channels[0].network,
-            station=channels[0].station,
-            location=",".join(sorted({channel.location for channel in channels})),
-            channel=",".join(sorted({channel.channel for channel in channels})),
-            starttime=UTCDateTime(span[0]),
-            endtime=UTCDateTime(span[1]),
-            level="response",
-            filename=answer,
-        )
-
+    codes = {
+        name: ",".join(sorted({getattr(channel, name) for channel in channels})) for name in _CODES
+    }
+    ask = _ask_stations(span, level="response", **codes)
     rows = [_fetch_channel(session, channel, span) for channel in channels]
     inventory, reason = session.obtain("station", file, ask, read_stations)
     if inventory is None:
@@ -248,15 +242,8 @@ def _fetch_channel(session: _Session, channel: Channel, span: tuple[str, str]) -
     file = f"{channel.name}.mseed"
 
     def ask(client: Any, answer: BytesIO) -> None:
-        client.get_waveforms(
-            channel.network,
-            channel.station,
-            channel.location,
-            channel.channel,
-            UTCDateTime(span[0]),
-            UTCDateTime(span[1]),
-            filename=answer,
-        )
+        codes = [getattr(channel, name) for name in _CODES]
+        client.get_waveforms(*codes, *map(UTCDateTime, span), filename=answer)
 
     def check(_url: str, body: bytes) -> Coverage:
         return replace(measure(channel.name, span, read_whole(file, body)), file=file)

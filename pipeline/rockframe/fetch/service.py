@@ -14,9 +14,11 @@ from importlib.metadata import version
 from io import BytesIO
 from typing import Any, Final
 
+from obspy.clients.fdsn import Client
+from obspy.clients.fdsn.header import FDSNException
+
 from rockframe.errors import ParameterError
 from rockframe.fetch.answers import Kind, Problem, ServiceReply, judge, slow, unreachable
-from rockframe.fetch.obspy_parts import Client, FDSNException
 
 #: Number of attempts at one request.
 ATTEMPTS: Final = 4

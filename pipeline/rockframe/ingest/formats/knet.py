@@ -160,12 +160,9 @@ def _scale(header: KeyedHeader) -> float:
 def _require_count(header: KeyedHeader, samples: int, rate: int) -> None:
     duration = header.number("Duration Time(s)")
     if samples != round(duration * rate):
-        raise InputError(
-            header.path,
-            f"{duration:g} s at {rate} Hz stated, that is {round(duration * rate)} samples, but "
-            f"{samples} in the file. Must be equal.",
-            line=header.lines["Duration Time(s)"],
-        )
+        message = f"{duration:g} s at {rate} Hz stated, that is {round(duration * rate)} samples,"
+        message += f" but {samples} in the file. Must be equal."
+        raise InputError(header.path, message, header.lines["Duration Time(s)"])
     if samples < 2:
         raise header.invalid("Duration Time(s)", "2 samples or more")
 

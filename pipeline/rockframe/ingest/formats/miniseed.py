@@ -21,7 +21,6 @@ from rockframe.ingest.metadata.stationxml import ChannelResponse, find_response
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite
 from rockframe.ingest.parsing.obspy_reader import read_stream
-from rockframe.ingest.reading.members import printable
 from rockframe.record import Record
 
 DESCRIPTION = "miniSEED 2 with StationXML beside it or in --station-xml"
@@ -176,23 +175,19 @@ def _record(
         component=stats.channel,
         orientation=instrument.orientation,
         azimuth=instrument.azimuth,
-        site_type=instrument.site_type,
         station=stats.station,
         network=stats.network,
         start_time=str(stats.starttime),
-        instrument_file=printable(instrument.source),
-        instrument_sha256=instrument.sha256,
+        **instrument.facts,
         processing=(*said, step),
     )
 
 
 def _counts(path: Path, trace: Any) -> NDArray[np.float64]:
     if trace.data.dtype.kind not in "iuf" or trace.data.size < 2 or not trace.stats.sampling_rate:
-        raise InputError(
-            path,
-            f"{trace.id} holds {trace.data.size} of {trace.data.dtype} at "
-            f"{trace.stats.sampling_rate:g} Hz. Must be 2 numbers or more, evenly sampled.",
-        )
+        held = f"{trace.data.size} of {trace.data.dtype} at {trace.stats.sampling_rate:g} Hz"
+        message = f"{trace.id} holds {held}. Must be 2 numbers or more, evenly sampled."
+        raise InputError(path, message)
     counts = trace.data.astype(np.float64)
     if not are_finite(counts):
         raise InputError(path, f"{trace.id} holds NaN or infinity. Must be finite.")
@@ -208,10 +203,7 @@ def _converted(
 ) -> tuple[NDArray[np.float64], str]:
     """Return the acceleration [m s-2] and a note for `processing`."""
     if water_level is None:
-        return counts / instrument.counts, (
-            f"divided by the sensitivity of {instrument.counts:g} counts per m/s2 "
-            f"({instrument.source})"
-        )
+        return counts / instrument.counts, instrument.division
     acceleration = _response_removed(path, trace, counts, instrument, water_level)
     return acceleration, (
         f"response removed: mean removed, {_TAPER:.0%} cosine taper, water level "
@@ -233,11 +225,9 @@ def _response_removed(
     begins = str(stages[0].input_units)
     # obspy would differentiate if the first stage is a velocity, even if the sensitivity is not.
     if begins.lower() != instrument.units.lower():
-        raise InputError(
-            path,
-            f"first stage of {trace.id} is per {begins!r}, its sensitivity per "
-            f"{instrument.units!r} ({instrument.source}). Must be equal.",
-        )
+        stated = f"{instrument.units!r} ({instrument.source})"
+        message = f"first stage of {trace.id} is per {begins!r}, its sensitivity per {stated}."
+        raise InputError(path, f"{message} Must be equal.")
     piece = trace.copy()
     piece.data = counts.copy()
     piece.stats.response = instrument.response

@@ -20,7 +20,7 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, rows_below, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
 
@@ -107,8 +107,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     factor = _factor(path, header, options)
     count, step = _count_and_step(path, header[-1], last)
     step = settle_time_step(path, step, options, last)
-    body = text.split(b"\n", last)[last] if text.count(b"\n") >= last else b""
-    samples = parse_numbers(path, body, last + 1)
+    samples = parse_numbers(path, rows_below(text, last), last + 1)
     if samples.size != count:
         message = f"NPTS {count} in the header, {samples.size} samples in the file. Must be equal."
         raise InputError(path, message, last)
@@ -202,11 +201,8 @@ def _header(path: Path, text: bytes) -> list[str]:
     for number, line in enumerate(lines[:_LONGEST_HEADER], 1):
         if _sizes(line):
             return lines[:number]
-    raise InputError(
-        path,
-        f"no NPTS and DT in the first {_LONGEST_HEADER} lines. "
-        "Must be stated as 'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'.",
-    )
+    must = "Must be stated as 'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'."
+    raise InputError(path, f"no NPTS and DT in the first {_LONGEST_HEADER} lines. {must}")
 
 
 def _refuse_other_quantities(path: Path, header: list[str]) -> None:

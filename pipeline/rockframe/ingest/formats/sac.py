@@ -21,7 +21,6 @@ from rockframe.ingest.metadata.identify import direction, record_ids, seed_lette
 from rockframe.ingest.metadata.stationxml import find_response
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
-from rockframe.ingest.reading.members import printable
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
 
@@ -152,13 +151,7 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
         message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
         raise InputError(path, f"{message} Must be equal.")
     factor_to_si(path, "m/s2", options)
-    note = f"divided by the sensitivity of {found.counts:g} counts per m/s2 ({found.source})"
-    return 1.0 / found.counts, {
-        "instrument_file": printable(found.source),
-        "instrument_sha256": found.sha256,
-        "site_type": found.site_type,
-        "processing": (note,),
-    }
+    return 1.0 / found.counts, {**found.facts, "processing": (found.division,)}
 
 
 def _byte_order(head: bytes) -> str | None:

@@ -142,11 +142,8 @@ def _kind(path: Path, first: str) -> re.Match[str]:
 
 def _header(path: Path, lines: list[bytes]) -> _Header:
     if len(lines) < _HEADER_LINES:
-        raise InputError(
-            path,
-            f"the file ends after {len(lines)} lines of the header. Must be {_HEADER_LINES} lines.",
-            line=len(lines),
-        )
+        message = f"the file ends after {len(lines)} lines of the header. "
+        raise InputError(path, f"{message}Must be {_HEADER_LINES} lines.", len(lines))
     text = [line.decode("latin-1") for line in lines[:_TEXT_LINES]]
     integers = lines[_TEXT_LINES : _TEXT_LINES + _INTEGER_LINES]
     whole = [int(field) for field in _fields(path, integers, _INTEGERS, _TEXT_LINES + 1)]

@@ -271,11 +271,8 @@ def _time_step(
 
         return time_step_of(path, table[:, time], printed, layout.first_line, options.time_step)
     if options.time_step is None:
-        raise InputError(
-            path,
-            "time step unstated. State it with --time-step-s, or add a column of times before the "
-            "acceleration.",
-        )
+        message = "time step unstated. State it with --time-step-s, or add a column of times"
+        raise InputError(path, f"{message} before the acceleration.")
     return options.time_step
 
 

@@ -17,16 +17,10 @@ from rockframe.record import LONGEST_ID, Orientation, Record, is_record_id
 _VERTICAL: Final = frozenset(["UP", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"])
 _DOWNWARD: Final = frozenset(["DOWN", "DWN", "DN"])
 _COMPASS: Final = {
-    "N": 0.0,
-    "NS": 0.0,
-    "NORTH": 0.0,
-    "E": 90.0,
-    "EW": 90.0,
-    "EAST": 90.0,
-    "S": 180.0,
-    "SOUTH": 180.0,
-    "W": 270.0,
-    "WEST": 270.0,
+    **dict.fromkeys(["N", "NS", "NORTH"], 0.0),
+    **dict.fromkeys(["E", "EW", "EAST"], 90.0),
+    **dict.fromkeys(["S", "SOUTH"], 180.0),
+    **dict.fromkeys(["W", "WEST"], 270.0),
 }
 _BEARING: Final = re.compile(r"([NS])(\d{1,2})([EW])")
 

@@ -16,7 +16,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
-from rockframe.ingest.reading.members import Content
+from rockframe.ingest.reading.members import Content, printable
 from rockframe.record import Orientation, SiteType
 
 #: Text that identifies a StationXML file.
@@ -79,6 +79,21 @@ class ChannelResponse:
     site_type: SiteType = SiteType.UNKNOWN
     response: Any = None
 
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Fields of a record that the channel states."""
+        return {
+            "instrument_file": printable(self.source),
+            "instrument_sha256": self.sha256,
+            "site_type": self.site_type,
+        }
+
+    @property
+    def division(self) -> str:
+        """Note for `processing` of samples that were divided by the sensitivity."""
+        counts = f"{self.counts:g} counts per m/s2"
+        return f"divided by the sensitivity of {counts} ({self.source})"
+
 
 def is_station_xml(path: Path, head: bytes | None = None) -> bool:
     """Return True if a file is StationXML, by name and beginning; False if it cannot be read.
@@ -131,11 +146,9 @@ def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
     found = [(file, channel) for file in files for channel in _channels(file, trace)]
     if not found:
         looked = ", ".join(file.name for file in files) or "none that names the station"
-        raise InputError(
-            path,
-            f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked}). "
-            "Put its *.xml beside the file, or name it with --station-xml.",
-        )
+        message = f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked})."
+        do = "Put its *.xml beside the file, or name it with --station-xml."
+        raise InputError(path, f"{message} {do}")
     file, channel = found[0]
     for other_file, other in found[1:]:
         if _summary(other) != _summary(channel) or other.response != channel.response:
@@ -261,11 +274,9 @@ def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
         message = f"first stage of {name} is per {units!r}, its sensitivity per {stated!r}."
         raise InputError(file, f"{message} Must be an acceleration, too.") from None
     if not abs(product - counts) <= _SAME_GAIN * counts:
-        raise InputError(
-            file,
-            f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
-            f"{len(stages)} stages multiply to {product:.7g}. Must agree within {_SAME_GAIN:.0%}.",
-        )
+        message = f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
+        message += f"{len(stages)} stages multiply to {product:.7g}."
+        raise InputError(file, f"{message} Must agree within {_SAME_GAIN:.0%}.")
 
 
 def _direction(channel: Any) -> tuple[Orientation, float]:

@@ -197,12 +197,9 @@ def _first_bad_column(path: Path, rows: list[bytes], columns: Columns, line: int
             if not _is_valid(field, columns):
                 shown = field.decode("latin-1").strip()
                 must = "whole number" if columns.integers else "finite number with a decimal point"
-                return InputError(
-                    path,
-                    f"acceleration {shown!r} in characters {start + 1} to {start + len(field)}. "
-                    f"Must be a {must}.",
-                    line=number,
-                )
+                where = f"characters {start + 1} to {start + len(field)}"
+                message = f"acceleration {shown!r} in {where}. Must be a {must}."
+                return InputError(path, message, number)
     raise AssertionError("every column holds a number, yet they could not be read together")
 
 

@@ -251,11 +251,8 @@ def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1
         return
     if last[0] < others[0][0] or last[1] < others[0][1]:
         shown = tokens[-1].decode("latin-1")
-        raise InputError(
-            path,
-            f"the file ends within {shown!r}, which has fewer digits than the numbers before it.",
-            line=first_line + body.count(b"\n"),
-        )
+        message = f"the file ends within {shown!r}, which has fewer digits than the numbers before"
+        raise InputError(path, f"{message} it.", first_line + body.count(b"\n"))
 
 
 def _digits(token: bytes) -> tuple[int, int]:

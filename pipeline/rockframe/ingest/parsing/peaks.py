@@ -136,12 +136,9 @@ def require_peak(
     if not signed and not right.size:
         right = np.flatnonzero(np.abs(sizes[peaks] - abs(value)) <= slack)
     if not right.size:
-        raise InputError(
-            path,
-            f"peak {value:.10g} {stated.units} stated, but {samples[where]:.10g} {stated.units} "
-            "in the file. Must agree.",
-            line=stated.line,
-        )
+        found = f"{samples[where]:.10g} {stated.units} in the file"
+        message = f"peak {value:.10g} {stated.units} stated, but {found}. Must agree."
+        raise InputError(path, message, stated.line)
     late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)
     if stated.time and late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
         message = f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s"

@@ -174,11 +174,10 @@ def _step(path: Path, fitting: tuple[float, float], places: int, given: float | 
         return _simplest(low, high, places)
     if low * (1.0 - _SAME_STEP) <= given <= high * (1.0 + _SAME_STEP):
         return given
-    raise InputError(
-        path,
-        f"time step {given!r} s given, but the times state {_simplest(low, high, places)!r} s. "
-        "Must agree.",
+    message = (
+        f"time step {given!r} s given, but the times state {_simplest(low, high, places)!r} s."
     )
+    raise InputError(path, f"{message} Must agree.")
 
 
 def _simplest(low: float, high: float, places: int) -> float:
@@ -207,12 +206,9 @@ def _shortest_decimal(low: float, high: float) -> tuple[int, float]:
 
 
 def _uneven(path: Path, times: Float, where: int, expected: float, first_line: int) -> InputError:
-    return InputError(
-        path,
-        f"time {times[where]:.12g} s after {times[where - 1]:.12g} s. "
-        f"Must be {expected:.6g} s: even steps, printed finely enough to show them.",
-        line=first_line + where,
-    )
+    message = f"time {times[where]:.12g} s after {times[where - 1]:.12g} s."
+    must = f"Must be {expected:.6g} s: even steps, printed finely enough to show them."
+    return InputError(path, f"{message} {must}", first_line + where)
 
 
 def _decimals(token: bytes) -> int:

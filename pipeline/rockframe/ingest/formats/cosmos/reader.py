@@ -16,19 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.formats.cosmos.agreement import (
+from rockframe.ingest.formats.cosmos.header import (
     QUANTITIES,
     QUANTITY,
-    direction_of,
-    require_agreement,
-    require_quantity,
-)
-from rockframe.ingest.formats.cosmos.counts import factor_of_counts
-from rockframe.ingest.formats.cosmos.names import (
     component_of,
     corners_of,
+    direction_of,
     event_of,
     filters_of,
+    require_agreement,
+    require_quantity,
     seed_name,
     start_time_of,
     station_of,
@@ -41,6 +38,7 @@ from rockframe.ingest.parsing.columns import read_columns, require_layout
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
 from rockframe.record import Record
+from rockframe.units import GRAVITY
 
 DESCRIPTION = "COSMOS V0 (counts with stated sensitivity), V1, V2 and V2c, several channels"
 
@@ -55,6 +53,17 @@ _ACCELERATION: Final = 1
 _RAW, _UNCORRECTED, _CORRECTED = 0, 1, 2
 _COUNTS: Final = 50
 _UNITS_OF: Final = {2: "g", 4: "cm/s2", 10: "gal"}
+
+#: Items of the real header: one count [uV] and full scale [V] of the recorder; sensitivity [V/g],
+#: full-scale output [V] and acceleration [g], and gain of the sensor.
+_VOLTS, _RECORDER_SCALE = 22, 23
+_SENSITIVITY, _SENSOR_OUTPUT, _SENSOR_SCALE, _GAIN = 42, 43, 44, 47
+#: Item of the integer header with the sample length [bit], and the usual length.
+_BITS: Final = 35
+_USUAL_BITS: Final = 24
+#: Largest relative difference between stated and derived values. Full scales are nominal values,
+#: which differ by up to 0.5 % in real files.
+_SAME_SCALE: Final = 0.02
 
 
 def sniff(head: bytes) -> bool:
@@ -90,12 +99,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     channels = [one for one in found if one.integer(QUANTITY) == _ACCELERATION]
     if not channels:
         code = found[0].integer(QUANTITY)
-        raise OtherQuantityError(
-            path,
-            f"quantity {code} ({QUANTITIES.get(code or 0, 'unknown')}) in item {QUANTITY} of the "
-            f"integer header. Must be {_ACCELERATION} (acceleration).",
-            line=found[0].first_line,
-        )
+        message = f"quantity {code} ({QUANTITIES.get(code or 0, 'unknown')}) in item {QUANTITY} of "
+        message += f"the integer header. Must be {_ACCELERATION} (acceleration)."
+        raise OtherQuantityError(path, message, found[0].first_line)
     for one in found:
         require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
     names = [_component(one) for one in channels]
@@ -113,12 +119,9 @@ def _samples(channel: Channel) -> int:
 def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     stage = channel.integer(_STAGE)
     if stage not in (_RAW, _UNCORRECTED, _CORRECTED):
-        raise InputError(
-            channel.path,
-            f"processing stage {stage} in item {_STAGE} of the integer header. "
-            "Must be 0 (raw), 1 (uncorrected) or 2 (corrected).",
-            line=channel.first_line,
-        )
+        message = f"processing stage {stage} in item {_STAGE} of the integer header."
+        must = "Must be 0 (raw), 1 (uncorrected) or 2 (corrected)."
+        raise InputError(channel.path, f"{message} {must}", channel.first_line)
     factor, converted = _factor(channel, options)
     columns, line = channel.layout.columns, channel.sample_line
     samples = read_columns(channel.path, channel.rows, columns, _samples(channel), line)
@@ -130,7 +133,6 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     named = station_of(channel.text[4]) or seed_name(channel.comments)
     component = _component(channel)
     orientation, azimuth = direction_of(channel, component)
-    magnitude, distance = channel.real(_MAGNITUDE), channel.real(_DISTANCE)
     low, high = corners_of(channel.text)
     return Record(
         record_id=record_id,
@@ -149,8 +151,8 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
         station=named.station,
         network=named.network,
         start_time=start_time_of(channel.text[7]),
-        magnitude=magnitude.value if magnitude else math.nan,
-        epicentral_distance=distance.value if distance else math.nan,
+        magnitude=channel.number(_MAGNITUDE),
+        epicentral_distance=channel.number(_DISTANCE),
         peak_ratio=peak_ratio,
         filter_low=low,
         filter_high=high,
@@ -162,23 +164,72 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
     """Return the factor from samples to m s-2, and a note for `processing`."""
     code = int(channel.heading["code"])
     if channel.integer(_UNITS) != code:
+        message = f"units ({code}) stated, but {channel.integer(_UNITS)} in item {_UNITS} of the"
         raise InputError(
-            channel.path,
-            f"units ({code}) stated, but {channel.integer(_UNITS)} in item {_UNITS} of the integer "
-            "header. Must be equal.",
-            line=channel.sample_line,
+            channel.path, f"{message} integer header. Must be equal.", channel.sample_line
         )
     if code == _COUNTS:
-        return factor_of_counts(channel)
+        return _factor_of_counts(channel)
     if code not in _UNITS_OF:
         known = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
-        raise InputError(
-            channel.path,
-            f"acceleration units {channel.heading['units']!r} ({code}). "
-            f"Must be {known} or {_COUNTS} (counts).",
-            line=channel.sample_line,
-        )
+        message = f"acceleration units {channel.heading['units']!r} ({code}). Must be {known}"
+        raise InputError(channel.path, f"{message} or {_COUNTS} (counts).", channel.sample_line)
     return factor_to_si(channel.path, _UNITS_OF[code], options, channel.sample_line), ()
+
+
+def _factor_of_counts(channel: Channel) -> tuple[float, tuple[str, ...]]:
+    """Return the acceleration of one count [m s-2], and a note for `processing`."""
+    count = _required(channel, _VOLTS, "microvolts a count")
+    sensitivity = _required(channel, _SENSITIVITY, "sensitivity [V/g]")
+    gain = channel.number(_GAIN)
+    if gain <= 0.0:
+        message = f"gain {gain:g} in item {_GAIN} of the real header. Must be positive."
+        raise InputError(channel.path, message, channel.real_line)
+    _require_recorder(channel, count)
+    _require_sensor(channel, sensitivity)
+    said = "gain unstated, taken as 1" if math.isnan(gain) else f"gain {gain:g}"
+    amplified = 1.0 if math.isnan(gain) else gain
+    done = f"counts converted with {count:g} uV a count, {sensitivity:g} V/g, {said}"
+    return 1e-6 * count / amplified / sensitivity * GRAVITY, (done,)
+
+
+def _required(channel: Channel, item: int, name: str) -> float:
+    number = channel.number(item)
+    if not number > 0.0:
+        shown = "unknown" if math.isnan(number) else f"{number:g}"
+        message = f"raw counts without a usable sensitivity: {name} {shown} in item {item} of the"
+        raise InputError(
+            channel.path, f"{message} real header. Must be positive.", channel.real_line
+        )
+    return number
+
+
+def _require_recorder(channel: Channel, count: float) -> None:
+    """Compare the range of counts with the full scale, which may be stated for one sign only."""
+    stated = channel.number(_RECORDER_SCALE)
+    bits = {_USUAL_BITS, channel.integer(_BITS) or _USUAL_BITS}
+    spans = {length: 1e-6 * count * 2.0**length for length in sorted(bits) if 8 <= length <= 32}
+    if stated > 0.0 and not any(
+        _agree(span, stated) or _agree(span, 2.0 * stated) for span in spans.values()
+    ):
+        length, span = min(spans.items(), key=lambda one: abs(one[1] - stated))
+        message = f"{count:g} uV a count in item {_VOLTS} of the real header make {span:g} V with "
+        message += f"{length} bits, but a full scale of {stated:g} V in item {_RECORDER_SCALE}."
+        raise InputError(channel.path, f"{message} Must agree.", channel.real_line)
+
+
+def _require_sensor(channel: Channel, sensitivity: float) -> None:
+    output, scale = channel.number(_SENSOR_OUTPUT), channel.number(_SENSOR_SCALE)
+    if output > 0.0 and scale > 0.0 and not _agree(sensitivity * scale, output):
+        message = f"{sensitivity:g} V/g in item {_SENSITIVITY} of the real header and {scale:g} g "
+        message += f"in item {_SENSOR_SCALE} make {sensitivity * scale:g} V, but {output:g} V in "
+        raise InputError(
+            channel.path, f"{message}item {_SENSOR_OUTPUT}. Must agree.", channel.real_line
+        )
+
+
+def _agree(found: float, stated: float) -> bool:
+    return abs(found - stated) <= _SAME_SCALE * stated
 
 
 def _time_step(channel: Channel, stage: int) -> float:
@@ -186,12 +237,9 @@ def _time_step(channel: Channel, stage: int) -> float:
     raw, processed = channel.real(_RAW_STEP), channel.real(_STEP)
     if stage == _RAW and raw is not None:
         if processed and abs(1e-3 * processed.value - raw.value) > 1e-3 * processed.unit + raw.unit:
-            raise InputError(
-                channel.path,
-                f"time step {raw.value:g} s in item {_RAW_STEP} of the real header, but "
-                f"{processed.value:g} ms in item {_STEP}. Must be equal.",
-                line=channel.real_line,
-            )
+            message = f"time step {raw.value:g} s in item {_RAW_STEP} of the real header, but "
+            message += f"{processed.value:g} ms in item {_STEP}. Must be equal."
+            raise InputError(channel.path, message, channel.real_line)
         return raw.value
     if processed is None:
         message = f"time step unknown. Must be in item {_STEP} of the real header [ms]."
@@ -203,12 +251,9 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
     """Compare the length with the stated one, which may be one step shorter."""
     stated = channel.real(_LENGTH)
     if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
-        raise InputError(
-            channel.path,
-            f"length {stated.value:g} s in item {_LENGTH} of the real header, but {length:g} s of "
-            "samples in the file. Must agree.",
-            line=channel.real_line,
-        )
+        message = f"length {stated.value:g} s in item {_LENGTH} of the real header, but "
+        message += f"{length:g} s of samples in the file. Must agree."
+        raise InputError(channel.path, message, channel.real_line)
 
 
 def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:

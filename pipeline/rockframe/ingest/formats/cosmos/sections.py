@@ -7,6 +7,7 @@ the Fortran format.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -140,6 +141,11 @@ class Channel:
         number = Printed.of(self.reals[item - 1])
         return None if number.value == self.unknown[1] else number
 
+    def number(self, item: int) -> float:
+        """Return an item of the real header; NaN if unknown."""
+        known = self.real(item)
+        return known.value if known else math.nan
+
 
 def channels_of(path: Path, lines: list[bytes]) -> list[Channel]:
     """Return the channels of a file; the number of lines in each section is checked.
@@ -231,12 +237,8 @@ def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[st
                 raise bad_number(path, field, line, "header value")
             fields.append(field.decode("latin-1"))
     if len(fields) != int(stated["count"]) or len(fields) < 100:
-        raise InputError(
-            path,
-            f"{stated['count']} values of the {kind.lower()} header stated, {len(fields)} in the "
-            "file. Must be equal, and 100 or more.",
-            line=at + 1,
-        )
+        message = f"{stated['count']} values of the {kind.lower()} header stated, {len(fields)} in "
+        raise InputError(path, f"{message}the file. Must be equal, and 100 or more.", at + 1)
     return fields, end
 
 
@@ -246,9 +248,7 @@ def _comments(path: Path, lines: list[bytes], at: int) -> tuple[list[str], int]:
     while end < len(lines) and lines[end].lstrip().startswith(b"|"):
         end += 1
     if end - at - 1 != int(stated["count"]):
-        raise InputError(
-            path,
-            f"{stated['count']} comment lines stated, {end - at - 1} in the file. Must be equal.",
-            line=at + 1,
-        )
+        found = f"{end - at - 1} in the file"
+        message = f"{stated['count']} comment lines stated, {found}. Must be equal."
+        raise InputError(path, message, at + 1)
     return [line.decode("latin-1").strip().lstrip("|") for line in lines[at + 1 : end]], end

@@ -144,11 +144,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     lines = text_of(path, data).split(b"\n")
     if _SPECTRA.match(lines[0].decode("latin-1")):
-        raise OtherQuantityError(
-            path,
-            "response and Fourier spectra (CSMIP volume 3). Must be acceleration (volume 1 or 2).",
-            line=1,
-        )
+        message = "response and Fourier spectra (CSMIP volume 3)."
+        raise OtherQuantityError(path, f"{message} Must be acceleration (volume 1 or 2).", 1)
     channels = _channels(path, lines)
     require_channels(path, channels[0][0].lines[5], len(channels), 6)
     names = [header.component for header, _ in channels]
