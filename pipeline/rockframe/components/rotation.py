@@ -9,9 +9,8 @@ from hashlib import sha256
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rockframe.components.pairing import HorizontalPair
+from rockframe.components.pairing import Float, HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.record import LONGEST_ID, Orientation, Record
 
@@ -113,8 +112,6 @@ def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Recor
     """
     return rotate(pair, (strike + 90.0) % 360.0), rotate(pair, strike)
 
-
-Float = NDArray[np.float64]
 
 #: Default azimuths [degree]; from 180 degrees on, the motion only changes sign.
 HALF_TURN: Final = tuple(float(azimuth) for azimuth in range(180))

@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest.formats import peer_at2
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.parsing.lines import are_finite
+from rockframe.ingest.parsing.lines import Float, are_finite
 from rockframe.ingest.reading.files import read_file
 from rockframe.ingest.reading.registry import FORMATS, HEAD, Format, read_bytes, sniff_format
 from rockframe.provenance import whole_file
@@ -255,7 +254,7 @@ def _content(trace: Trace, factor: float) -> bytes:
     return content
 
 
-def _samples(trace: Trace) -> NDArray[np.float64]:
+def _samples(trace: Trace) -> Float:
     if np.ma.is_masked(trace.data):
         raise ParameterError(f"Trace {trace.id!r} has gaps.")
     samples = np.asarray(trace.data, dtype=np.float64)

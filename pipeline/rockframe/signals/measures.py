@@ -10,10 +10,8 @@ import scipy  # its submodules load when they are first used, which takes half a
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.signals.processing import integrate, peak
+from rockframe.signals.processing import Float, integrate, peak
 from rockframe.units import GRAVITY
-
-Float = NDArray[np.float64]
 
 #: Length of the windows at the beginning and end of a record [s]. It contains several samples at
 #: any usual rate, so that one sample near zero does not matter, and is short compared with the

@@ -7,9 +7,8 @@ from typing import Final
 
 import numpy as np
 import scipy  # its submodules load when they are first used, which takes half a second
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rockframe.signals.processing import Float
 
 #: Length of the first window, whose level is used to detect the onset of the motion [s].
 _LISTEN: Final = 2.0

@@ -6,14 +6,11 @@ import re
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import KeyedHeader, keyed_header, numbers_in
-from rockframe.ingest.parsing.lines import head_lines, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.lines import Float, head_lines, parse_numbers, rows_below, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_of
 from rockframe.record import Record
@@ -91,7 +88,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
     raise InputError(path, message)
 
 
-def _table(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
+def _table(header: KeyedHeader, text: bytes) -> Float:
     """Return the samples [gal], shape (samples, 3)."""
     body = rows_below(text, header.count).rstrip()
     values = parse_numbers(header.path, body, header.count + 1)
@@ -115,7 +112,7 @@ def _places(tokens: list[bytes]) -> list[int]:
     return [len(token.partition(b".")[2]) for token in tokens]
 
 
-def _peak_ratios(header: KeyedHeader, table: NDArray[np.float64]) -> list[float]:
+def _peak_ratios(header: KeyedHeader, table: Float) -> list[float]:
     """Return the ratios of actual to stated peaks; raise an error if they differ."""
     stated = {
         found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, record_ids
@@ -15,7 +14,7 @@ from rockframe.ingest.metadata.site import distances
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header
-from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.lines import Float, head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_of
 from rockframe.record import Record
@@ -78,7 +77,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 def _time_step(
     header: KeyedHeader,
-    times: NDArray[np.float64],
+    times: Float,
     rows: list[bytes],
     first_line: int,
     options: ReadOptions,
@@ -98,7 +97,7 @@ def _time_step(
 
 def _record(
     header: KeyedHeader,
-    samples: NDArray[np.float64],
+    samples: Float,
     factor: float,
     step: float,
     name: str,

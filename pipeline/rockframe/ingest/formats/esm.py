@@ -11,16 +11,13 @@ import re
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import directed, record_ids, seed_letter, with_ending
 from rockframe.ingest.metadata.site import site_of_depth
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
-from rockframe.ingest.parsing.lines import head_lines, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.lines import Float, head_lines, parse_numbers, rows_below, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_of
 from rockframe.record import Record
@@ -152,7 +149,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
     return header
 
 
-def _samples(header: KeyedHeader, text: bytes) -> NDArray[np.float64]:
+def _samples(header: KeyedHeader, text: bytes) -> Float:
     """Return the samples [cm/s2]."""
     body = rows_below(text, header.count)
     if _TOUCHING.search(body):

@@ -13,14 +13,13 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import numbers_in, required_line
-from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
+from rockframe.ingest.parsing.lines import Float, head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_time
 from rockframe.record import Orientation, Record
@@ -203,7 +202,7 @@ def _step(component: _Component) -> float:
         stated = component.matched(
             10, _RAW, "Raw readings in units of 1.00 mm/s/s  at intervals of 0.005 s"
         )
-        if not is_number(stated["units"].encode()) or float(stated["units"]) != 1.0:
+        if not is_number(stated["units"]) or float(stated["units"]) != 1.0:
             message = f"raw readings in units of {stated['units']} mm/s/s. Must be 1.00."
             raise component.error(10, message)
     else:
@@ -212,13 +211,13 @@ def _step(component: _Component) -> float:
         )
     token, step = stated["step"], component.real(_STEP)
     last_place = 10.0 ** -len(token.partition(".")[2])
-    if not is_number(token.encode()) or abs(float(token) - step) > 0.501 * last_place:
+    if not is_number(token) or abs(float(token) - step) > 0.501 * last_place:
         message = f"time step {token} s stated, but {step:g} s in the real header. Must be equal."
         raise component.error(10, message)
     return step
 
 
-def _samples(component: _Component, step: float) -> NDArray[np.float64]:
+def _samples(component: _Component, step: float) -> Float:
     """Return the acceleration [mm/s2]; velocity and displacement are only counted."""
     counts = [component.integer(item) for item in _COUNTS]
     points = component.matched(9, _POINTS, "Number of points  5800    Duration 115.98 sec")
@@ -228,7 +227,7 @@ def _samples(component: _Component, step: float) -> NDArray[np.float64]:
             "Must be equal, and 2 or more."
         )
         raise component.error(9, message)
-    duration = float(points["duration"]) if is_number(points["duration"].encode()) else math.nan
+    duration = float(points["duration"]) if is_number(points["duration"]) else math.nan
     # Durations may be one step shorter, and are rounded to 10 ms.
     if not abs(duration - counts[0] * step) <= 1.5 * step + 0.01:
         message = (

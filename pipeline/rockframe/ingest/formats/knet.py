@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, record_ids, with_ending
@@ -19,6 +18,7 @@ from rockframe.ingest.metadata.site import distances
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import KeyedHeader
 from rockframe.ingest.parsing.lines import (
+    Float,
     head_lines,
     is_number,
     parse_numbers,
@@ -152,7 +152,7 @@ def _scale(header: KeyedHeader) -> float:
     """Return the acceleration of one count [gal]."""
     stated = _matched(header, "Scale Factor", _SCALE, "3920(gal)/6182761")
     tokens = stated["gal"], stated["counts"]
-    if not all(is_number(token.encode()) and float(token) > 0.0 for token in tokens):
+    if not all(is_number(token) and float(token) > 0.0 for token in tokens):
         raise header.invalid("Scale Factor", "two positive numbers")
     return float(tokens[0]) / float(tokens[1])
 
@@ -179,14 +179,14 @@ def _require_columns(path: Path, body: bytes) -> None:
             raise InputError(path, message, line=line)
 
 
-def _same(path: Path, read: NDArray[np.float64], own: NDArray[np.float64]) -> NDArray[np.float64]:
+def _same(path: Path, read: Float, own: Float) -> Float:
     if read.shape != own.shape or not np.array_equal(read, own):
         message = f"{own.size} samples in the file, read otherwise by obspy. Must be equal."
         raise InputError(path, message)
     return read
 
 
-def _peak_ratio(header: KeyedHeader, acceleration: NDArray[np.float64]) -> float:
+def _peak_ratio(header: KeyedHeader, acceleration: Float) -> float:
     """Return the ratio of actual peak (without the mean) to stated peak; reject a difference."""
     key = "Max. Acc. (gal)"
     gal = (acceleration - acceleration.mean()) / acceleration_factor("gal")

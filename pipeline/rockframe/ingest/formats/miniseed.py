@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import record_ids, with_ending
 from rockframe.ingest.metadata.stationxml import ChannelResponse, find_response
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import are_finite
+from rockframe.ingest.parsing.lines import Float, are_finite
 from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.record import Record
 
@@ -183,7 +182,7 @@ def _record(
     )
 
 
-def _counts(path: Path, trace: Any) -> NDArray[np.float64]:
+def _counts(path: Path, trace: Any) -> Float:
     if trace.data.dtype.kind not in "iuf" or trace.data.size < 2 or not trace.stats.sampling_rate:
         held = f"{trace.data.size} of {trace.data.dtype} at {trace.stats.sampling_rate:g} Hz"
         message = f"{trace.id} holds {held}. Must be 2 numbers or more, evenly sampled."
@@ -197,10 +196,10 @@ def _counts(path: Path, trace: Any) -> NDArray[np.float64]:
 def _converted(
     path: Path,
     trace: Any,
-    counts: NDArray[np.float64],
+    counts: Float,
     instrument: ChannelResponse,
     water_level: float | None,
-) -> tuple[NDArray[np.float64], str]:
+) -> tuple[Float, str]:
     """Return the acceleration [m s-2] and a note for `processing`."""
     if water_level is None:
         return counts / instrument.counts, instrument.division
@@ -214,10 +213,10 @@ def _converted(
 def _response_removed(
     path: Path,
     trace: Any,
-    counts: NDArray[np.float64],
+    counts: Float,
     instrument: ChannelResponse,
     water_level: float,
-) -> NDArray[np.float64]:
+) -> Float:
     stages = instrument.response.response_stages
     if not stages:
         message = f"no stages of {trace.id} in {instrument.source}. The full response needs them."

@@ -13,14 +13,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import directed, record_ids
 from rockframe.ingest.metadata.site import site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.lines import (
+    Float,
+    head_lines,
+    is_number,
+    parse_numbers,
+    rows_below,
+    text_of,
+)
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.record import Record
 
@@ -179,7 +183,7 @@ def filter_corners(header: Sequence[str]) -> tuple[float, float]:
     return low, high
 
 
-def _peak_ratio(path: Path, header: list[str], samples: NDArray[np.float64]) -> float:
+def _peak_ratio(path: Path, header: list[str], samples: Float) -> float:
     """Return the ratio of actual to stated peak; raise an error if they differ; NaN if unstated."""
     for number, line in enumerate(header, 1):
         stated = _PEAK.search(line)
@@ -235,7 +239,7 @@ def _count_and_step(path: Path, line: str, number: int) -> tuple[int, float]:
         raise InputError(path, f"NPTS {count!r}. Must be a whole number of 2 or more.", line=number)
     if unit not in {"", "S", "SEC", "SECS", "SECOND", "SECONDS"}:
         raise InputError(path, f"DT in units of {unit!r}. Must be seconds.", line=number)
-    seconds = float(step) if is_number(step.encode("latin-1")) else math.nan
+    seconds = float(step) if is_number(step) else math.nan
     if not seconds > 0.0:
         raise InputError(path, f"time step {step!r} s. Must be a positive number.", line=number)
     return int(count), seconds

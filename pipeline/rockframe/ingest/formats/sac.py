@@ -14,13 +14,19 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import direction, record_ids, seed_letter, with_ending
 from rockframe.ingest.metadata.stationxml import find_response
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.parsing.lines import (
+    Float,
+    are_finite,
+    head_lines,
+    is_number,
+    parse_numbers,
+    text_of,
+)
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
 
@@ -51,10 +57,10 @@ _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
 class _Sac:
     """A SAC file: the 70 floats, 40 integers and 192 characters of its header, and its samples."""
 
-    floats: NDArray[np.float64]
+    floats: Float
     integers: tuple[int, ...]
     names: str
-    samples: NDArray[np.float64]
+    samples: Float
 
     def stated(self, place: int) -> float:
         """Return a header float; NaN if undefined."""
@@ -200,7 +206,7 @@ def _binary(path: Path, data: bytes, order: str) -> _Sac:
     return _Sac(floats, integers, names, _doubles(data, order, count, _HEADER_BYTES))
 
 
-def _doubles(data: bytes, order: str, count: int, start: int) -> NDArray[np.float64]:
+def _doubles(data: bytes, order: str, count: int, start: int) -> Float:
     # A signalling NaN would cause a warning; NaN among the samples are rejected later.
     with np.errstate(invalid="ignore"):
         return np.frombuffer(data, f"{order}f4", count, start).astype(np.float64)

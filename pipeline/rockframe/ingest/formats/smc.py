@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.metadata.identify import direction, record_ids
 from rockframe.ingest.metadata.site import site_of_smc
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.lines import bad_number, head_lines, text_of
+from rockframe.ingest.parsing.lines import Float, bad_number, head_lines, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
 from rockframe.record import Orientation, Record
@@ -192,7 +191,7 @@ def _time_step(header: _Header) -> float:
 
 def _pairs(
     header: _Header, rows: list[bytes], columns: Columns, line: int, options: ReadOptions
-) -> tuple[NDArray[np.float64], float]:
+) -> tuple[Float, float]:
     """Return acceleration [cm s-2] and time step [s] from pairs of time and acceleration."""
     columns = Columns(columns.count - columns.count % 2, columns.width)
     present = count_columns(rows, columns)
@@ -210,9 +209,7 @@ def _pairs(
     return numbers[1::2], step
 
 
-def _peak_ratio(
-    header: _Header, samples: NDArray[np.float64], step: float, columns: Columns
-) -> float:
+def _peak_ratio(header: _Header, samples: Float, step: float, columns: Columns) -> float:
     """Return the ratio of actual to stated peak, the larger extreme; reject a difference."""
     extremes = [(header.printed(item), item) for item in (30, 32)]
     stated = [(value, item) for value, item in extremes if value is not None]
@@ -228,7 +225,7 @@ def _peak_ratio(
 
 
 def _record(
-    header: _Header, acceleration: NDArray[np.float64], step: float, ratio: float, uncorrected: bool
+    header: _Header, acceleration: Float, step: float, ratio: float, uncorrected: bool
 ) -> Record:
     stated = _STATION.fullmatch(header.text[5])
     station, component = stated.groups() if stated else ("", "")

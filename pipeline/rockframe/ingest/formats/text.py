@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.metadata.identify import directed, record_ids
@@ -30,6 +29,7 @@ from rockframe.ingest.parsing.column_headers import (
     units_in,
 )
 from rockframe.ingest.parsing.lines import (
+    Float,
     are_finite,
     bad_number,
     blocks,
@@ -44,8 +44,6 @@ from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
 DESCRIPTION = "CSV or white-space text: time and acceleration, or acceleration alone"
-
-Float = NDArray[np.float64]
 
 #: Characters of rows of numbers; `numpy.loadtxt` treats some other characters as blanks.
 _USUAL: Final = bytes({*range(ord(" "), 0x7F), *b"\t\n\v\f\r"} - {*b"_"})

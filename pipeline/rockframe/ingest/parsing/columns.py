@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.lines import are_finite, is_number
+from rockframe.ingest.parsing.lines import Float, are_finite, is_number
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,7 @@ class Columns:
         return self.count * self.width
 
 
-def read_columns(
-    path: Path, rows: list[bytes], columns: Columns, count: int, line: int
-) -> NDArray[np.float64]:
+def read_columns(path: Path, rows: list[bytes], columns: Columns, count: int, line: int) -> Float:
     """Return the samples in fixed-width columns.
 
     Parameters
@@ -102,7 +100,7 @@ def count_columns(rows: Iterable[bytes], columns: Columns) -> int:
     return sum(-(-len(row.rstrip()) // columns.width) for row in rows)
 
 
-def _decimals(rows: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+def _decimals(rows: NDArray[np.uint8]) -> Float | None:
     """Read decimal numbers with aligned points, shape (samples,); None if they are not aligned.
 
     The digits before and after the point form a whole number below 1e15. Its division by a power of

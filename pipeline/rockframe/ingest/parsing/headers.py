@@ -28,7 +28,7 @@ class KeyedHeader:
     def number(self, key: str) -> float:
         """Return a number; NaN if it is missing or empty."""
         token = self.get(key)
-        if token and not is_number(token.encode("latin-1", "replace")):
+        if token and not is_number(token):
             raise self.invalid(key, "a number")
         return float(token or math.nan)
 

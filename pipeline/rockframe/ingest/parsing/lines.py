@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from rockframe.cells import decimal
 from rockframe.errors import InputError
 
+Float = NDArray[np.float64]
+
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
 #: End-of-file mark of DOS, which may fill a whole sector.
 _END_MARK: Final = b"\x1a"
@@ -129,7 +131,7 @@ def _head_lines(head: bytes) -> tuple[str, ...]:
     return tuple(unify_line_ends(head).decode("latin-1").split("\n"))
 
 
-def is_number(token: bytes) -> bool:
+def is_number(token: bytes | str) -> bool:
     """Return True if a token is a decimal number with an absolute value below 1e30.
 
     Examples
@@ -137,13 +139,14 @@ def is_number(token: bytes) -> bool:
     >>> [is_number(token) for token in (b"-.12E-03", b"nan", b"1_0", b"0.1x")]
     [True, False, False, False]
     """
+    text = token if isinstance(token, str) else token.decode("latin-1")
     try:
-        return abs(decimal(token.decode("latin-1"))) < _LARGEST
+        return abs(decimal(text)) < _LARGEST
     except ValueError:
         return False
 
 
-def are_finite(values: NDArray[np.float64]) -> bool:
+def are_finite(values: Float) -> bool:
     """Return True if all absolute values of an array are below 1e30 (and none is NaN).
 
     Examples
@@ -181,7 +184,7 @@ def blocks(body: bytes) -> Iterator[bytes]:
         start = end
 
 
-def parse_numbers(path: Path, body: bytes, first_line: int) -> NDArray[np.float64]:
+def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
     r"""Return all numbers of a text, separated by white space.
 
     Parameters

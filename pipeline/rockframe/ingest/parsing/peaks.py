@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.lines import bad_number, is_number
+from rockframe.ingest.parsing.lines import Float, bad_number, is_number
 
 #: Relative tolerance: header and samples may be rounded from single precision in different ways.
 _SINGLE: Final = 2.0**-22
@@ -86,7 +85,7 @@ class StatedPeak:
 
 def require_peak(
     path: Path,
-    samples: NDArray[np.float64],
+    samples: Float,
     time_step: float,
     stated: StatedPeak,
     resolution: float,
@@ -151,7 +150,7 @@ def require_peak(
 def require_printed_peak(
     path: Path,
     stated: str,
-    samples: NDArray[np.float64],
+    samples: Float,
     units: str,
     line: int,
     *,
@@ -187,7 +186,7 @@ def require_printed_peak(
     rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file. ...
     """
     for token, quantity in ((stated, "peak acceleration"), (time or "0", "time of the peak")):
-        if not is_number(token.encode("latin-1", "replace")):
+        if not is_number(token):
             raise bad_number(path, token.encode("latin-1", "replace"), line, quantity)
     peak = StatedPeak(
         value=Printed.of(stated),

@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-
-Float = NDArray[np.float64]
+from rockframe.ingest.parsing.lines import Float
 
 #: Relative tolerance of times that were computed in single precision but printed with more digits.
 _SINGLE: Final = 2.0**-23

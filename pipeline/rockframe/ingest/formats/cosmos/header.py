@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rockframe.errors import InputError
 from rockframe.ingest.formats.cosmos.sections import Channel
 from rockframe.ingest.metadata.identify import direction, upright_sense
+from rockframe.ingest.parsing.lines import Float
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import utc_time
 from rockframe.record import Orientation
@@ -199,9 +197,7 @@ def require_quantity(channel: Channel) -> None:
             raise InputError(channel.path, f"{message} Must agree.", line)
 
 
-def require_agreement(
-    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float
-) -> None:
+def require_agreement(channel: Channel, samples: Float, step: float, resolution: float) -> None:
     """Reject an acceleration channel whose text and numeric headers contradict each other.
 
     Parameters
@@ -268,7 +264,7 @@ def _require_corners(channel: Channel) -> None:
 
 
 def _require_maximum(
-    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, raw: bool
+    channel: Channel, samples: Float, step: float, resolution: float, *, raw: bool
 ) -> None:
     index = _RAW_MAX if raw else _MAX
     stated = _MAXIMUM.search(channel.text[index])

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.formats.cosmos.header import (
@@ -35,7 +34,7 @@ from rockframe.ingest.metadata.identify import distinct_records
 from rockframe.ingest.metadata.site import site_of_cosmos
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import read_columns, require_layout
-from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.lines import Float, head_lines, text_of
 from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
 from rockframe.record import Record
 from rockframe.units import GRAVITY
@@ -256,7 +255,7 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
         raise InputError(channel.path, message, channel.real_line)
 
 
-def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
+def _resolution(channel: Channel, samples: Float) -> float:
     """Return one unit of the last printed digit of the largest sample, in file units."""
     largest = float(np.abs(samples).max())
     exponent = channel.layout.exponent and largest > 0.0
@@ -265,7 +264,7 @@ def _resolution(channel: Channel, samples: NDArray[np.float64]) -> float:
 
 
 def _peak_ratio(
-    channel: Channel, samples: NDArray[np.float64], step: float, resolution: float, *, signed: bool
+    channel: Channel, samples: Float, step: float, resolution: float, *, signed: bool
 ) -> float:
     """Return the ratio of actual to stated peak; raise an error if they differ."""
     value = channel.real(_PEAK)

@@ -146,7 +146,7 @@ class Header:
     def real(self, item: int) -> Printed | None:
         """Return an item of the real header as printed; None if it is not filled in."""
         field = self._field(self.volume.reals, item, Columns(8, 10)).strip()
-        if not is_number(field.encode("latin-1", "replace")) or float(field) in (0.0, -999.0):
+        if not is_number(field) or float(field) in (0.0, -999.0):
             return None
         return Printed.of(field)
 
@@ -200,7 +200,7 @@ class Header:
             raise self.error(self.volume.name, f"{message}{self.first_line}. Must be equal.")
         stated = _LENGTH.search(self.lines[index])
         token = stated["length"] if stated else ""
-        if is_number(token.encode()) and abs(float(token) - length) > 2.0 * step + 0.001:
+        if is_number(token) and abs(float(token) - length) > 2.0 * step + 0.001:
             message = f"record length {token} s stated, but {length:g} s of samples. Must agree."
             raise self.error(index, message)
 

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.ingest.formats.csmip.header import Header, Volume, read_header, require_channels
@@ -25,7 +24,7 @@ from rockframe.ingest.metadata.site import distances, place_in, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_line
-from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.lines import Float, head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import even_samples
 from rockframe.record import Record
@@ -148,7 +147,7 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     )
 
 
-def _pairs(header: Header, rows: list[bytes]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _pairs(header: Header, rows: list[bytes]) -> tuple[Float, Float]:
     """Return times [s] and accelerations [g/10]."""
     line = header.line(_VOLUME.lines - 1)
     end = next((i for i, row in enumerate(rows) if row.startswith(b"/&")), len(rows))
@@ -166,9 +165,7 @@ def _pairs(header: Header, rows: list[bytes]) -> tuple[NDArray[np.float64], NDAr
     return numbers[::2], numbers[1::2]
 
 
-def _peak_ratio(
-    header: Header, times: NDArray[np.float64], tenths: NDArray[np.float64], step: float
-) -> float:
+def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> float:
     """Return the ratio of actual to stated peak; raise if peak or root mean square differ."""
     rms = _RMS.match(header.lines[12])
     if rms:

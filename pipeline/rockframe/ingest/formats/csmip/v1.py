@@ -161,7 +161,7 @@ def _peaks(header: Header) -> list[StatedPeak]:
     value, time = (header.real(item) for item in _PEAK)
     stated = [(value, time, _VOLUME.reals)] if value and time else []
     text = _PEAK_IN_TEXT.match(header.lines[_PEAK_LINE])
-    if text and all(is_number(token.encode()) for token in text.groups()):
+    if text and all(is_number(token) for token in text.groups()):
         stated.append((Printed.of(text["peak"]), Printed.of(text["time"]), _PEAK_LINE))
     return [
         StatedPeak(value=value, time=time, units="g", line=header.line(index))
@@ -184,6 +184,6 @@ def _count_and_rate(header: Header) -> tuple[int, float]:
 
 def _rate(header: Header, index: int) -> float:
     token = header.found[index]["rate"]
-    if not (is_number(token.encode()) and float(token) > 0.0):
+    if not (is_number(token) and float(token) > 0.0):
         raise header.error(index, f"{token!r} samples a second. Must be a positive number.")
     return float(token)

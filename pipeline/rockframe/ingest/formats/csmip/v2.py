@@ -289,6 +289,6 @@ def _peak(header: Header) -> StatedPeak:
 
 
 def _number(header: Header, token: str, quantity: str, line: int) -> Printed:
-    if not is_number(token.encode()):
+    if not is_number(token):
         raise InputError(header.path, f"{quantity} {token!r}. Must be a number.", line)
     return Printed.of(token)
