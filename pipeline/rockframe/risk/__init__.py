@@ -1,8 +1,5 @@
 """Statistics of responses: fragility, overturning rates, peak distributions, ranks of records."""
 
-from rockframe.risk.comparison import Preference as Preference
-from rockframe.risk.comparison import better_measure as better_measure
-from rockframe.risk.comparison import compared_motions as compared_motions
 from rockframe.risk.distribution import Band as Band
 from rockframe.risk.distribution import demand_ranks as demand_ranks
 from rockframe.risk.distribution import observed_shares as observed_shares
@@ -18,9 +15,12 @@ from rockframe.risk.hazard import overturning_rate as overturning_rate
 from rockframe.risk.hazard_files import read_hazard as read_hazard
 from rockframe.risk.limits import OVERTURNING as OVERTURNING
 from rockframe.risk.limits import LimitState as LimitState
+from rockframe.risk.limits import Outcome as Outcome
 from rockframe.risk.measures import MEASURES as MEASURES
 from rockframe.risk.measures import Measure as Measure
+from rockframe.risk.measures import Preference as Preference
+from rockframe.risk.measures import better_measure as better_measure
+from rockframe.risk.measures import compared_motions as compared_motions
 from rockframe.risk.measures import measure_of as measure_of
 from rockframe.risk.measures import period_of as period_of
 from rockframe.risk.measures import spectral as spectral
-from rockframe.risk.outcome import Outcome as Outcome

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.notebook import Shown
-from rockframe.risk.outcome import Outcome
+from rockframe.risk.limits import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -167,7 +167,8 @@ class Fragility(Shown):
 
     def probability(self, intensity: ArrayLike) -> Float:
         """Return the probability of overturning [1]; NaN without a curve."""
-        return logistic(self.intercept + self.slope * np.log(np.asarray(intensity, np.float64)))
+        logit = self.intercept + self.slope * np.log(np.asarray(intensity, np.float64))
+        return np.asarray(scipy.special.expit(logit))
 
     def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
         """Return the 90 % confidence bounds of the probability [1].
@@ -186,7 +187,7 @@ class Fragility(Shown):
             variance = np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
             error = self._quantile * np.sqrt(variance)
             logit = self.intercept + self.slope * terms[1]
-            return logistic(logit - error), logistic(logit + error)
+            return scipy.special.expit(logit - error), scipy.special.expit(logit + error)
         if self.outcome in _WITHOUT_MAXIMUM:
             stand = (self.stood >= x[..., None]).sum(axis=-1)
             fall = (self.fell <= x[..., None]).sum(axis=-1)
@@ -200,9 +201,3 @@ def _left_open(motions: NDArray[np.intp]) -> Float:
     """Return the upper bound of the probability of an event that occurred under no motion."""
     chance = 0.5 * (1.0 - CONFIDENCE)
     return np.where(motions > 0, 1.0 - chance ** (1.0 / np.maximum(motions, 1)), 1.0)
-
-
-def logistic(logit: Float) -> Float:
-    """Return 1 / (1 + exp(-logit)) without overflow."""
-    small = np.exp(-np.abs(logit))
-    return np.where(logit >= 0.0, 1.0, small) / (1.0 + small)

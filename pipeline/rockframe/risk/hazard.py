@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.risk.fragility import Fragility
 
 Float = NDArray[np.float64]
 
@@ -18,24 +19,6 @@ Float = NDArray[np.float64]
 _CELLS: Final = 128
 #: Points and weights of Gauss's rule in each cell.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-
-
-class Curve(Protocol):
-    """Interface of fragilities: fitted (`Fragility`) or stated (`LognormalFragility`)."""
-
-    @property
-    def lowest(self) -> float:
-        """Weakest intensity tried."""
-
-    @property
-    def highest(self) -> float:
-        """Strongest intensity tried."""
-
-    def probability(self, intensity: Float) -> Float:
-        """Return the probability at intensities [1]."""
-
-    def band(self, intensity: Float) -> tuple[Float, Float]:
-        """Return the bounds of the probability [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +133,9 @@ class OverturningRate:
     extrapolated: float
 
 
-def overturning_rate(curve: HazardCurve, fragility: Curve) -> OverturningRate:
+def overturning_rate(
+    curve: HazardCurve, fragility: Fragility | LognormalFragility
+) -> OverturningRate:
     """Return the mean annual rate of overturning, by integration over the hazard curve.
 
     Motions above the last point of the curve overturn with the probability at that point; for the
