@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.figures.captioned import Captioned, save_captioned
-from rockframe.figures.joints import draw_joints
+from rockframe.figures.histories import draw_response_grid
+from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_phase_portrait
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
-from rockframe.figures.portraits import draw_moment_rotation, draw_phase_portrait
-from rockframe.figures.response_grid import draw_response_grid
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.plots.curves import restitution_dataset, size_dataset

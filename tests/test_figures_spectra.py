@@ -12,8 +12,8 @@ from matplotlib.backend_bases import MouseEvent
 from matplotlib.collections import QuadMesh
 from numpy.testing import assert_array_equal
 
+from rockframe.figures.margins import draw_stability_map
 from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
-from rockframe.figures.stability_map import draw_stability_map
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.plots.curves import stability_dataset

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rockframe.figures.pulse_search import draw_match_curves, draw_scalogram
-from rockframe.figures.record_and_pulse import draw_record_and_pulse
-from rockframe.figures.response_history import draw_response_history
+from rockframe.figures.histories import draw_response_history
+from rockframe.figures.pulses import draw_match_curves, draw_record_and_pulse, draw_scalogram
 from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.matching.match import PulseMatch, match_pulses
 from rockframe.options.pulse import PulseOptions

@@ -17,8 +17,8 @@ from rockframe.cli.stages.respond import response_columns
 from rockframe.explorer.answer import Motion, answer
 from rockframe.explorer.server import render
 from rockframe.explorer.settings import read_settings
-from rockframe.figures.margin_strips import draw_margin_strips
-from rockframe.figures.response_history import draw_response_history
+from rockframe.figures.histories import draw_response_history
+from rockframe.figures.margins import draw_margin_strips
 from rockframe.results.run import read_run
 from rockframe.results.tables.columns import stated_verdict
 from rockframe.results.tables.table import table_rows

@@ -16,10 +16,10 @@ import xarray as xr
 from rockframe.cli import arguments, console
 from rockframe.components.pairing import vertical_beside
 from rockframe.errors import ParameterError, require_known
-from rockframe.figures import joints, parameters, portraits, spectra
+from rockframe.figures import joints, parameters, spectra
 from rockframe.figures.captioned import Captioned
-from rockframe.figures.response_grid import draw_response_grid
-from rockframe.figures.stability_map import draw_stability_map
+from rockframe.figures.histories import draw_response_grid
+from rockframe.figures.margins import draw_stability_map
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions
 from rockframe.paper.table1 import paper_record_of
@@ -176,8 +176,8 @@ def _draw_portrait(
     return draw(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
 
 
-draw_moment_rotation = partial(_draw_portrait, portraits.draw_moment_rotation)
-draw_phase_portrait = partial(_draw_portrait, portraits.draw_phase_portrait)
+draw_moment_rotation = partial(_draw_portrait, joints.draw_moment_rotation)
+draw_phase_portrait = partial(_draw_portrait, joints.draw_phase_portrait)
 
 
 def draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:

@@ -8,9 +8,9 @@ from typing import Final
 from rockframe.cli import arguments
 from rockframe.cli.figures_of_frames import chosen_records, title_of
 from rockframe.errors import ParameterError
-from rockframe.figures import pulse_search
+from rockframe.figures import pulses
 from rockframe.figures.captioned import Captioned
-from rockframe.figures.record_and_pulse import draw_record_and_pulse
+from rockframe.figures.pulses import draw_record_and_pulse
 from rockframe.matching.likeness import likeness, pulse_words
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
 from rockframe.options.pulse import PulseOptions
@@ -56,14 +56,14 @@ def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:
     matches = _rickers(record, matching)
     best = matches[best_ricker(matches)]
     tested = _tested(record, matching, best.pulse.wavelet)
-    return pulse_search.draw_scalogram(scalogram_dataset(record, best, matching, tested)), status
+    return pulses.draw_scalogram(scalogram_dataset(record, best, matching, tested)), status
 
 
 def draw_match_curves(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the match index of all wavelets over the period."""
     (record, matching), status = _best_matched(options)
     matches = match_pulses(record.acceleration, record.time_step, matching)
-    return pulse_search.draw_match_curves(match_curve_dataset(record, matches, matching)), status
+    return pulses.draw_match_curves(match_curve_dataset(record, matches, matching)), status
 
 
 def _records(

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import InputError
 from rockframe.provenance import whole_file
@@ -189,6 +189,20 @@ def times_gravity(acceleration: ArrayLike) -> ArrayLike:
 def over_gravity(acceleration: ArrayLike) -> ArrayLike:
     """Convert accelerations from m s-2 to g."""
     return np.asarray(acceleration) / GRAVITY
+
+
+def time_limits(
+    time: NDArray[np.float64], seen: NDArray[np.bool_], margin: float
+) -> tuple[float, float]:
+    """Return the ends of a time axis [s]: a margin before and after all that is to be seen.
+
+    The axis is that of the whole record if nothing is to be seen.
+    """
+    found = np.flatnonzero(seen)
+    if not found.size:
+        return float(time[0]), float(time[-1])
+    first, last = time[found[0]] - margin, time[found[-1]] + margin
+    return max(float(time[0]), first), min(float(time[-1]), last)
 
 
 def period_ticks(axis: Axis, low: float, high: float) -> None:

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rockframe.figures.captioned import PAGE_WIDTH, Captioned, styled
+from rockframe.figures.captioned import PAGE_WIDTH, Captioned, styled, time_limits
 from rockframe.oscillators.comparison import Validity
 
 #: Time that is drawn after the last visible drift [s], and the share of the largest drift that is
@@ -89,10 +89,5 @@ def _window(histories: xr.Dataset) -> tuple[float, float]:
     time = histories["time"].values
     drift = np.nan_to_num(np.abs(histories["u"].values))
     rocking = drift[[str(model) not in _OSCILLATORS for model in histories["model"].values]]
-    visible = np.flatnonzero((rocking > _VISIBLE * rocking.max()).any(axis=0))
-    if not rocking.max() > 0.0:
-        visible = np.flatnonzero((drift > _VISIBLE * drift.max()).any(axis=0))
-    if not visible.size:
-        return float(time[0]), float(time[-1])
-    first, last = time[visible[0]], time[visible[-1]]
-    return max(float(time[0]), first - _MARGIN), min(float(time[-1]), last + _MARGIN)
+    moving = rocking if rocking.max() > 0.0 else drift
+    return time_limits(time, (moving > _VISIBLE * moving.max()).any(axis=0), _MARGIN)

@@ -1,4 +1,4 @@
-"""Friction demand and vertical forces at the joints, to check for sliding and lift-off."""
+"""One structure under one record: forces at the joints, phase portrait, restoring moment."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from rockframe.figures.captioned import (
     of_record,
     of_structure,
     styled,
+    time_limits,
 )
 
 #: Demands are drawn up to this multiple of the available friction [1]; they may be infinite.
@@ -44,10 +45,8 @@ def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
         _draw_friction(panels[1], dataset, friction)
         _draw_vertical(panels[2], dataset)
         panels[2].set_xlabel("time [s]")
-        rotated = np.flatnonzero(np.nan_to_num(np.abs(dataset["theta"].values), nan=0.0) > 1e-4)
-        if rotated.size:
-            window = time[rotated[0]] - 1.5, time[rotated[-1]] + 1.5
-            panels[0].set_xlim(max(time[0], window[0]), min(time[-1], window[1]))
+        rotated = np.nan_to_num(np.abs(dataset["theta"].values), nan=0.0) > 1e-4
+        panels[0].set_xlim(*time_limits(time, rotated, 1.5))
         figure.align_ylabels(list(panels))
     return Captioned(figure, "Forces at the joints", _caption(dataset, friction))
 
@@ -64,7 +63,7 @@ def _draw_friction(panel: Axes, dataset: xr.Dataset, friction: float) -> None:
     panel.set_ylabel("friction demand")
     shown = min(_number(dataset, "base_friction_demand"), _SHOWN * friction)
     panel.set_ylim(0.0, 1.1 * max(friction, uplift, shown))
-    _legend_above(panel, 2)
+    _legend_above(panel)
 
 
 def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
@@ -79,14 +78,12 @@ def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
     drawn = [line.get_ydata() for line in panel.get_lines()]
     highest = max(float(np.nanmax(np.asarray(values))) for values in drawn)
     panel.set_ylim(-0.1, 1.1 * max(highest, 1.0))
-    _legend_above(panel, 2)
+    _legend_above(panel)
 
 
-def _legend_above(panel: Axes, columns: int) -> None:
+def _legend_above(panel: Axes) -> None:
     """Put the legend above the panel, where it hides no curve."""
-    panel.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, fontsize=7, borderpad=0
-    )
+    panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, fontsize=7, borderpad=0)
 
 
 def _number(dataset: xr.Dataset, name: str) -> float:
@@ -134,3 +131,88 @@ def _lift_off(dataset: xr.Dataset) -> str:
         f"Least vertical force over the static one: {stated}{bent}; the assumption of no lift-off "
         f"{'holds' if holds else 'does not hold'}."
     )
+
+
+def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
+    """Draw the rate of rotation over the rotation.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As returned by `portrait_dataset`.
+    """
+    alpha = float(dataset["slenderness"])
+    scale = alpha * float(dataset["effective_frequency_parameter"])
+    curve = dataset["curve_rotation"].values / alpha
+    barrier = np.where(np.abs(curve) <= 1.0, dataset["curve_barrier"].values / scale, np.nan)
+    rates = dataset["impact_rate"].values / scale
+    after = float(dataset["restitution"]) * rates
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 3.1), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(dataset["rotation"] / alpha, dataset["rate"] / scale, linewidth=0.8)
+        for sign in (1.0, -1.0):
+            label = "overturns beyond, on still ground" if sign > 0.0 else None
+            axes.plot(curve, sign * barrier, color="0.4", linestyle="--", linewidth=0.9,
+                      label=label)  # fmt: skip
+        for values, face, label in ((rates, "C1", "before an impact"), (after, "w", "after it")):
+            axes.plot(
+                0.0 * values,
+                values,
+                linestyle="",
+                marker="o",
+                markersize=2.4,
+                color="C1",
+                markerfacecolor=face,
+                markeredgewidth=0.6,
+                label=label,
+            )
+        if float(dataset["peak_rotation_ratio"]) > DRAWN_TO:
+            axes.set_xlim(-DRAWN_TO, DRAWN_TO)
+            axes.set_ylim(-1.5, 1.5)
+        axes.set_xlabel("rotation  θ/α")
+        axes.set_ylabel(r"rate  $\dot\theta\,/\,(\hat p\,\alpha)$")
+        figure.legend(loc="outside lower center", ncols=2, fontsize=7)
+    caption = (
+        "Rate of rotation over p̂ α against rotation over the slenderness α. Dots: just before "
+        "(filled) and after (open) each impact, where the rate falls by the restitution. Dashed: "
+        "a frame left on still ground beyond this line and moving outwards overturns. "
+        f"{of_structure(dataset)} {of_record(dataset)}"
+    )
+    return Captioned(figure, "Phase portrait", caption)
+
+
+def draw_moment_rotation(dataset: xr.Dataset) -> Captioned:
+    """Draw the restoring moment over the rotation, and the part reached under a record.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As returned by `portrait_dataset`.
+    """
+    alpha = float(dataset["slenderness"])
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
+        axes = figure.subplots()
+        axes.axhline(0.0, color="0.7", linewidth=0.8)
+        axes.plot(
+            dataset["curve_rotation"] / alpha,
+            dataset["curve_moment"],
+            color="0.6",
+            linewidth=0.9,
+            label="all rotations",
+        )
+        reached = dataset["restoring_moment"].sortby(dataset["rotation"])
+        axes.plot(reached["rotation"] / alpha, reached, linewidth=2.4, label="reached")
+        axes.set_xlabel("rotation  θ/α")
+        axes.set_ylabel("moment / uplift moment")
+        axes.legend(loc="upper left")
+        axes.set_ylim(-1.15, 1.15)
+        axes.set_xlim(-DRAWN_TO, DRAWN_TO)
+    caption = (
+        "Restoring moment over that at uplift, N m_c g R (1 + 2γ) sin α, against the rotation θ "
+        "over the slenderness α: rigid up to uplift, then falling to zero at θ = α. The path runs "
+        "along one curve and encloses no area; energy is lost in the impacts alone. "
+        f"{of_structure(dataset)} {of_record(dataset)}"
+    )
+    return Captioned(figure, "Moment and rotation", caption)

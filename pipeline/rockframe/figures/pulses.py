@@ -1,11 +1,12 @@
-"""The search for pulses: match over the period, and the scalogram."""
+"""Pulses: the search over the period, the scalogram, and Figure 8 of the paper."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Final
 
-import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import (
@@ -15,6 +16,7 @@ from rockframe.figures.captioned import (
     period_ticks,
     styled,
     tested_in,
+    time_limits,
     wavelet_in,
 )
 from rockframe.units import GRAVITY
@@ -80,11 +82,12 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
         As returned by `scalogram_dataset`.
     """
     centre, period = float(dataset["pulse_time"]), float(dataset["T_p"])
+    time, highest = dataset["time"].values, dataset["match_index"].values.max(axis=0)
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         picture = axes.pcolormesh(
-            dataset["time"].values,
+            time,
             dataset["period"].values,
             dataset["match_index"].values,
             cmap="Greys",
@@ -99,7 +102,7 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
         ends = float(dataset["period"][0]), float(dataset["period"][-1])
         axes.set_ylim(*ends)
         period_ticks(axes.yaxis, *ends)
-        axes.set_xlim(*_span(dataset))
+        axes.set_xlim(*time_limits(time, highest >= _SEEN * highest.max(), _MARGIN))
         axes.grid(visible=False)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("period  $T_p$ [s]")
@@ -115,8 +118,71 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
     return Captioned(figure, "Wavelet transform", caption)
 
 
-def _span(dataset: xr.Dataset) -> tuple[float, float]:
+#: Time that is drawn before and after the pulse: as a multiple of its reach [1], and at least [s].
+_AROUND: Final = 1.5
+_LEAST: Final = 5.0
+#: Room for the legend above the curves, as a share of their height.
+_FOR_LEGEND: Final = 0.2
+
+
+def draw_record_and_pulse(datasets: Sequence[xr.Dataset], titles: Mapping[str, str]) -> Captioned:
+    """Draw the acceleration of each record with its pulse as a heavy line.
+
+    Parameters
+    ----------
+    datasets : sequence of Dataset
+        As returned by `pulse_dataset`, one for each panel.
+    titles : mapping of str to str
+        Title of each record, by its identifier.
+    """
+    with styled():
+        size = (PRINT_WIDTH, 0.4 + 1.65 * len(datasets))
+        figure = Figure(figsize=size, layout="constrained")
+        panels = figure.subplots(len(datasets), 1, squeeze=False)[:, 0]
+        for panel, dataset in zip(panels, datasets, strict=True):
+            _draw(panel, dataset)
+            pulse = (
+                f"{wavelet_in(dataset)}, $a_p$ = {float(dataset['a_p']) / GRAVITY:.3f} g, "
+                f"$T_p$ = {float(dataset['T_p']):.3f} s"
+            )
+            panel.set_title(f"{titles[str(dataset['record_id'].item())]}\n{pulse}", fontsize=7)
+        panels[-1].set_xlabel("time [s]")
+    told = " ".join(_words(dataset) for dataset in datasets)
+    caption = (
+        "Ground acceleration (thin) and the pulse that explains most of it (heavy): largest "
+        f"coefficient of the energy-normalised wavelet transform. {told}"
+    )
+    return Captioned(figure, "Figure 8: records and their acceleration pulses", caption)
+
+
+def _draw(panel: Axes, dataset: xr.Dataset) -> None:
     time = dataset["time"].values
-    highest = dataset["match_index"].values.max(axis=0)
-    seen = time[np.flatnonzero(highest >= _SEEN * highest.max())]
-    return max(time[0], seen[0] - _MARGIN), min(time[-1], seen[-1] + _MARGIN)
+    centre, reach = float(dataset["pulse_time"]), float(dataset["reach"])
+    half = max(_LEAST, _AROUND * reach)
+    seen = abs(time - centre) <= half
+    near = abs(time - centre) <= reach
+    panel.plot(
+        time[seen], dataset["acceleration"].values[seen] / GRAVITY, color="0.45", linewidth=0.6
+    )
+    panel.plot(
+        time[near],
+        dataset["pulse"].values[near] / GRAVITY,
+        color="black",
+        linewidth=1.6,
+        label=tested_in(dataset).removesuffix(", ") or "best match",
+    )
+    low, high = panel.get_ylim()
+    panel.set_ylim(low, high + _FOR_LEGEND * (high - low))
+    panel.legend(loc="upper right", fontsize=7)
+    panel.set_xlim(max(float(time[0]), centre - half), min(float(time[-1]), centre + half))
+    panel.set_ylabel("ground  [g]")
+
+
+def _words(dataset: xr.Dataset) -> str:
+    return (
+        f"{dataset['record_id'].item()}: {wavelet_in(dataset)}, "
+        f"a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
+        f"T_p = {float(dataset['T_p']):.3f} s, match index {float(dataset['best_match']):.3f}, "
+        f"{tested_in(dataset)}"
+        f"PGA {float(dataset['pga']) / GRAVITY:.2f} g."
+    )

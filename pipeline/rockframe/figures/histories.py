@@ -1,0 +1,272 @@
+"""Accelerograms and response histories: all structures under one record, and Figure 11."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from rockframe.figures.captioned import (
+    DRAWN_TO,
+    PAGE_WIDTH,
+    Captioned,
+    of_structure,
+    over_gravity,
+    stated_in,
+    styled,
+    time_limits,
+    times_gravity,
+)
+from rockframe.matching.match import PulseMatch
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+
+#: Time that is drawn before the first and after the last visible rocking [s]; rotation over
+#: slenderness above which rocking is visible [1].
+_MARGIN: Final = 3.0
+_VISIBLE: Final = 0.005
+
+
+def draw_response_history(
+    acceleration: Float,
+    match: PulseMatch | None,
+    histories: Sequence[xr.Dataset],
+    title: str,
+    *,
+    tested: str = "",
+) -> Figure:
+    """Draw accelerogram, matched pulse, theta/alpha, v and u of one record.
+
+    Parameters
+    ----------
+    acceleration : array, shape (samples,)
+        Ground acceleration [m s-2] at the histories' times.
+    match : PulseMatch or None
+        The matched pulse, if any.
+    histories : sequence of Dataset
+        As returned by ``open_response(...).sel``, one for each structure.
+    title : str
+        First line of the figure.
+    tested : str
+        Result of the test of the pulse against noise, as `pulse_words` returns it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels over one time axis.
+    """
+    with styled():
+        size = (7.2, 6.2 + 0.16 * (1 + len(histories)))  # a line of the legend for each structure
+        figure = Figure(figsize=size, layout="constrained")
+        panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
+        time = histories[0]["time"].values
+        _draw_ground(panels[0], time, acceleration, match, tested)
+        for history in histories:
+            _draw_structure(panels[1:], history)
+        panels[0].set_title(title)
+        for panel, label in zip(
+            panels[1:], ("rotation  θ/α", "uplift  v [cm]", "drift  u [cm]"), strict=True
+        ):
+            panel.set_ylabel(label)
+        panels[1].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
+        panels[1].axhline(-1.0, color="0.6", linewidth=0.8, linestyle=":")
+        panels[1].set_ylim(*_rotation_limits(histories))
+        panels[-1].set_xlabel("time [s]")
+        panels[-1].set_xlim(*_window(time, histories))
+        figure.align_ylabels(list(panels))
+        handles, _ = panels[1].get_legend_handles_labels()
+        if any(np.isfinite(history["overturning_time"]) for history in histories):
+            falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
+            handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
+        figure.legend(handles=handles, loc="outside lower center")
+    return figure
+
+
+def _draw_ground(
+    panel: Axes,
+    time: Float,
+    acceleration: Float,
+    match: PulseMatch | None,
+    tested: str,
+) -> None:
+    panel.plot(time, acceleration / GRAVITY, color="0.55", linewidth=0.7, label="ground")
+    largest = float(np.abs(acceleration).max())
+    if match is not None:
+        _draw_pulse(panel, match, tested)
+        largest = max(largest, match.pulse.a_p)
+    panel.set_ylabel("ground  [g]")
+    panel.legend(loc="upper right", ncols=2)
+    panel.set_ylim(-1.1 * largest / GRAVITY, 1.45 * largest / GRAVITY)
+    metric = panel.secondary_yaxis("right", functions=(times_gravity, over_gravity))
+    metric.set_ylabel("[m s$^{-2}$]")
+
+
+def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
+    pulse = match.pulse
+    reach = pulse.mother.reach * pulse.T_p
+    near = np.linspace(pulse.time - reach, pulse.time + reach, 400)
+    name = pulse.wavelet.replace("_", " ").replace("ricker", "Ricker")
+    label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s, "
+    if match.at_period_bound:
+        label += "end of range"
+    else:
+        label += f"match {match.match_index:.2f}" + (f"\n{tested}" if tested else "")
+    panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
+
+
+def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
+    time = history["time"].values
+    stated = stated_in(history)
+    parts = [f"{history['structure'].item()}: {stated.words}"]
+    if not stated.overturns:
+        parts.append(f"peak θ/α {float(history['peak_rotation_ratio']):.2f}")
+    if "critical_scale" in history:
+        parts.append(_margin(history))
+    label = "; ".join(parts)
+    for panel, values in zip(panels, _until_falling(history), strict=True):
+        (line,) = panel.plot(time[: values.size], values, label=label)
+        if stated.overturns and values.size:
+            panel.plot(time[values.size - 1], values[-1], marker="x", color=line.get_color())
+
+
+def _until_falling(history: xr.Dataset) -> tuple[Float, Float, Float]:
+    """Return theta / alpha, and v and u [cm], as far as they are drawn."""
+    ratio = history["theta"].values / float(history["slenderness"])
+    falls = ~(np.abs(ratio) <= DRAWN_TO)
+    end = int(np.argmax(falls)) if falls.any() else falls.size
+    return ratio[:end], 100.0 * history["v"].values[:end], 100.0 * history["u"].values[:end]
+
+
+def _margin(history: xr.Dataset) -> str:
+    critical = float(history["critical_scale"])
+    if np.isfinite(critical):
+        return f"critical scale {critical:.2f}"
+    return f"critical scale > {float(history['largest_scale']):.3g}"
+
+
+def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
+    furthest = max(min(float(h["peak_rotation_ratio"]), DRAWN_TO) for h in histories)
+    furthest = max(1.08 * furthest, 0.02)
+    return -furthest, furthest
+
+
+def _window(time: Float, histories: Sequence[xr.Dataset]) -> tuple[float, float]:
+    moving = np.zeros(time.size, dtype=bool)
+    for history in histories:
+        ratio = np.abs(history["theta"].values) / float(history["slenderness"])
+        moving |= np.nan_to_num(ratio) > _VISIBLE
+    return time_limits(time, moving, _MARGIN)
+
+
+#: Number of records side by side; further records are drawn below.
+_ACROSS: Final = 3
+#: Share of the largest rotation above which rotation is visible [1], and time that is drawn before
+#: and after visible rotation [s].
+_VISIBLE_IN_GRID: Final = 0.01
+_GRID_MARGIN: Final = 1.5
+_LABELS: Final = ("ground [g]", "θ/α", "v [cm]", "u [cm]")
+_HEIGHTS: Final = (0.8, 1.0, 0.8, 1.0)
+
+
+def draw_response_grid(
+    accelerations: Mapping[str, Float],
+    histories: Sequence[xr.Dataset],
+    titles: Mapping[str, str],
+    *,
+    vertical: bool = False,
+) -> Captioned:
+    """Draw ground acceleration, theta/alpha, v and u of one structure, with a column per record.
+
+    Parameters
+    ----------
+    accelerations : mapping
+        Ground acceleration [m s-2] at the times of the history, by record identifier.
+    histories : sequence of Dataset
+        As returned by ``open_response(...).sel``, one for each record, of one structure.
+    titles : mapping
+        Title of each column, by record identifier.
+    vertical : bool
+        True if the motions include vertical components.
+    """
+    bands = -(-len(histories) // _ACROSS)
+    across = min(_ACROSS, len(histories))
+    with styled():
+        figure = Figure(figsize=(PAGE_WIDTH, 0.3 + 4.2 * bands), layout="constrained")
+        above = None
+        for band, part in enumerate(figure.subfigures(bands, 1, squeeze=False)[:, 0]):
+            shown = histories[band * across : (band + 1) * across]
+            panels = part.subplots(
+                4, across, sharex="col", sharey="row", squeeze=False, height_ratios=_HEIGHTS
+            )
+            if above is not None:  # panels of one kind share one scale
+                for panel, other in zip(panels[:, 0], above[:, 0], strict=True):
+                    panel.sharey(other)
+            above = panels
+            for column in range(across):
+                if column >= len(shown):
+                    for panel in panels[:, column]:
+                        panel.set_visible(False)
+                    continue
+                name = str(shown[column]["record_id"].item())
+                _draw_column(panels[:, column], accelerations[name], shown[column])
+                panels[0, column].set_title(titles[name], fontsize=8)
+                panels[-1, column].set_xlabel("time [s]")
+            metric = panels[0, len(shown) - 1].secondary_yaxis(
+                "right", functions=(times_gravity, over_gravity)
+            )
+            metric.set_ylabel("[m s$^{-2}$]")
+            for panel, label in zip(panels[:, 0], _LABELS, strict=True):
+                panel.set_ylabel(label)
+            part.align_ylabels(list(panels[:, 0]))
+    return Captioned(
+        figure, "Figure 11: histories of the rocking frame", _caption(histories, vertical)
+    )
+
+
+def _draw_column(panels: NDArray[np.object_], acceleration: Float, history: xr.Dataset) -> None:
+    time = history["time"].values
+    series = _until_falling(history)
+    panels[0].plot(time, acceleration / GRAVITY, color="0.45", linewidth=0.5)
+    for panel, values in zip(panels[1:], series, strict=True):
+        panel.plot(time[: values.size], values, linewidth=0.9)
+    panels[1].annotate(_outcome_words(history), (0.97, 0.96), xycoords="axes fraction", fontsize=7,
+                       ha="right", va="top")  # fmt: skip
+    ratio = np.abs(series[0])
+    visible = ratio > _VISIBLE_IN_GRID * ratio.max(initial=0.0)
+    panels[0].set_xlim(*time_limits(time[: ratio.size], visible, _GRID_MARGIN))
+
+
+def _outcome_words(history: xr.Dataset) -> str:
+    stated = stated_in(history)
+    if stated.overturns:
+        return stated.words
+    return f"max {float(history['peak_rotation_ratio']):.3f}"
+
+
+def _caption(histories: Sequence[xr.Dataset], vertical: bool) -> str:
+    ground = "Horizontal and vertical" if vertical else "Horizontal"
+    parts = []
+    for history in histories:
+        stated = stated_in(history)
+        fate = stated.words
+        if not stated.overturns:
+            fate += (
+                f", θ/α {float(history['peak_rotation_ratio']):.3f}, "
+                f"u {100.0 * float(history['peak_u']):.1f} cm, "
+                f"v {100.0 * float(history['peak_v']):.2f} cm"
+            )
+        parts.append(f"{history['record_id'].item()}: {fate}")
+    return (
+        "Ground acceleration, rotation θ over slenderness α, uplift v and drift u of the beam; "
+        "panels of one kind have one scale. "
+        f"{of_structure(histories[0])} {ground} ground motion; eq (26), with the "
+        "restitution of eq (43) at each impact. Largest values, free rocking after the record "
+        f"included: {'; '.join(parts)}."
+    )
