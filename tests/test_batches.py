@@ -12,8 +12,8 @@ from tests.screening import site, stored, structures, three
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.results.merging import merge
+from rockframe.results.pulses import best_pulses
 from rockframe.results.response import open_response
-from rockframe.results.tables.pulse_rows import best_pulses
 from rockframe.results.tables.table import response_rows
 from rockframe.stages.table import merge_stage
 

@@ -19,7 +19,7 @@ from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.plots.curves import restitution_dataset, size_dataset
-from rockframe.results.plots.joints import joints_dataset, portrait_dataset
+from rockframe.results.plots.records import joints_dataset, portrait_dataset
 from rockframe.results.response import open_response, write_responses
 from rockframe.rocking import GroundAcceleration, respond
 from rockframe.units import GRAVITY

@@ -12,7 +12,7 @@ from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.matching.match import PulseMatch, match_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results.plots.pulse_plot_data import (
+from rockframe.results.plots.records import (
     match_curve_dataset,
     pulse_dataset,
     scalogram_dataset,

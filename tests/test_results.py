@@ -20,10 +20,9 @@ from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.provenance import whole_file
 from rockframe.record import Orientation, Record, SiteType
-from rockframe.results.pulses import write_pulses
+from rockframe.results.pulses import best_pulses, write_pulses
 from rockframe.results.records import open_records, read_records, write_records
 from rockframe.results.response import open_response, write_responses
-from rockframe.results.tables.pulse_rows import best_pulses
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import write
 from rockframe.rocking import respond

@@ -19,7 +19,7 @@ from rockframe.figures.fragility import draw_fragility
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.report.page import screening_content
 from rockframe.results.screening.screen import peaks_of_frames, read_screening
-from rockframe.results.screening.table import screen_summary
+from rockframe.results.screening.tables import screen_summary
 from rockframe.risk import LimitState, Outcome, fit_fragility
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.stages.screening.screen import screen_stage

@@ -170,7 +170,7 @@ def run_paper(options: argparse.Namespace) -> int:
     from rockframe.paper.claims import all_claims
     from rockframe.paper.pulses import record_claims
     from rockframe.provenance import whole_folder
-    from rockframe.results.tables.pulse_rows import pulse_rows
+    from rockframe.results.pulses import pulse_rows
     from rockframe.study.structures import SHIPPED_STRUCTURES
 
     if options.claim is not None:

@@ -25,7 +25,7 @@ from rockframe.options.respond import RespondOptions
 from rockframe.paper.table1 import paper_record_of
 from rockframe.record import Record
 from rockframe.results.plots.curves import restitution_dataset, size_dataset, stability_dataset
-from rockframe.results.plots.joints import joints_dataset, portrait_dataset
+from rockframe.results.plots.records import joints_dataset, portrait_dataset
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import open_response
 from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset

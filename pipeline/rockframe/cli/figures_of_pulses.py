@@ -16,7 +16,7 @@ from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.paper.table1 import paper_record_of
 from rockframe.record import Record
-from rockframe.results.plots.pulse_plot_data import (
+from rockframe.results.plots.records import (
     match_curve_dataset,
     pulse_dataset,
     scalogram_dataset,

@@ -44,9 +44,9 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
 def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.provenance import whole_folder
+    from rockframe.results.pulses import pulse_rows
     from rockframe.results.tables.entries import write_entries
     from rockframe.results.tables.formats import write_rows_as
-    from rockframe.results.tables.pulse_rows import pulse_rows
     from rockframe.stages.figures import draw_records
     from rockframe.stages.table import table_rows_of
 

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
-from rockframe.results.screening.table import with_its_limits
+from rockframe.results.screening.tables import with_its_limits
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 
 

@@ -18,9 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.provenance import source_code_hash
 from rockframe.report.payload import checks, payload
 from rockframe.results.compare import COMPARISON
-from rockframe.results.motions import Ground, History
-from rockframe.results.run import Run
-from rockframe.results.screening.table import screen_rows, screen_summary, with_its_limits
+from rockframe.results.run import Ground, History, Run
+from rockframe.results.screening.tables import screen_rows, screen_summary, with_its_limits
 from rockframe.results.tables.columns import (
     OVERVIEW,
     Column,

@@ -15,10 +15,9 @@ from numpy.typing import ArrayLike
 
 from rockframe.cells import write_table
 from rockframe.frame import unusual
-from rockframe.results.motions import Ground, History
-from rockframe.results.run import Run, rank
+from rockframe.results.run import Ground, History, Run, rank
 from rockframe.results.tables.columns import stated_pulse, stated_verdict
-from rockframe.results.tables.labelled_values import LabelledValue
+from rockframe.results.tables.rows import LabelledValue
 from rockframe.rocking import StatedVerdict
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY

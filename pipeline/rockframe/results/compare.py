@@ -12,12 +12,11 @@ import xarray as xr
 
 from rockframe.frame import RockingFrame
 from rockframe.oscillators.comparison import Compared
-from rockframe.results.ragged import position, slices, write_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import COMPARE, COMPARE_NC
 from rockframe.results.tables.columns import Column
 from rockframe.results.tables.rows import Row, columns_of, rows_along
-from rockframe.results.writing import Origin
+from rockframe.results.writing import Origin, position, slices, write_rows
 
 _HISTORIES: Final = ("u", "v", "base_shear")
 _COLUMNS: Final = columns_of(

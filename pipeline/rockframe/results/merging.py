@@ -13,9 +13,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.results.ragged import slices
 from rockframe.results.reading import opened
-from rockframe.results.writing import growing, named, put
+from rockframe.results.writing import growing, named, put, slices
 
 #: Attributes that the files of all batches of a stage have in common.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")

@@ -14,9 +14,9 @@ from rockframe.errors import InputError
 from rockframe.matching.likeness import PulseVerdict
 from rockframe.provenance import sha256_of
 from rockframe.record import SiteType
+from rockframe.results.pulses import best_of, loaded_pulses
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
-from rockframe.results.tables.pulse_rows import best_of, loaded_pulses
 
 Float = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ import xarray as xr
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.record import Orientation, Record
-from rockframe.results.ragged import position, slices, write_rows
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS, RECORDS_NC
+from rockframe.results.writing import position, slices, write_rows
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate, peak
 

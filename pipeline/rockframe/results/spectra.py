@@ -16,7 +16,7 @@ from rockframe.results.schema import (
     SPECTRUM,
     SPECTRUM_NC,
 )
-from rockframe.results.schema.spectra import Overturning
+from rockframe.results.schema.response import Overturning
 from rockframe.rocking.response import Verdict
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum

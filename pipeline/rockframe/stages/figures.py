@@ -20,6 +20,7 @@ from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spe
 from rockframe.options.execution import FigureOptions
 from rockframe.provenance import replaced_folder
 from rockframe.results.compare import furthest_pairs, read_histories
+from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
@@ -27,7 +28,6 @@ from rockframe.results.screening.screen import read_screening
 from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
 from rockframe.results.tables.columns import stated_pulse
 from rockframe.results.tables.entries import rows_of
-from rockframe.results.tables.pulse_rows import best_pulses
 from rockframe.results.tables.rows import Row
 from rockframe.rocking import Verdict
 from rockframe.stages.common import Progress, silent

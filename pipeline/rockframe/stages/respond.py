@@ -19,9 +19,9 @@ from rockframe.ingest import Rejection
 from rockframe.options.respond import RespondOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
+from rockframe.results.pulses import pulses_with_hashes
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import write_responses
-from rockframe.results.tables.pulse_rows import pulses_with_hashes
 from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     GroundAcceleration,

@@ -46,7 +46,7 @@ def run_pulse(options: argparse.Namespace) -> int:
 
 
 def _find(options: argparse.Namespace) -> int:
-    from rockframe.results.tables.pulse_rows import pulse_rows
+    from rockframe.results.pulses import pulse_rows
     from rockframe.stages.pulse import pulse_stage
 
     with console.progress_bar("matching pulses") as progress:

@@ -78,7 +78,7 @@ _SHOWN: Final = 10
 def show(output: Path, done: Screening, *, as_json: bool) -> None:
     """Print the screening as tables, or as JSON."""
     from rockframe.results.screening.screen import read_screening
-    from rockframe.results.screening.table import screen_rows, screen_summary
+    from rockframe.results.screening.tables import screen_rows, screen_summary
 
     screening = read_screening(output, every_scale=False)
     summary = screen_summary(screening)
@@ -124,7 +124,7 @@ def _show_verdicts(screening: xr.Dataset) -> None:
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
-    from rockframe.results.screening.table import screen_rows
+    from rockframe.results.screening.tables import screen_rows
 
     structures = [str(name) for name in screening["structure"].values]
     rows = list(islice(screen_rows(screening), _SHOWN * len(structures)))
@@ -248,7 +248,7 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
 
 def _show_notes(screening: xr.Dataset, done: Screening) -> None:
-    from rockframe.risk.comparison import FEWEST_MOTIONS
+    from rockframe.risk.measures import FEWEST_MOTIONS
 
     recordings = len(set(screening["cluster"].values.tolist()))
     print(

@@ -1,4 +1,4 @@
-"""response.nc: histories and verdicts, records by structures."""
+"""Responses: response.nc, compare.nc, spectrum.nc and rocking_spectrum.nc."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from rockframe.oscillators.comparison import RIVALS, Validity
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.sensitivity import (
@@ -16,6 +17,7 @@ from rockframe.rocking.margins.sensitivity import (
 )
 from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
 from rockframe.rocking.response import Verdict
+from rockframe.wavelets.family import WAVELETS
 
 #: Largest number of safe islands that are written; `safe_islands` counts all.
 ISLANDS: Final = 64
@@ -155,6 +157,89 @@ RESPONSE_NC: Final = FileKind(
         *OF_FRAME,
         *OF_CRUSHING,
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
+    ),
+)
+# fmt: on
+
+
+_EACH: Final = "record structure model"
+_HISTORY: Final = "structure model obs"
+_ROCKING: Final = "NaN for bridges that do not rock"
+
+# fmt: off
+COMPARE_NC: Final = FileKind(
+    "compare", "compare", "Rocking bridges compared with restrained, hybrid, isolated and fixed bridges",
+    (
+        Variable("time", "obs", float, "s", "time since the record's first sample"),
+        Variable("u", _HISTORY, float, "m", "drift of the deck relative to the ground", comment="NaN after overturning", attrs={"coordinates": "time"}),
+        Variable("v", _HISTORY, float, "m", "lift of the deck", comment="NaN after overturning", attrs={"coordinates": "time"}),
+        Variable("base_shear", _HISTORY, float, "1", "force of the ground on the bridge over the weight of deck and columns", comment="to the right; NaN after overturning", attrs={"coordinates": "time"}),
+        Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
+        Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
+        Variable("peak_u", _EACH, float, "m", "largest drift of the deck", "compared", comment="infinite if the bridge overturns"),
+        Variable("peak_v", _EACH, float, "m", "largest lift of the deck", "compared", comment="infinite if the bridge overturns"),
+        Variable("residual_u", _EACH, float, "m", "residual drift, after the motion has decayed", "compared", comment="infinite if the bridge overturns"),
+        Variable("peak_base_shear", _EACH, float, "1", "largest base shear over the weight of deck and columns", "compared", comment="at the samples"),
+        Variable("peak_rotation_ratio", _EACH, float, "1", "largest |theta| / slenderness", "compared", comment=_ROCKING),
+        Variable("ductility", _EACH, float, "1", "largest drift over the yield drift", "compared", comment="NaN for rocking bridges and for models that do not yield"),
+        Variable("peak_tendon_force", _EACH, float, "N", "largest force of a tendon", "compared", comment="NaN without tendons"),
+        Variable("friction_demand", _EACH, float, "1", "coefficient of friction that the joints need", "compared", comment=_ROCKING),
+        Variable("validity", _EACH, Validity, "1", "first reason why the model is no longer valid", "compared"),
+        Variable("valid_until", _EACH, float, "s", "time at which the model is no longer valid", "compared", comment="NaN if the model stays valid, or if its validity ends after the record or between two samples"),
+        Variable("gap_closed_time", _EACH, float, "s", "time at which the deck first closes the gap of an abutment", "compared", comment="NaN if the gap never closes, or if no gap is stated"),
+        Variable("closing_velocity", _EACH, float, "m s-1", "speed of the deck when the gap closes", "compared"),
+        Variable("structure", "structure", str, "1", "name of the structure", key=True),
+        Variable("model", "model", str, "1", "variant of the bridge", key=True, choices=("free", *RIVALS)),
+    ),
+)
+# fmt: on
+
+
+class Overturning(IntEnum):
+    """Ways of overturning; the values of the flag variable `overturning`."""
+
+    NONE = 0
+    AFTER_IMPACT = 1
+    WITHOUT_IMPACT = 2
+
+
+# fmt: off
+SPECTRUM_NC: Final = FileKind(
+    "spectrum", "spectrum", "Overturning of free-standing frames by acceleration pulses",
+    (
+        Variable("verdict", "wavelet slenderness mass_ratio frequency_ratio amplitude", Verdict, "1", "stability verdict"),
+        Variable("overturning", "wavelet slenderness mass_ratio frequency_ratio amplitude", Overturning, "1", "how the frame overturns"),
+        Variable("minimum_overturning_amplitude", "wavelet slenderness mass_ratio frequency_ratio", float, "1", "smallest amplitude that overturns, a_p / (g tan(slenderness))", "spectrum", comment="NaN if none up to the largest amplitude. Intervals narrower than the step of amplitude may be missed"),
+        Variable("overturning_intervals", "wavelet slenderness mass_ratio frequency_ratio", np.int32, "1", "number of intervals of amplitude that overturn"),
+        Variable("safe_islands", "wavelet slenderness mass_ratio frequency_ratio", np.int32, "1", "number of intervals above the smallest overturning amplitude in which the frame stands"),
+        Variable("interval_lower", "wavelet slenderness mass_ratio frequency_ratio interval", float, "1", "smallest amplitude of an interval that overturns, a_p / (g tan(slenderness))", comment="NaN beyond overturning_intervals"),
+        Variable("interval_upper", "wavelet slenderness mass_ratio frequency_ratio interval", float, "1", "largest amplitude of an interval that overturns, a_p / (g tan(slenderness))", comment="NaN if the interval extends beyond the largest amplitude"),
+        Variable("interval_impacts", "wavelet slenderness mass_ratio frequency_ratio interval", np.int32, "1", "number of impacts before overturning at the smallest amplitude of the interval", valid="any", comment="-1 beyond overturning_intervals"),
+        Variable("restitution", "slenderness mass_ratio", float, "1", "angular velocity after an impact over angular velocity before, sqrt(r)", "frame"),
+        Variable("effective_frequency_ratio", "slenderness mass_ratio", float, "1", "frequency parameter of the frame over that of a column, p-hat / p"),
+        Variable("phase", "wavelet", float, "rad", "phase of the pulse", "pulse"),
+        Variable("half_cycles", "wavelet", float, "1", "number of half cycles of the pulse", "pulse"),
+        Variable("wavelet", "wavelet", str, "1", "wavelet", "pulse", choices=tuple(WAVELETS)),
+        Variable("slenderness", "slenderness", float, "rad", "slenderness of a column, alpha", "spectrum", key=True),
+        Variable("mass_ratio", "mass_ratio", float, "1", "mass of the beam over that of all columns", "spectrum", key=True),
+        Variable("frequency_ratio", "frequency_ratio", float, "1", "omega_p / p, with p of the column alone", "spectrum", key=True),
+        Variable("amplitude", "amplitude", float, "1", "a_p / (g tan(slenderness))", "spectrum", key=True),
+    ),
+)
+# fmt: on
+
+# fmt: off
+ROCKING_SPECTRUM_NC: Final = FileKind(
+    "rocking_spectrum", "spectrum", "Rocking spectra of records",
+    (
+        Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
+        Variable("verdict", "record slenderness mass_ratio column_period", Verdict, "1", "stability verdict", "spectrum"),
+        Variable("peak_rotation_ratio", "record slenderness mass_ratio column_period", float, "1", "largest |theta| / slenderness, including free rocking after the record", "spectrum"),
+        Variable("peak_velocity", "record slenderness mass_ratio column_period", float, "rad s-1", "largest angular velocity, including free rocking after the record", "spectrum", comment="for frames that overturn, until overturning"),
+        Variable("slenderness", "slenderness", float, "rad", "slenderness of a column, alpha", "spectrum", key=True),
+        Variable("mass_ratio", "mass_ratio", float, "1", "mass of the beam over that of all columns", "spectrum", key=True),
+        Variable("column_period", "column_period", float, "s", "2 pi / p of a column alone", "spectrum", key=True),
+
     ),
 )
 # fmt: on

@@ -11,11 +11,10 @@ import numpy as np
 import xarray as xr
 
 from rockframe.errors import ParameterError
-from rockframe.results.ragged import position, slices
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN, SCREEN_NC
 from rockframe.results.tables.rows import columns_of, rows_along
-from rockframe.results.writing import growing
+from rockframe.results.writing import growing, position, slices
 from rockframe.rocking.response import Response
 
 _SERIES: Final = ("time", "theta", "u", "v")

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
+from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
 from rockframe.results.tables.columns import stated_verdict
-from rockframe.results.tables.pulse_rows import pulse_rows
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
