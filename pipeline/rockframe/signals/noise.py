@@ -48,8 +48,8 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
     -------
     length, level : float
         Length of the window and level of the noise. They are 0 and NaN if the noise is unknown: no
-        event is found; it begins within 2 s; the first 2 s are padding (equal samples); or the
-        motion grows in the window (quarters that differ by a factor of 3).
+        event is found; it begins within 2 s; the first 2 s or the window are padding (equal
+        samples); or the motion grows in the window (quarters that differ by a factor of 3).
 
     Examples
     --------
@@ -69,7 +69,7 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
     window = acceleration[: round((1.0 - _GUARD) * onset)]
     noise = window - window.mean()
     levels = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(noise, _QUARTERS)]
-    if max(levels) > _STEADY * min(levels):
+    if not 0.0 < max(levels) <= _STEADY * min(levels):
         return 0.0, math.nan
     return time_step * window.size, float(noise.std())
 
