@@ -223,6 +223,22 @@ def test_pivots_crush_under_the_tendon_of_each_variant(records: Path, tmp_path: 
     assert drifts[0] == drifts[1]
 
 
+def test_a_verdict_names_the_event_that_ends_the_model(records: Path, tmp_path: Path) -> None:
+    """A bridge that closes its gap stands, but is not called safe; `compare` states the same."""
+    bridge = structures(tmp_path, BENT + "[structure.abutment]\ngap_m = 0.2\n" + RIVALS)
+    response, compared = tmp_path / "response.nc", tmp_path / "c.nc"
+    assert run("respond", records, "--structures", bridge, "--margins", "first",
+               "--output", response) == 0  # fmt: skip
+    assert run("compare", records, "--structures", bridge, "--against", "fixed",
+               "--output", compared) == 0  # fmt: skip
+    (row,) = response_rows(response)
+    free = comparison_rows(compared)[0]
+    assert (row["verdict"], free["validity"]) == ("safe", "gap_closes")
+    assert row["gap_closed_time_s"] == free["valid_until_s"]
+    assert row["critical_scale"] > 1.0
+    assert row["verdict_words"] == f"stands; gap closes {row['gap_closed_time_s']:.1f} s"
+
+
 def test_restrained_structures_are_screened(records: Path, tmp_path: Path) -> None:
     """With a tendon the frame overturns at no scale; without it, it does."""
     stiff = TENDON.replace("1.0e-3", "2.0e-3")

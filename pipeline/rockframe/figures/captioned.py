@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.errors import InputError
 from rockframe.provenance import whole_file
 from rockframe.rocking import StatedVerdict, Verdict
+from rockframe.rocking.stated_verdict import MODEL_ENDS
 from rockframe.units import GRAVITY
 
 #: Metadata to omit; without dates and versions, the same figure has the same bytes.
@@ -118,6 +119,7 @@ def stated_in(history: xr.Dataset) -> StatedVerdict:
         Verdict(int(history["verdict"])),
         overturning_time=float(history["overturning_time"]),
         critical_scale=float(history["critical_scale"]) if margin else None,
+        model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
     )
 
 

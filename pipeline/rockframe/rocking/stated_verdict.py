@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final
 
@@ -29,12 +29,20 @@ MARGIN_LEGEND: Final = (
 )
 
 
+#: Events after which the model no longer describes a bridge, by the variable of their time.
+MODEL_ENDS: Final = {
+    "gap_closed_time": "gap closes",
+    "lift_exceeded_time": "lift exceeded",
+    "tendon_yield_time": "tendon yields",
+}
+
+
 class VerdictKind(StrEnum):
     """Kinds of verdicts. Each has a colour, and a class in the style sheets.
 
-    ``SAFE``: the structure stands, and its critical scale is not below 1. ``STANDS``: it stands,
-    but no critical scale was searched for. ``STANDS_LESS_OVERTURNS``: it stands, but its critical
-    scale is below 1.
+    ``SAFE``: the structure stands, its critical scale is not below 1, and the model holds to the
+    end. ``STANDS``: it stands, but no critical scale was searched for, or the model does not hold
+    to the end. ``STANDS_LESS_OVERTURNS``: it stands, but its critical scale is below 1.
     """
 
     SAFE = "safe"
@@ -65,6 +73,8 @@ class StatedVerdict:
     critical_scale : float or None
         Least multiple of the motion that overturns [1]; NaN if none was found, None if it was not
         searched for.
+    model_ends : mapping of str to float
+        Time of each event of `MODEL_ENDS` [s]; NaN if it does not occur.
 
     Examples
     --------
@@ -72,11 +82,14 @@ class StatedVerdict:
     'stands; 0.91 of the motion would overturn it'
     >>> StatedVerdict(Verdict.UNDECIDED, overturning_time=36.8, critical_scale=0.69).words
     'undecided, overturned 36.8 s'
+    >>> StatedVerdict(Verdict.SAFE, critical_scale=2.0, model_ends={"gap_closed_time": 5.8}).words
+    'stands; gap closes 5.8 s'
     """
 
     verdict: Verdict
     overturning_time: float = math.nan
     critical_scale: float | None = None
+    model_ends: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def overturns(self) -> bool:
@@ -88,20 +101,31 @@ class StatedVerdict:
         """Kind of the verdict, which determines its colour."""
         if self.verdict is not Verdict.SAFE:
             return VerdictKind(self.verdict.name.lower())
-        if self.critical_scale is None:
-            return VerdictKind.STANDS
-        return VerdictKind.STANDS_LESS_OVERTURNS if self.critical_scale < 1.0 else VerdictKind.SAFE
+        if self.critical_scale is not None and self.critical_scale < 1.0:
+            return VerdictKind.STANDS_LESS_OVERTURNS
+        known = self.critical_scale is not None and not self._end
+        return VerdictKind.SAFE if known else VerdictKind.STANDS
+
+    @property
+    def _end(self) -> str:
+        """First event that ends the model, with its time."""
+        known = [(time, name) for name, time in self.model_ends.items() if math.isfinite(time)]
+        if not known:
+            return ""
+        time, name = min(known)
+        return f"; {MODEL_ENDS[name]} {time:.1f} s"
 
     @property
     def words(self) -> str:
         """Verdict in words; for an undecided one, also the outcome of the motion itself."""
         if self.kind is VerdictKind.STANDS_LESS_OVERTURNS:
-            return f"stands; {self.critical_scale:.2f} of the motion would overturn it"
+            less = f"stands; {self.critical_scale:.2f} of the motion would overturn it"
+            return less + self._end
         words = self.kind.label
         if self.kind is VerdictKind.UNDECIDED:
             words += ", overturned" if self.overturns else ", stands"
         known = math.isfinite(self.overturning_time)
-        return words + (f" {self.overturning_time:.1f} s" if known else "")
+        return words + (f" {self.overturning_time:.1f} s" if known else "") + self._end
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.rocking.response import Verdict
-from rockframe.rocking.stated_verdict import StatedVerdict
+from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict
 
 Cells = Mapping[str, Any]
 _DASH: Final = "–"
@@ -108,6 +108,7 @@ def stated_verdict(row: Cells) -> StatedVerdict:
         Verdict[row["verdict"].upper()],
         overturning_time=number(row.get("overturning_time_s")),
         critical_scale=number(row.get("critical_scale")) if searched else None,
+        model_ends={name: number(row.get(f"{name}_s")) for name in MODEL_ENDS},
     )
 
 

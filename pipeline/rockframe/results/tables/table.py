@@ -14,6 +14,7 @@ from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
 from rockframe.results.tables.columns import stated_verdict
 from rockframe.results.tables.rows import Row, columns_of, rows_along
+from rockframe.rocking.stated_verdict import MODEL_ENDS
 
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
 _COLUMNS: Final = (
@@ -25,7 +26,7 @@ _COLUMNS: Final = (
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
     *("surrogate_error", *CONTACT, "slenderness_deg", "slenderness_before_crushing_deg"),
-    *("restitution", "restitution_before_crushing"),
+    *("restitution", "restitution_before_crushing", *(f"{name}_s" for name in MODEL_ENDS)),
 )
 #: Columns of a record and columns of a response, with their variables.
 _OF_RECORD: Final = columns_of(
@@ -41,6 +42,7 @@ _OF_RESPONSE: Final = columns_of(
     *CONTACT,
     "slenderness_deg=slenderness slenderness_before_crushing_deg=slenderness_before_crushing",
     "restitution restitution_before_crushing",
+    *(f"{name}_s={name}" for name in MODEL_ENDS),
 )
 _NO_PULSE: Final[Row] = {
     "wavelet": "",
