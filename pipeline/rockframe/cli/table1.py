@@ -16,7 +16,8 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
-from rockframe.paper.table1 import BORROWED, QUANTITIES, compare, statements
+from rockframe.paper.pulses import statements
+from rockframe.paper.table1 import BORROWED, QUANTITIES, compare
 from rockframe.results.tables.columns import Column, pulse_mark, titled, wavelet_name
 from rockframe.results.tables.rows import Row
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from rockframe.cells import decimal
@@ -13,11 +13,9 @@ from rockframe.frame import RockingFrame
 
 #: Largest scale of the ground motion [1].
 _LARGEST_SCALE: Final = 100.0
-_SECTION: Final = "section"
-_WINDOW: Final = ("from", "to")
-_NUMBERS: Final = ("height", "width", "mass_ratio", "restitution_factor", "scale", *_WINDOW)
+_NUMBERS: Final = ("height", "width", "mass_ratio", "restitution_factor", "scale", "from", "to")
 _SWITCHES: Final = ("vertical", "pulse")
-_NAMES: Final = ("record", *_SWITCHES, _SECTION, *_NUMBERS)
+_NAMES: Final = ("record", *_SWITCHES, "section", *_NUMBERS)
 
 
 @dataclass(frozen=True)
@@ -90,29 +88,23 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
     for name in _SWITCHES:
         if stated[name] not in ("0", "1"):
             raise ParameterError(f"Invalid {name} {stated[name]!r}. Must be 0 or 1.")
+    height, width, section = numbers["height"], numbers["width"], stated["section"]
+    # The dimensions are checked before an inertia is computed from them.
+    frame = RockingFrame(height=height, width=width, name="own")
+    known = section[:1].isdigit()
+    ratio = _number("section", section) if known else inertia_ratio_of(section, height, width)
     return Settings(
-        frame=_frame(numbers, stated[_SECTION]),
+        frame=replace(
+            frame,
+            mass_ratio=numbers["mass_ratio"],
+            inertia_ratio=ratio,
+            restitution_factor=numbers["restitution_factor"],
+        ),
         record=stated["record"],
         scale=scale,
         vertical=stated["vertical"] == "1",
         pulse=stated["pulse"] == "1",
         window=(numbers["from"], numbers["to"]),
-    )
-
-
-def _frame(numbers: Mapping[str, float], section: str) -> RockingFrame:
-    height, width = numbers["height"], numbers["width"]
-    # The dimensions are checked before an inertia is computed from them.
-    plain = RockingFrame(height=height, width=width, name="own")
-    stated = section[:1].isdigit()
-    ratio = _number(_SECTION, section) if stated else inertia_ratio_of(section, height, width)
-    return RockingFrame(
-        height=plain.height,
-        width=plain.width,
-        mass_ratio=numbers["mass_ratio"],
-        name=plain.name,
-        inertia_ratio=ratio,
-        restitution_factor=numbers["restitution_factor"],
     )
 
 

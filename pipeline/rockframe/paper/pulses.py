@@ -23,7 +23,6 @@ from rockframe.paper.claim import (
 from rockframe.paper.table1 import (
     QUANTITIES,
     PaperRecord,
-    bridge_extremes,
     bridge_rows,
     compare,
     paper_record_of,
@@ -140,8 +139,34 @@ def _of_table(name: str, comparison: Row, other: str) -> Claim:
     )
 
 
+def statements(rows: Sequence[Row]) -> list[str]:
+    """Return sentences that compare our results with section 8 of the paper, on the bridge bent.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Rows of any structures and records. Only the bridge bent is compared, under the paper's
+        records with the paper's PGA and PGV.
+    """
+    own = bridge_rows(rows)
+    if not own:
+        return []
+    turned, drift, lift = _of_bridge(own)
+    return [
+        f"{turned.remark}; of its bridge bent:",
+        f"theta/alpha: the paper says below 0.33; ours is {turned.ours}: {turned.finding}.",
+        f"u_max: the paper says {drift.printed}; ours is {drift.ours}: {drift.finding}.",
+        f"v_max: the paper says {lift.printed}; ours is {lift.ours}: {lift.finding}. "
+        "By eqs (7) and (10) a drift of 50 cm comes with a lift of 7.0 cm: the paper's two numbers "
+        "do not fit each other.",
+    ]
+
+
 def _of_bridge(own: Sequence[Row]) -> list[Claim]:
-    turned, drifts, lifted = bridge_extremes(own)
+    """Return the claims about the largest rotation, the drifts and the largest lift."""
+    turned = max(own, key=lambda row: row["peak_rotation_ratio"])
+    lifted = max(own, key=lambda row: row["v_max_m"])
+    drifts = sorted(100.0 * row["u_max_m"] for row in own)
     of = f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV"
     ratio, lift = turned["peak_rotation_ratio"], 100.0 * lifted["v_max_m"]
     least, most = drifts[0], drifts[-1]

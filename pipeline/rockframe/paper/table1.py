@@ -1,4 +1,4 @@
-"""Comparison with the paper's Table 1, and with its statements about the bridge bent."""
+"""Comparison with the paper's Table 1."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.paper.claim import judged
 from rockframe.results.tables.rows import Row
 
 #: Symbol in Table 1 and unit of each quantity that is compared.
@@ -154,43 +153,9 @@ def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterat
         }
 
 
-def statements(rows: Sequence[Row]) -> list[str]:
-    """Return sentences that compare our results with section 8 of the paper, on the bridge bent.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Rows of any structures and records. Only the bridge bent is compared, under the paper's
-        records with the paper's PGA and PGV.
-    """
-    own = bridge_rows(rows)
-    if not own:
-        return []
-    turned, drifts, lifted = bridge_extremes(own)
-    ratio, lift = turned["peak_rotation_ratio"], lifted["v_max_m"]
-    return [
-        f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV; "
-        "of its bridge bent:",
-        "theta/alpha: the paper says below 0.33; ours is at most "
-        f"{ratio:.3f} ({turned['record']}): {judged(ratio < 0.33)}.",
-        f"u_max: the paper says 20 to 50 cm; ours is {drifts[0]:.1f} to {drifts[-1]:.1f} cm: "
-        f"{judged(drifts[0] >= 20.0 and drifts[-1] <= 50.0)}.",
-        f"v_max: the paper says up to 5 cm; ours is up to {100.0 * lift:.1f} cm "
-        f"({lifted['record']}): {judged(lift <= 0.05)}. By eqs (7) and (10) a drift of "
-        "50 cm comes with a lift of 7.0 cm: the paper's two numbers do not fit each other.",
-    ]
-
-
 def bridge_rows(rows: Sequence[Row]) -> list[Row]:
     """Return the rows of the bridge bent under the paper's records, found by name, PGA and PGV."""
     return [row for row in rows if row["structure"] == _BRIDGE and _is_the_papers(row)]
-
-
-def bridge_extremes(own: Sequence[Row]) -> tuple[Row, list[float], Row]:
-    """Return the row of the largest rotation, drifts [cm], and the row of the largest lift."""
-    turned = max(own, key=lambda row: row["peak_rotation_ratio"])
-    drifts = sorted(100.0 * row["u_max_m"] for row in own)
-    return turned, drifts, max(own, key=lambda row: row["v_max_m"])
 
 
 def _is_the_papers(row: Row) -> bool:

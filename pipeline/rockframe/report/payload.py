@@ -23,8 +23,8 @@ from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
 from rockframe.web import strip_svg
 
-#: Printed form of exponents in CF units.
-_PRINTED: Final = {"-1": "⁻¹", "-2": "⁻²", "2": "²"}
+#: Exponents in CF units become superscripts.
+_SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")
 #: Values that the page shows elsewhere, or uses only internally.
 _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
@@ -237,12 +237,5 @@ def with_unit(fact: LabelledValue) -> str:
         return fact.value.replace("_", " ") if fact.name == "best_wavelet" else fact.value
     whole = fact.value.is_integer() and abs(fact.value) < 1e9
     number = f"{fact.value:.0f}" if whole else f"{fact.value:.4g}"
-    parts = [_printed(part) for part in fact.units.split() if part != "1"]
+    parts = [part.translate(_SUPERSCRIPTS) for part in fact.units.split() if part != "1"]
     return "\N{NO-BREAK SPACE}".join([number.replace("-", "−"), *parts])
-
-
-def _printed(unit: str) -> str:
-    for sign, printed in _PRINTED.items():
-        if unit.endswith(sign):
-            return unit.removesuffix(sign) + printed
-    return unit
