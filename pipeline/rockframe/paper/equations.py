@@ -48,7 +48,7 @@ def misprint_checks() -> dict[str, Check]:
     alpha = BRIDGE.slenderness
     printed = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
     meant = _work_slope(math.cos(alpha - _THETA), math.sin(alpha - _THETA))
-    slope = _slope(lambda theta: _work(theta, BRIDGE), _THETA)
+    slope = (_work(_THETA + _STEP) - _work(_THETA - _STEP)) / (2.0 * _STEP)
     return {
         "eq-12": _lift_check(),
         "eq-23": check(Finding.MISPRINT, printed=8.0 + 2.0, meant=8.0 + 0.5 * 2.0),
@@ -163,21 +163,17 @@ def _misprint(printed: float, right: float, meant: float, **others: float) -> Ch
     return check(found, printed=printed, right=right, meant=meant, **others)
 
 
-def _work(theta: float, frame: RockingFrame) -> float:
+def _work(theta: float) -> float:
     """Return the integral of eq (18), divided by N m_c g R."""
-    weight = frame.mass_ratio + 0.5
-    u = float(frame.horizontal_displacement(theta))
-    v = float(frame.vertical_displacement(theta))
-    return weight * (_GROUND * u + GRAVITY * v) / (GRAVITY * frame.size)
+    weight = BRIDGE.mass_ratio + 0.5
+    u = float(BRIDGE.horizontal_displacement(theta))
+    v = float(BRIDGE.vertical_displacement(theta))
+    return weight * (_GROUND * u + GRAVITY * v) / (GRAVITY * BRIDGE.size)
 
 
 def _work_slope(cosine: float, sine: float) -> float:
     """Return eq (24) divided by N m_c g R, given the cosine and sine of its argument."""
     return 2.0 * (BRIDGE.mass_ratio + 0.5) * (_GROUND / GRAVITY * cosine + sine)
-
-
-def _slope(function: Callable[[float], float], x: float) -> float:
-    return (function(x + _STEP) - function(x - _STEP)) / (2.0 * _STEP)
 
 
 def _impact(alpha: float, gamma: float) -> float:

@@ -103,7 +103,9 @@ def payload(
     """
     grounds: list[dict[str, Any]] = []
     pairs: list[dict[str, Any]] = []
-    samples = {"table": pack(_csv(run.rows).encode("utf-8"))}
+    table = io.StringIO()
+    write_table(table, run.rows)
+    samples = {"table": pack(table.getvalue().encode("utf-8"))}
     row_of = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
     entry_of = {entry["record_id"]: entry for entry in run.entries}
     for ground, histories in motions:
@@ -149,12 +151,6 @@ def _of_pair(facts: Iterable[LabelledValue], stated: StatedVerdict) -> list[Labe
         for fact in facts
         if not (fact.name in _OF_THE_FALL and stated.overturns)
     ]
-
-
-def _csv(rows: Sequence[Mapping[str, str]]) -> str:
-    stream = io.StringIO()
-    write_table(stream, rows)
-    return stream.getvalue()
 
 
 def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any]:
