@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_origin
 from pydantic import ValidationError
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.model import REFUSED, RULE, VALUE, Options, must_be, options_within
+from rockframe.options.model import REFUSED, RULE, VALUE, Options, explain, options_within
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -78,20 +78,16 @@ def _too_large(value: Any, where: _Location = ()) -> _Location:
 def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
     """Return the message and place of an error; pydantic's own text is for programmers."""
     kind, where = error["type"], error["loc"]
-    if kind == RULE:
-        return f"{error['msg']}.", where
     if kind == REFUSED:
         return _invalid_quantity(error["ctx"]["error"], model, where)
     names = tuple(part for part in where if isinstance(part, str))
+    of_value = explain(error, lambda _: _dotted(model, names)), where
+    if kind in (RULE, VALUE) or (kind == "missing" and isinstance(where[-1], int)):
+        return of_value
     table, owner = _owner(model, names[:-1])
-    if kind == VALUE:
-        return f"{_dotted(model, names)} {error['msg']}.", where
     if kind == "extra_forbidden":
         known = ", ".join(_written(owner, key, table) for key in owner.model_fields)
         return f"unknown key {_dotted(model, names)!r}. Must be one of: {known}.", where
-    if kind == "missing" and isinstance(where[-1], int):
-        dotted = _dotted(model, names)
-        return f"{dotted} {error['input']!r}. Must be a list of two numbers.", where
     whole = _written(owner, names[-1], table)
     if whole.startswith("[["):
         if kind in {"missing", "too_short", "tuple_type"}:
@@ -101,7 +97,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
         return f"key {names[-1]!r} missing. Must be stated{each}.", where[:-1]
     if kind == "model_type":
         return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
-    return f"{_dotted(model, names)} {error['input']!r}. Must be {must_be(error)}.", where
+    return of_value
 
 
 def _invalid_quantity(
