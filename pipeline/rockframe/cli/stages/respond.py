@@ -187,17 +187,17 @@ def run_spectrum(options: argparse.Namespace) -> int:
         if name not in own.model_fields and hasattr(options, name):
             where = "with" if options.records else "without"
             raise ParameterError(f"{flag(name)} stated {where} --records. Must not be.")
-    return _of_records(options) if options.records else _of_pulses(options)
+    return _spectrum_of_records(options) if options.records else _spectrum_of_pulses(options)
 
 
-def _of_pulses(options: argparse.Namespace) -> int:
+def _spectrum_of_pulses(options: argparse.Namespace) -> int:
     from rockframe.results.spectra import read_spectrum
     from rockframe.stages.spectrum import spectrum_stage
 
     stated = chosen(options, SpectrumOptions)
     spectrum_stage(options.output, stated, engine=arguments.chosen_engine(options))
     dataset = read_spectrum(options.output)
-    lines = _lines(dataset)
+    lines = _curves(dataset)
     if options.json:
         console.show_json({"spectrum": lines, "output": str(options.output)})
         return 0
@@ -223,7 +223,7 @@ def _of_pulses(options: argparse.Namespace) -> int:
     return 0
 
 
-def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
+def _curves(dataset: xr.Dataset) -> list[dict[str, Any]]:
     """Return all curves as JSON values; each point has its intervals."""
     from rockframe.results.tables.rows import columns_of, rows_along
 
@@ -241,7 +241,7 @@ def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def _of_records(options: argparse.Namespace) -> int:
+def _spectrum_of_records(options: argparse.Namespace) -> int:
     from rockframe.results.spectra import read_rocking_spectrum
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
