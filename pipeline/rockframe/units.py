@@ -29,10 +29,11 @@ def plain_units(units: str) -> str:
 
     Examples
     --------
-    >>> plain_units("m/s^2"), plain_units("G"), plain_units("cm/sec/sec"), plain_units("ft/s2")
+    >>> plain_units("m/s²"), plain_units("G"), plain_units("cm/sec/sec"), plain_units("ft/s2")
     ('m/s2', 'g', 'cm/s2', 'ft/s2')
     """
-    plain = re.sub(r"[\s^]|\*\*", "", units.lower()).replace("sec", "s").replace("/s/s", "/s2")
+    plain = re.sub(r"[\s^]|\*\*", "", units.lower().replace("²", "2"))
+    plain = plain.replace("sec", "s").replace("/s/s", "/s2")
     return plain if plain in ACCELERATION_UNITS else units
 
 

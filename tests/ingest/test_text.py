@@ -47,6 +47,7 @@ def test_round_trip(samples: list[float], step: float, separator: str, end: str)
         ("acceleration_m_s2", 1.0),
         ("acceleration [m/s2]", 1.0),
         ("acceleration (m s-2)", 1.0),
+        ("acceleration [cm/s²]", 0.01),
     ],
 )
 def test_units_in_the_name(name: str, factor: float) -> None:
@@ -79,6 +80,9 @@ def test_stated_count() -> None:
     ("text", "options", "message"),
     [
         ("0.0,1\n0.1,2\n", ReadOptions(), "acceleration units unstated.*--units"),
+        ("0,00,0,1\n0,01,0,2\n", BOTH, "4 columns without .* separate the columns with semicol"),
+        ("t,acc_g\n0,00,0,1\n0,01,0,2\n", BOTH, "4 columns under 2 .* with semicolons"),
+        ("\ufeffZeit;Süd;Öst\n0;1;1\n1;2;2\n", BOTH, "unknown format, begins 'Zeit;Süd;Öst'"),
         ("time_s,acc\n0.0,1\n0.1,2\n", ReadOptions(), ":1: acceleration units unstated.*--units"),
         ("acc_g\n1\n2\n", ReadOptions(), "time step unstated.*--time-step"),
         ("t,acc_g\n0.0,1\n0.1,2\n", ReadOptions(units="gal"), r":1: .*'gal' given, but .* 'g'"),
@@ -282,7 +286,17 @@ def test_decimal_comma_with_semicolons(names: str) -> None:
     assert records[0].time_step == 0.01
 
 
-@pytest.mark.parametrize(("units", "plain"), [("m/s^2", "m/s2"), ("G", "g"), ("cm/s/s", "cm/s2")])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_a_column_with_a_heading_in_any_language_can_be_chosen(encoding: str) -> None:
+    words = "Χρόνος" if encoding != "latin-1" else "Zeit"
+    text = f"{words} [s];{words[1]} [m/s²]\n0,00;0,1\n0,01;0,2\n"
+    [record] = read_bytes("a.csv", text.encode(encoding), ReadOptions(column="2"))
+    assert (record.time_step, record.acceleration.tolist()) == (0.01, [0.1, 0.2])
+
+
+@pytest.mark.parametrize(
+    ("units", "plain"), [("m/s²", "m/s2"), ("m/s^2", "m/s2"), ("G", "g"), ("cm/s/s", "cm/s2")]
+)
 def test_other_spellings_of_units(units: str, plain: str) -> None:
     from rockframe.options.ingest import IngestOptions
 

@@ -33,6 +33,7 @@ from rockframe.ingest.parsing.lines import (
     are_finite,
     bad_number,
     blocks,
+    decoded,
     head_lines,
     is_number,
     parse_numbers,
@@ -88,7 +89,7 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"0.00 0.1\n0.01 0.2\n"), sniff(b"# Records\n\nSix of them.\n")
     (True, False)
     """
-    lines = head_lines(head)
+    lines = [decoded(line.encode("latin-1")) for line in head_lines(head)]
     start = _first_content(lines)
     # The last line of the head may be cut. One invalid line is allowed here: `read` reports it.
     rows = [line for line in lines[start:-1] or lines[start:] if line.strip()]
@@ -101,8 +102,9 @@ def sniff(head: bytes) -> bool:
         count = len(fields_of(rows[0]))
         few = count <= (2 if start else 4) or count in _SERIES
         return numeric[0] and few and 2 * sum(numeric) > len(rows)
+    sizes = (len(names), 2 * len(names))  # decimal commas between commas: `read` reports them
     return (len(names) <= 2 or any(map(is_known, names))) and any(
-        is_row(row) and len(fields_of(row)) == len(names) for row in rows[1:4]
+        is_row(row) and len(fields_of(row)) in sizes for row in rows[1:4]
     )
 
 
@@ -157,7 +159,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 def _split(path: Path, data: bytes) -> _Layout:
     comments, body = _skip_comments(text_of(path, data).rstrip())
-    names = column_names(_decoded(body.partition(b"\n")[0]))
+    names = column_names(decoded(body.partition(b"\n")[0]))
     names_line = len(comments) + 1 if names else 0
     skipped: list[str] = []
     if names:
@@ -174,11 +176,11 @@ def _split(path: Path, data: bytes) -> _Layout:
 
 def _skip_comments(text: bytes) -> tuple[list[str], bytes]:
     """Return the leading comment lines and blank lines, and the text after them."""
-    count = _first_content(map(_decoded, io.BytesIO(text)))
+    count = _first_content(map(decoded, io.BytesIO(text)))
     *lines, rest = text.split(b"\n", count)
     if len(lines) < count:
         lines, rest = [*lines, rest], b""
-    return [_decoded(line) for line in lines], rest
+    return [decoded(line) for line in lines], rest
 
 
 def _series(path: Path, layout: _Layout) -> Float:
@@ -224,7 +226,7 @@ def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputE
     for line, row in enumerate(layout.rows, layout.first_line):
         tokens = row.split(layout.separator)
         if len(tokens) != layout.columns:
-            shown = row.decode("latin-1").strip()[:40]
+            shown = decoded(row).strip()[:40]
             message = f"{len(tokens)} columns in {shown!r}. Must be {layout.columns}."
             return InputError(path, message, line)
         for token, quantity in zip(tokens, quantities, strict=True):
@@ -272,10 +274,6 @@ def _time_step(
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")
     return options.time_step
-
-
-def _decoded(line: bytes) -> str:
-    return line.decode("latin-1")
 
 
 def _first_content(lines: Iterable[str]) -> int:

@@ -22,6 +22,8 @@ _QUANTITIES: Final = {
 #: Labels of columns that are not directions.
 _LABEL: Final = re.compile(r"[xyzlth]\d?|\d", re.I)
 _TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
+#: End of the name of a column of times in any language, if the column of acceleration is chosen.
+_SECONDS: Final = re.compile(r"[\[(]\s*s(ec(onds?)?)?\s*[\])]$", re.I)
 _PER_SECOND_SQUARED: Final = ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec")
 #: Units by their spelling in column names, without blanks, underscores and carets.
 _SPELLINGS: Final = {
@@ -39,6 +41,7 @@ _IN_WORDS: Final = re.compile(
     re.I,
 )
 _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."
+_COMMAS: Final = "If commas are decimal commas, separate the columns with semicolons."
 _CHOOSE: Final = "Choose one with --column NAME."
 
 
@@ -79,7 +82,7 @@ def column_names(line: str) -> list[str]:
     >>> column_names("time [s]  acc (g)"), column_names("0.00  0.1")
     (['time[s]', 'acc(g)'], [])
     """
-    if is_row(line) or not re.match(r"\s*\"?[A-Za-z]", line):
+    if is_row(line) or not re.match(r"\s*\"?[^\W\d_]", line):
         return []
     # A bracket belongs to the preceding word.
     joined = re.sub(r"\s+(?=[\[(])", "", line)
@@ -107,6 +110,7 @@ def units_in(comment: str) -> str | None:
     >>> units_in("# Acceleration [cm/s^2]"), units_in("# units: GAL"), units_in("# in counts")
     ('cm/s2', 'gal', None)
     """
+    comment = comment.replace("²", "2")
     found = None if re.search("convert|origin", comment, re.I) else _IN_WORDS.search(comment)
     return found and _SPELLINGS.get(re.sub(r"[\s^*]", "", found["units"].lower()))
 
@@ -161,11 +165,13 @@ def read_headers(
     """
     if names and len(names) != columns:
         message = f"{columns} columns under {len(names)} names ({','.join(names)}). Must be equal."
+        message += f" {_COMMAS}" if columns == 2 * len(names) else ""
         raise InputError(path, message, line=line)
     found = [_column(name) for name in names]
     if chosen is not None:
         place = _chosen(path, names, columns, line, chosen)
         times = [k for k, one in enumerate(found) if one.quantity == "time"]
+        times = times or [k for k, name in enumerate(names) if _SECONDS.search(name)]
         time = times[0] if times else None if names or not place else 0
         stated = found[place] if names else _Column("acceleration")
         if stated.quantity in {"time", "velocity", "displacement"} and not stated.vertical:
@@ -175,6 +181,7 @@ def read_headers(
     if not names:
         if columns > 2:
             message = f"{columns} columns without names. {_MUST} {_CHOOSE}"
+            message += f" {_COMMAS}" if columns == 4 else ""
             raise InputError(path, message, line=line)
         return Columns(0 if columns == 2 else None, {columns - 1: ""}, None)
     return _read_names(path, names, found, line)
@@ -251,7 +258,7 @@ def _column(name: str) -> _Column:
         quantity, component, rest = quantity or "direction", rest[0], rest[1:]
     elif not quantity or (rest and _LABEL.fullmatch(rest[0])):
         rest = rest[1:]
-    units = re.sub(r"[\s^]|\*\*", "", "".join(rest).lower())
+    units = re.sub(r"[\s^]|\*\*", "", "".join(rest).lower().replace("²", "2"))
     vertical = words[0] == "V"
     return _Column(quantity, component or ("V" if vertical else ""), units, vertical)
 

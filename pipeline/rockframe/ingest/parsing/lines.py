@@ -131,6 +131,20 @@ def _head_lines(head: bytes) -> tuple[str, ...]:
     return tuple(unify_line_ends(head).decode("latin-1").split("\n"))
 
 
+def decoded(line: bytes) -> str:
+    r"""Return a line of text in UTF-8 or, if it is none, in Latin-1.
+
+    Examples
+    --------
+    >>> decoded(b"m/s\xc2\xb2") == decoded(b"m/s\xb2") == "m/s\xb2"
+    True
+    """
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
 def is_number(token: bytes | str) -> bool:
     """Return True if a token is a decimal number with an absolute value below 1e30.
 
@@ -165,7 +179,7 @@ def bad_number(path: Path, token: bytes, line: int, quantity: str = "acceleratio
     >>> str(bad_number(Path("motion.csv"), b"nan", 12))
     "motion.csv:12: acceleration 'nan'. Must be a finite number below 1e30."
     """
-    shown = token.decode("latin-1").strip()[:40]
+    shown = decoded(token).strip()[:40]
     return InputError(path, f"{quantity} {shown!r}. Must be a finite number below 1e30.", line=line)
 
 

@@ -31,7 +31,7 @@ from rockframe.ingest.formats.csmip import pairs as csmip_pairs
 from rockframe.ingest.formats.csmip import v1 as csmip_v1
 from rockframe.ingest.formats.csmip import v2 as csmip_v2
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.parsing.lines import head_lines, is_utf16
+from rockframe.ingest.parsing.lines import decoded, head_lines, is_utf16, unify_line_ends
 from rockframe.record import Record
 
 #: Number of bytes that identify a format.
@@ -195,6 +195,6 @@ def read_bytes(
 
 
 def _beginning(head: bytes) -> str:
-    first = head.lstrip().split(b"\n", 1)[0].strip()[:50]
-    text = first.decode("latin-1")
-    return repr(text) if text.isascii() and text.isprintable() else repr(head[:16])
+    first = unify_line_ends(head).lstrip().split(b"\n", 1)[0].strip()[:50]
+    text = decoded(first)
+    return repr(text) if text.isprintable() else repr(head[:16])
