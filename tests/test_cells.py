@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rockframe.cells import decimal, harmless, original, read_rows, write_rows, write_table
 from rockframe.ingest import CatalogueEntry, read_catalogue
-from rockframe.ingest.metadata.catalogue import write_catalogue
+from rockframe.ingest.catalogue import write_catalogue
 from rockframe.results.tables.entries import Entry, rejections_of, rows_of, write_entries
 
 #: Characters at which a spreadsheet starts a formula.

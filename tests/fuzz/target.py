@@ -15,8 +15,8 @@ def target(name: str) -> Callable[[bytes], None]:
     """Return the function to feed. It imports the readers, so that they are instrumented."""
     from rockframe.errors import RockframeError
     from rockframe.ingest import FORMATS, ReadOptions, read_bytes
-    from rockframe.ingest.reading.containers import contents
-    from rockframe.ingest.reading.files import read_content
+    from rockframe.ingest.containers import contents
+    from rockframe.ingest.files import read_content
 
     formats = {known.name: known for known in FORMATS}
     stated = (ReadOptions(), ReadOptions(units="g", time_step=0.01))

@@ -9,7 +9,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import CatalogueEntry, read_catalogue, with_facts
-from rockframe.ingest.metadata.catalogue import COLUMNS, VS30, write_catalogue
+from rockframe.ingest.catalogue import COLUMNS, VS30, write_catalogue
 from rockframe.record import Record, SiteType
 
 HEADER = ",".join(COLUMNS)

@@ -9,7 +9,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import CatalogueEntry, Unread, collect, sorted_out
-from rockframe.ingest.metadata.catalogue import COLUMNS
+from rockframe.ingest.catalogue import COLUMNS
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
 HEADER = ",".join(COLUMNS)

@@ -16,10 +16,9 @@ import pytest
 from tests.commands import run
 
 from rockframe.errors import InputError
-from rockframe.ingest import Rejection, Unread, collect, read_file, sorted_out
-from rockframe.ingest.reading import members
-from rockframe.ingest.reading.containers import contents
-from rockframe.ingest.reading.members import printable
+from rockframe.ingest import Rejection, Unread, collect, members, read_file, sorted_out
+from rockframe.ingest.containers import contents
+from rockframe.ingest.members import printable
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
 At2 = Callable[..., bytes]

@@ -22,7 +22,7 @@ from rockframe.ingest import (
     read_file,
     sorted_out,
 )
-from rockframe.ingest.reading.files import read_outcomes
+from rockframe.ingest.files import read_outcomes
 from rockframe.record import Record
 
 from .damage import Case, at2_cases, good_at2, good_table, table_cases, v1_cases

@@ -12,7 +12,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import Rejection, collect, read_catalogue, sorted_out
-from rockframe.ingest.metadata.catalogue import facts_of
+from rockframe.ingest.catalogue import facts_of
 from rockframe.record import Record
 
 from .test_containers import tarred, zipped

@@ -13,7 +13,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, read_bytes
-from rockframe.ingest.reading.registry import HEAD, sniff_format
+from rockframe.ingest.registry import HEAD, sniff_format
 
 AT2 = "peer_at2/IMPVALL_E04-140_example1.AT2"
 V1, V2 = "csmip/CE89146.V1", "csmip/CE89146.V2"

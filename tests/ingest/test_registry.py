@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, read_bytes, read_file, sniff_format
-from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.reading import members, registry
+from rockframe.ingest import FORMATS, members, read_bytes, read_file, registry, sniff_format
+from rockframe.ingest.identify import direction, record_ids
 from rockframe.record import Orientation, is_record_id
 
 

@@ -16,11 +16,12 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from rockframe.errors import InputError, ParameterError
+from rockframe.ingest.files import read_file
 from rockframe.ingest.formats import peer_at2
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.parsing.lines import Float, are_finite
-from rockframe.ingest.reading.files import read_file
-from rockframe.ingest.reading.registry import FORMATS, HEAD, Format, read_bytes, sniff_format
+from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.lines import are_finite
+from rockframe.ingest.registry import FORMATS, HEAD, Format, read_bytes, sniff_format
 from rockframe.provenance import whole_file
 from rockframe.record import Record
 from rockframe.units import GRAVITY, acceleration_factor

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest.reading.members import Content
+from rockframe.ingest.members import Content
 from rockframe.units import acceleration_factor, plain_units
 
 #: Relative tolerance between two stated time steps.
@@ -60,12 +60,11 @@ class ReadOptions:
         if self.units is not None:
             object.__setattr__(self, "units", plain_units(self.units))
             acceleration_factor(self.units)
-        step = self.time_step
-        if step is not None and not (math.isfinite(step) and step > 0.0):
-            raise ParameterError(f"Invalid time step {step!r} s. Must be positive and finite.")
-        level = self.water_level
-        if level is not None and not (math.isfinite(level) and level > 0.0):
-            raise ParameterError(f"Invalid water level {level!r} dB. Must be positive and finite.")
+        numbers = (("time step", self.time_step, "s"), ("water level", self.water_level, "dB"))
+        for name, value, unit in numbers:
+            if value is not None and not 0.0 < value < math.inf:
+                message = f"Invalid {name} {value!r} {unit}. Must be positive and finite."
+                raise ParameterError(message)
 
     def stated(self) -> dict[str, str | float | None]:
         """Return the values for JSON, with units in the names."""

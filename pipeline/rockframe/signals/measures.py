@@ -194,7 +194,8 @@ def longest_constant(series: Float, time_step: float) -> float:
 def opening_share(acceleration: Float, time_step: float) -> float:
     """Return the peak of the first 0.1 s divided by the peak of the record [1].
 
-    A large value means that the record was triggered late, during the motion.
+    A large value means that the record was triggered late, during the motion; for the reversed
+    record, that it was cut off during the motion.
 
     Parameters
     ----------
@@ -215,29 +216,6 @@ def opening_share(acceleration: Float, time_step: float) -> float:
     """
     opening = acceleration[: max(1, round(OPENING / time_step))]
     return peak(opening) / _peak_of_motion(acceleration)
-
-
-def closing_share(acceleration: Float, time_step: float) -> float:
-    """Return the peak of the last 0.1 s divided by the peak of the record [1].
-
-    A large value means that the record was cut off during the motion.
-
-    Parameters
-    ----------
-    acceleration, time_step
-        As for `opening_share`.
-
-    Raises
-    ------
-    ParameterError
-        If all samples are zero.
-
-    Examples
-    --------
-    >>> closing_share(np.r_[1.0, np.full(100, 0.25)], 0.01)
-    0.25
-    """
-    return opening_share(acceleration[::-1], time_step)
 
 
 def _peak_of_motion(acceleration: Float) -> float:

@@ -14,7 +14,6 @@ from rockframe.record import Record, SiteType
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
-    closing_share,
     longest_constant,
     opening_share,
     significant_duration,
@@ -258,7 +257,7 @@ def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, f
         clipped_samples=clipped_samples(raw),
         constant_time=longest_constant(raw[strong], step),
         opening_share=opening_share(motion, step),
-        closing_share=closing_share(motion, step),
+        closing_share=opening_share(motion[::-1], step),
         pre_event=quiet,
         noise_level=level,
         stated_peak=abs(before.peak_ratio - 1.0),

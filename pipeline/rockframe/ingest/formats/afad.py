@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.headers import KeyedHeader, keyed_header, numbers_in
-from rockframe.ingest.parsing.lines import Float, head_lines, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.lines import first_line, parse_numbers, rows_below, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_of
 from rockframe.record import Record
@@ -35,8 +36,7 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"STRONG GROUND MOTION RECORDS OF TURKIYE\r\nPLACE : AYDIN\r\n")
     True
     """
-    lines = head_lines(head)
-    return bool(lines) and bool(_TOP.match(lines[0].strip()))
+    return bool(_TOP.match(first_line(head).strip()))
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import directed, distinct_records
-from rockframe.ingest.metadata.site import distances, place_in
+from rockframe.ingest.identify import directed, distinct_records
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
 from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_lines
-from rockframe.ingest.parsing.lines import head_lines, text_of
+from rockframe.ingest.parsing.lines import first_line, text_of
+from rockframe.ingest.site import distances, place_in
 from rockframe.record import Record
 
 DESCRIPTION = "BHRC (Iran), VOL1DS, three components in g/10"
@@ -50,8 +50,7 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"* VOL1DS FILE:  5520/01\r\nInst Type = SSA-2\r\n")
     True
     """
-    lines = head_lines(head)
-    return bool(lines and _TOP.match(lines[0]))
+    return bool(_TOP.match(first_line(head)))
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import directed, record_ids
-from rockframe.ingest.metadata.site import distances, place_in, site_of_location
+from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_lines
 from rockframe.ingest.parsing.lines import head_lines, parse_numbers, rows_below, text_of
 from rockframe.ingest.parsing.peaks import Printed, require_printed_peak
+from rockframe.ingest.site import distances, place_in, site_of_location
 from rockframe.record import Record
 
 DESCRIPTION = "CSMNC (China), one component in cm/s2"

@@ -12,14 +12,21 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.metadata.identify import directed, record_ids, seed_letter, with_ending
-from rockframe.ingest.metadata.site import site_of_depth
+from rockframe.ingest.identify import directed, record_ids, seed_letter, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
 from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
-from rockframe.ingest.parsing.lines import Float, head_lines, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.lines import (
+    first_line,
+    head_lines,
+    parse_numbers,
+    rows_below,
+    text_of,
+)
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_of
+from rockframe.ingest.site import site_of_depth
 from rockframe.record import Record
 
 OLDER = "ITACA, older form, in m/s2"
@@ -197,8 +204,7 @@ def sniff_older(head: bytes) -> bool:
     >>> sniff_older(b"Event Date & Time             : 2009-04-06 01:32:39\n")
     True
     """
-    lines = head_lines(head)
-    return bool(lines) and lines[0].startswith("Event Date & Time")
+    return first_line(head).startswith("Event Date & Time")
 
 
 def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:

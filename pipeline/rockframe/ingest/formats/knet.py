@@ -13,19 +13,14 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import directed, record_ids, with_ending
-from rockframe.ingest.metadata.site import distances
+from rockframe.ingest.identify import directed, record_ids, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.headers import KeyedHeader
-from rockframe.ingest.parsing.lines import (
-    Float,
-    head_lines,
-    is_number,
-    parse_numbers,
-    text_of,
-)
+from rockframe.ingest.parsing.lines import first_line, is_number, parse_numbers, text_of
 from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.site import distances
 from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
 
@@ -69,8 +64,7 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"Origin Time       2008/06/14 08:43:00\nLat.              39.028\n")
     True
     """
-    lines = head_lines(head)
-    return bool(lines) and lines[0].startswith(_KEYS[0])
+    return first_line(head).startswith(_KEYS[0])
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:

@@ -15,11 +15,12 @@ from typing import Any, Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import record_ids, with_ending
-from rockframe.ingest.metadata.stationxml import ChannelResponse, find_response
+from rockframe.ingest.identify import record_ids, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import Float, are_finite
+from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.lines import are_finite
 from rockframe.ingest.parsing.obspy_reader import read_stream
+from rockframe.ingest.stationxml import ChannelResponse, find_response
 from rockframe.record import Record
 
 DESCRIPTION = "miniSEED 2 with StationXML beside it or in --station-xml"

@@ -16,17 +16,11 @@ from typing import Any, Final
 import numpy as np
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.metadata.identify import direction, record_ids, seed_letter, with_ending
-from rockframe.ingest.metadata.stationxml import find_response
+from rockframe.ingest.identify import direction, record_ids, seed_letter, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import (
-    Float,
-    are_finite,
-    head_lines,
-    is_number,
-    parse_numbers,
-    text_of,
-)
+from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.stationxml import find_response
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
 

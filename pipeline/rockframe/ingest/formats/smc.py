@@ -18,13 +18,14 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.metadata.identify import direction, record_ids
-from rockframe.ingest.metadata.site import site_of_smc
+from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.lines import Float, bad_number, head_lines, text_of
+from rockframe.ingest.parsing.lines import bad_number, first_line, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
+from rockframe.ingest.site import site_of_smc
 from rockframe.record import Orientation, Record
 
 DESCRIPTION = "USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs"
@@ -93,8 +94,7 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"2 CORRECTED ACCELEROGRAM\r\n*\r\n"), sniff(b"CORRECTED ACCELEROGRAM  89146\n")
     (True, False)
     """
-    lines = head_lines(head)
-    return bool(lines and _TYPE.fullmatch(lines[0]))
+    return bool(_TYPE.fullmatch(first_line(head)))
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:

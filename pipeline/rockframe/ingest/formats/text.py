@@ -17,8 +17,9 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import directed, record_ids
+from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.column_headers import (
     Columns,
     column_names,
@@ -29,7 +30,6 @@ from rockframe.ingest.parsing.column_headers import (
     units_in,
 )
 from rockframe.ingest.parsing.lines import (
-    Float,
     are_finite,
     bad_number,
     blocks,

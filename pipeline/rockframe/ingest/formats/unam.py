@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import directed, record_ids
-from rockframe.ingest.metadata.site import distances, place_in
+from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.headers import (
@@ -22,6 +21,7 @@ from rockframe.ingest.parsing.headers import (
 )
 from rockframe.ingest.parsing.lines import head_lines, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.site import distances, place_in
 from rockframe.record import Record
 
 DESCRIPTION = "UNAM (Mexico), standard format 2.0, columns in gal"

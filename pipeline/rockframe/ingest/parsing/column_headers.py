@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.metadata.identify import direction
+from rockframe.ingest.identify import direction
 from rockframe.record import Orientation
 from rockframe.units import ACCELERATION_UNITS
 

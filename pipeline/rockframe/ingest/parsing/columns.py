@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.lines import Float, are_finite, is_number
+from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.lines import are_finite, is_number
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.cells import decimal
 from rockframe.errors import InputError
-
-Float = NDArray[np.float64]
+from rockframe.ingest.parsing import Float
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
 #: End-of-file mark of DOS, which may fill a whole sector.
@@ -121,6 +119,17 @@ def head_lines(head: bytes) -> list[str]:
     (['NPTS= 3, DT= .01 SEC', ' .1 .2 .3'], [])
     """
     return list(_head_lines(head))
+
+
+def first_line(head: bytes) -> str:
+    r"""Return the first line in the head of a text file; empty if binary.
+
+    Examples
+    --------
+    >>> first_line(b"NPTS= 3, DT= .01 SEC\r\n .1 .2 .3")
+    'NPTS= 3, DT= .01 SEC'
+    """
+    return (_head_lines(head) or ("",))[0]
 
 
 @lru_cache(maxsize=4)  # every format examines the same head

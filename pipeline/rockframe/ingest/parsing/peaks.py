@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.lines import Float, bad_number, is_number
+from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.lines import bad_number, is_number
 
 #: Relative tolerance: header and samples may be rounded from single precision in different ways.
 _SINGLE: Final = 2.0**-22

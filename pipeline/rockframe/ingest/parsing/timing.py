@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.lines import Float
+from rockframe.ingest.parsing import Float
 
 #: Relative tolerance of times that were computed in single precision but printed with more digits.
 _SINGLE: Final = 2.0**-23

@@ -10,8 +10,8 @@ from typing import Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.formats.cosmos.sections import Channel
-from rockframe.ingest.metadata.identify import direction, upright_sense
-from rockframe.ingest.parsing.lines import Float
+from rockframe.ingest.identify import direction, upright_sense
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import utc_time
 from rockframe.record import Orientation

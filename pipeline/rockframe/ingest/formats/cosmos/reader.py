@@ -15,27 +15,15 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.formats.cosmos.header import (
-    QUANTITIES,
-    QUANTITY,
-    component_of,
-    corners_of,
-    direction_of,
-    event_of,
-    filters_of,
-    require_agreement,
-    require_quantity,
-    seed_name,
-    start_time_of,
-    station_of,
-)
+from rockframe.ingest.formats.cosmos import header
 from rockframe.ingest.formats.cosmos.sections import TOP, Channel, channels_of
-from rockframe.ingest.metadata.identify import distinct_records
-from rockframe.ingest.metadata.site import site_of_cosmos
+from rockframe.ingest.identify import distinct_records
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.columns import read_columns, require_layout
-from rockframe.ingest.parsing.lines import Float, head_lines, text_of
+from rockframe.ingest.parsing.lines import first_line, text_of
 from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
+from rockframe.ingest.site import site_of_cosmos
 from rockframe.record import Record
 from rockframe.units import GRAVITY
 
@@ -73,8 +61,7 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"Raw acceleration counts   (Format v01.20 with 13 text lines)\n")
     True
     """
-    lines = head_lines(head)
-    return bool(lines and TOP.match(lines[0]))
+    return bool(TOP.match(first_line(head)))
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
@@ -94,12 +81,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     found = channels_of(path, text_of(path, data).split(b"\n"))
     for one in found:
-        require_quantity(one)
-    channels = [one for one in found if one.integer(QUANTITY) == _ACCELERATION]
+        header.require_quantity(one)
+    channels = [one for one in found if one.integer(header.QUANTITY) == _ACCELERATION]
     if not channels:
-        code = found[0].integer(QUANTITY)
-        message = f"quantity {code} ({QUANTITIES.get(code or 0, 'unknown')}) in item {QUANTITY} of "
-        message += f"the integer header. Must be {_ACCELERATION} (acceleration)."
+        code = found[0].integer(header.QUANTITY)
+        name = header.QUANTITIES.get(code or 0, "unknown")
+        message = f"quantity {code} ({name}) in item {header.QUANTITY} of the integer header. "
+        message += f"Must be {_ACCELERATION} (acceleration)."
         raise OtherQuantityError(path, message, found[0].first_line)
     for one in found:
         require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
@@ -127,12 +115,12 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
     _require_length(channel, samples.size * step, step)
     resolution = _resolution(channel, samples)
-    require_agreement(channel, samples, step, resolution)
+    header.require_agreement(channel, samples, step, resolution)
     peak_ratio = _peak_ratio(channel, samples, step, resolution, signed=stage != _RAW)
-    named = station_of(channel.text[4]) or seed_name(channel.comments)
+    named = header.station_of(channel.text[4]) or header.seed_name(channel.comments)
     component = _component(channel)
-    orientation, azimuth = direction_of(channel, component)
-    low, high = corners_of(channel.text)
+    orientation, azimuth = header.direction_of(channel, component)
+    low, high = header.corners_of(channel.text)
     return Record(
         record_id=record_id,
         acceleration=factor * samples,
@@ -146,16 +134,16 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
             channel.text[4],
             channel.integer(_STATION_TYPE),
         ),
-        event=event_of(channel.text[1]),
+        event=header.event_of(channel.text[1]),
         station=named.station,
         network=named.network,
-        start_time=start_time_of(channel.text[7]),
+        start_time=header.start_time_of(channel.text[7]),
         magnitude=channel.number(_MAGNITUDE),
         epicentral_distance=channel.number(_DISTANCE),
         peak_ratio=peak_ratio,
         filter_low=low,
         filter_high=high,
-        processing=filters_of(channel.text) + converted,
+        processing=header.filters_of(channel.text) + converted,
     )
 
 
@@ -282,4 +270,4 @@ def _peak_ratio(
 
 
 def _component(channel: Channel) -> str:
-    return component_of(channel.text[8], seed_name(channel.comments))
+    return header.component_of(channel.text[8], header.seed_name(channel.comments))

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.identify import direction, upright_sense
-from rockframe.ingest.metadata.site import site_of_location, site_of_station
+from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.parsing.columns import Columns
 from rockframe.ingest.parsing.lines import is_number
 from rockframe.ingest.parsing.peaks import Printed
 from rockframe.ingest.parsing.timing import utc_time
+from rockframe.ingest.site import site_of_location, site_of_station
 from rockframe.record import Orientation, SiteType
 
 #: Line that names a channel, and an example of it for error messages.

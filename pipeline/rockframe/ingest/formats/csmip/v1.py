@@ -21,7 +21,7 @@ from rockframe.ingest.formats.csmip.header import (
     read_header,
     require_channels,
 )
-from rockframe.ingest.metadata.identify import distinct_records
+from rockframe.ingest.identify import distinct_records
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from rockframe.errors import InputError, OtherQuantityError, RockframeError
-from rockframe.ingest.metadata.catalogue import CATALOGUE, facts_of, read_catalogue
-from rockframe.ingest.metadata.flatfiles import CatalogueEntry
-from rockframe.ingest.metadata.stationxml import is_station_xml
+from rockframe.ingest.catalogue import CATALOGUE, facts_of, read_catalogue
+from rockframe.ingest.containers import ARCHIVE_HEAD, contents, is_archive
+from rockframe.ingest.flatfiles import CatalogueEntry
+from rockframe.ingest.members import LARGEST, Content, printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import unreadable
-from rockframe.ingest.reading.containers import ARCHIVE_HEAD, contents, is_archive
-from rockframe.ingest.reading.members import LARGEST, Content, printable
-from rockframe.ingest.reading.registry import Format, read_bytes
-from rockframe.ingest.reading.sources import describes_records, note_on
+from rockframe.ingest.registry import Format, read_bytes
+from rockframe.ingest.sources import describes_records, note_on
+from rockframe.ingest.stationxml import is_station_xml
 from rockframe.record import Record
 
 

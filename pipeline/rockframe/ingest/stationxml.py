@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.site import site_of_depth
+from rockframe.ingest.members import Content, printable
 from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
-from rockframe.ingest.reading.members import Content, printable
+from rockframe.ingest.site import site_of_depth
 from rockframe.record import Orientation, SiteType
 
 #: Text that identifies a StationXML file.

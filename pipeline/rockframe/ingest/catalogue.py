@@ -14,8 +14,8 @@ from typing import Any, Final, TextIO
 
 from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.flatfiles import CatalogueEntry as CatalogueEntry
-from rockframe.ingest.metadata.flatfiles import kind_of, read_entries
+from rockframe.ingest.flatfiles import CatalogueEntry as CatalogueEntry
+from rockframe.ingest.flatfiles import kind_of, read_entries
 from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
 from rockframe.provenance import whole_file
 from rockframe.record import Record, SiteType

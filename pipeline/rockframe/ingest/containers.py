@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.reading import members
-from rockframe.ingest.reading.members import (
+from rockframe.ingest import members
+from rockframe.ingest.members import (
     Content,
     decompressed,
     printable,

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from rockframe.cells import decimal
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.site import site_of_depth
+from rockframe.ingest.site import site_of_depth
 from rockframe.provenance import read_json
 from rockframe.record import SiteType
 

@@ -13,12 +13,12 @@ from rockframe.engines.engine import in_order
 from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool
 from rockframe.engines.threads import cores
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest.metadata.catalogue import facts_of
-from rockframe.ingest.metadata.identify import other_ids
+from rockframe.ingest.catalogue import facts_of
+from rockframe.ingest.files import ReadOutcome, Rejection, Unread, read_outcomes
+from rockframe.ingest.identify import other_ids
+from rockframe.ingest.members import printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.reading.files import ReadOutcome, Rejection, Unread, read_outcomes
-from rockframe.ingest.reading.members import printable
-from rockframe.ingest.reading.sources import Catalogue, Source, sources_of
+from rockframe.ingest.sources import Catalogue, Source, sources_of
 from rockframe.record import Record
 
 #: File and SHA-256 of the record, by identifier in lower case.
@@ -233,7 +233,7 @@ def _assign_ids(
         if not isinstance(named, Rejection):
             return [_finished(*r, n, source) for r, n in zip(outcome, named, strict=True)]
         outcome = named
-    elif isinstance(outcome, Unread) and source.asked and outcome.file == source.name:
+    elif isinstance(outcome, Unread) and source.requested and outcome.file == source.name:
         outcome = Rejection(outcome.file, outcome.reason, outcome.line)
     else:
         outcome = replace(outcome, file=_display_name(outcome.file, source))

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.metadata.catalogue import (
+from rockframe.ingest.catalogue import (
     CATALOGUE,
     CatalogueEntry,
     catalogue_kind,
     read_catalogue,
 )
-from rockframe.ingest.metadata.stationxml import is_station_xml
+from rockframe.ingest.members import printable
 from rockframe.ingest.parsing.lines import unreadable
-from rockframe.ingest.reading.members import printable
+from rockframe.ingest.stationxml import is_station_xml
 from rockframe.provenance import read_json
 
 Catalogue = Mapping[str, CatalogueEntry]
@@ -59,7 +59,7 @@ class Source:
         Reason why the file is skipped, or "".
     refusal : str
         Reason why the file is rejected without opening it, or "".
-    asked : bool
+    requested : bool
         True if the file was requested by its own path, and not found in a folder.
     sha256 : str
         Expected SHA-256, if the file was received by `rockframe fetch`; otherwise empty.
@@ -71,7 +71,7 @@ class Source:
     note: str = ""
     refusal: str = ""
     sha256: str = ""
-    asked: bool = False
+    requested: bool = False
     others: Catalogue = field(default_factory=dict)
 
     @property
@@ -119,19 +119,19 @@ def sources_of(
     ...     [(source.name, source.is_read) for source in sources_of([folder])]
     [('.hidden', False), ('b.AT2', True), ('event/a.AT2', True)]
     """
-    asked = [Path(path) for path in paths]
+    requested = [Path(path) for path in paths]
     replaced = {path.resolve() for path in outputs}
     found: list[Source] = []
-    for path, called in zip(asked, folder_names(asked), strict=True):
+    for path, called in zip(requested, folder_names(requested), strict=True):
         if not _exists(path):
             raise InputError(path, "no such file or folder.")
         if not path.is_dir():
-            found.append(Source(path, printable(path.name), catalogue or {}, asked=True))
+            found.append(Source(path, printable(path.name), catalogue or {}, requested=True))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
             raise InputError(path, "the folder contains no record files.")
-        before = f"{called}/" if len(asked) > 1 else ""
+        before = f"{called}/" if len(requested) > 1 else ""
         found += [replace(source, name=before + source.name) for source in within]
     return found
 

@@ -50,7 +50,7 @@ def site_of_station(name: str) -> SiteType:
     'UNKNOWN'
     """
     # A name such as "Roof and free field" lists several locations, so it is ambiguous.
-    told = [
+    stated = [
         site
         for pattern, site in (
             (_FREE_FIELD, SiteType.FREE_FIELD),
@@ -59,7 +59,7 @@ def site_of_station(name: str) -> SiteType:
         )
         if pattern.search(name)
     ]
-    return told[0] if len(told) == 1 else SiteType.UNKNOWN
+    return stated[0] if len(stated) == 1 else SiteType.UNKNOWN
 
 
 def site_of_location(location: str) -> SiteType:

@@ -1,1 +1,0 @@
-"""Names, directions, sites, catalogues and StationXML."""

@@ -1,1 +1,0 @@
-"""Read files, archives and folders, each file in a worker process."""
