@@ -49,7 +49,7 @@ class Problem:
 
     Examples
     --------
-    >>> Problem(Kind.NO_DATA, "answered 204: no data. Must be held there.").passing
+    >>> Problem(Kind.NO_DATA, "answered 204: no data. Must be in its archive.").passing
     False
     """
 

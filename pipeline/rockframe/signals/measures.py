@@ -135,13 +135,17 @@ def spectral_acceleration(
     [1.854]
     """
     ground = np.asarray(acceleration, dtype=np.float64)
-    asked = np.atleast_1d(np.asarray(periods, dtype=np.float64))
-    for label, values in (("period", asked), ("time step", [time_step]), ("damping", [damping])):
+    natural = np.atleast_1d(np.asarray(periods, dtype=np.float64))
+    for label, values in (
+        ("period", natural),
+        ("time step", [time_step]),
+        ("damping", [damping]),
+    ):
         for value in values:
             if not 0.0 < value < (1.0 if label == "damping" else math.inf):
                 raise ParameterError(f"Invalid {label} {value:g}. Must be above 0 and finite.")
     return np.array(
-        [_oscillator_peak(ground, time_step, float(period), damping) for period in asked]
+        [_oscillator_peak(ground, time_step, float(period), damping) for period in natural]
     )
 
 
@@ -225,9 +229,9 @@ def _peak_of_motion(acceleration: Float) -> float:
     return largest
 
 
-def _longest_run(held: NDArray[np.bool_]) -> int:
+def _longest_run(flags: NDArray[np.bool_]) -> int:
     """Return the length of the longest run of True."""
-    edges = np.flatnonzero(np.diff(np.r_[False, held, False]))
+    edges = np.flatnonzero(np.diff(np.r_[False, flags, False]))
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 

@@ -19,7 +19,7 @@ from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import numbers_in, required_line
+from rockframe.ingest.parsing.headers import header_lines, numbers_in, required_line
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_time
@@ -150,10 +150,7 @@ def _components(path: Path, lines: list[bytes]) -> list[_Component]:
         raise InputError(path, f"{shown!r}. Must be '(Un)corrected accelerogram ...'.", line=1)
     components = []
     for top, end in zip(tops, [*tops[1:], len(lines)], strict=True):
-        header = [line.decode("latin-1") for line in lines[top : min(top + _HEADER_LINES, end)]]
-        if len(header) < _HEADER_LINES:
-            message = f"the file ends after {len(header)} lines of a component's header."
-            raise InputError(path, f"{message} Must be {_HEADER_LINES} lines.", top + len(header))
+        header = header_lines(path, lines[:end], top, _HEADER_LINES, "a component's header")
         components.append(_Component(path, header, lines[top + _HEADER_LINES : end], top + 1))
     return components
 

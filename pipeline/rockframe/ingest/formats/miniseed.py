@@ -77,7 +77,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: a.mseed: no length in the record at byte 0. Must be stated in ...
     """
     places = list(_records(path, data))
-    counted, said = sum(samples for _, samples in places), _header_notes(path, data, places)
+    counted, notes = sum(samples for _, samples in places), _header_notes(path, data, places)
     traces = list(read_stream(path, data, "MSEED"))
     decoded = sum(trace.data.size for trace in traces)
     if counted != decoded or not traces:
@@ -86,7 +86,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_whole(path, traces)
     ids = record_ids(with_ending(path, _ENDINGS), [trace.id for trace in traces])
     return [
-        _record(path, trace, record_id, options, said)
+        _record(path, trace, record_id, options, notes)
         for trace, record_id in zip(traces, ids, strict=True)
     ]
 
@@ -118,13 +118,13 @@ def _header_notes(path: Path, data: bytes, places: Sequence[tuple[int, int]]) ->
     A file does not state whether data records before its first or after its last one are missing.
     """
     first = data[:_SEQUENCE].decode("ascii").lstrip(" 0")
-    said = (
+    notes = (
         [f"archive: begins with record {first} of its sequence"] if first not in ("", "1") else []
     )
     flags = [data[place + _QUALITY] for place, _ in places]
     if any(flag & _PADDED for flag in flags):
         raise InputError(path, "the headers flag missing or padded data.")
-    return (*said, *(["archive: clipping flagged"] if any(f & _CLIPPED for f in flags) else []))
+    return (*notes, *(["archive: clipping flagged"] if any(f & _CLIPPED for f in flags) else []))
 
 
 def _length(data: bytes, start: int, order: str) -> int | None:
@@ -153,7 +153,7 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
 
 
 def _record(
-    path: Path, trace: Any, record_id: str, options: ReadOptions, said: Sequence[str]
+    path: Path, trace: Any, record_id: str, options: ReadOptions, notes: Sequence[str]
 ) -> Record:
     stats = trace.stats
     counts = _counts(path, trace)
@@ -179,7 +179,7 @@ def _record(
         network=stats.network,
         start_time=str(stats.starttime),
         **instrument.facts,
-        processing=(*said, step),
+        processing=(*notes, step),
     )
 
 

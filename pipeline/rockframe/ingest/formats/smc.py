@@ -22,6 +22,7 @@ from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
+from rockframe.ingest.parsing.headers import header_lines
 from rockframe.ingest.parsing.lines import bad_number, first_line, text_of
 from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
@@ -140,10 +141,7 @@ def _kind(path: Path, first: str) -> re.Match[str]:
 
 
 def _header(path: Path, lines: list[bytes]) -> _Header:
-    if len(lines) < _HEADER_LINES:
-        message = f"the file ends after {len(lines)} lines of the header. "
-        raise InputError(path, f"{message}Must be {_HEADER_LINES} lines.", len(lines))
-    text = [line.decode("latin-1") for line in lines[:_TEXT_LINES]]
+    text = header_lines(path, lines, 0, _HEADER_LINES)[:_TEXT_LINES]
     integers = lines[_TEXT_LINES : _TEXT_LINES + _INTEGER_LINES]
     whole = [int(field) for field in _fields(path, integers, _INTEGERS, _TEXT_LINES + 1)]
     first = _TEXT_LINES + _INTEGER_LINES + 1

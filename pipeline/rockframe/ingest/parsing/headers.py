@@ -58,6 +58,24 @@ class KeyedHeader:
         return InputError(self.path, message, line=self.lines[key])
 
 
+def header_lines(
+    path: Path, lines: Sequence[bytes], top: int, count: int, name: str = "the header"
+) -> list[str]:
+    """Return the lines of a header that begins at index `top`; a shorter file is an error.
+
+    Examples
+    --------
+    >>> header_lines(Path("a.smc"), [b"2 CORRECTED ACCELEROGRAM"], 0, 27)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.smc:1: the file ends after 1 lines of the header. Must be 27 ...
+    """
+    header = [line.decode("latin-1") for line in lines[top : top + count]]
+    if len(header) < count:
+        message = f"the file ends after {len(header)} lines of {name}. Must be {count} lines."
+        raise InputError(path, message, top + len(header))
+    return header
+
+
 def number_of(path: Path, token: str, line: int, quantity: str) -> float:
     """Return the number in a token of a header.
 

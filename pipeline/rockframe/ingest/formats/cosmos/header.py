@@ -190,10 +190,10 @@ def require_quantity(channel: Channel) -> None:
     stated = name if code is None else f"{code} ({name})"
     title = channel.text[0].partition("(")[0].strip()
     heading = channel.heading["what"]
-    for said, line in ((title, channel.first_line), (heading, channel.sample_line)):
-        word = _QUANTITY_WORD.search(said)
+    for words, line in ((title, channel.first_line), (heading, channel.sample_line)):
+        word = _QUANTITY_WORD.search(words)
         if word and word[1].lower() not in name:
-            message = f"{said!r}, but quantity {stated} in item {QUANTITY} of the integer header."
+            message = f"{words!r}, but quantity {stated} in item {QUANTITY} of the integer header."
             raise InputError(channel.path, f"{message} Must agree.", line)
 
 

@@ -11,6 +11,7 @@ from typing import Any, Final
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.parsing.columns import Columns
+from rockframe.ingest.parsing.headers import header_lines
 from rockframe.ingest.parsing.lines import is_number
 from rockframe.ingest.parsing.peaks import Printed
 from rockframe.ingest.parsing.timing import utc_time
@@ -234,10 +235,7 @@ def read_header(path: Path, lines: Sequence[bytes], top: int, volume: Volume) ->
     >>> read_header(Path("CCC.V1"), [b"Chan  1: Up"], 0, volume).component
     'UP'
     """
-    header = [line.decode("latin-1") for line in lines[top : top + volume.lines]]
-    if len(header) < volume.lines:
-        message = f"the file ends after {len(header)} lines of a channel's header. "
-        raise InputError(path, f"{message}Must be {volume.lines} lines.", top + len(header))
+    header = header_lines(path, lines, top, volume.lines, "a channel's header")
     found: dict[int, re.Match[str]] = {}
     for index, pattern, example in volume.expected:
         match = pattern.match(header[index])
