@@ -12,7 +12,7 @@ import pytest
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import Limits, ReadOptions, Rejection, collect, sorted_out
-from rockframe.ingest.collect import serve, worker_count
+from rockframe.ingest.collection import serve, worker_count
 from rockframe.ingest.files import read_outcomes
 from rockframe.options.ingest import IngestOptions
 from rockframe.stages.ingest import ingest_stage
@@ -53,14 +53,14 @@ def bad_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     # Collecting now sends the bad reader to the workers.
     monkeypatch.setattr(
-        sys.modules["rockframe.ingest.collect"], "read_outcomes", bad_reader.read_outcomes
+        sys.modules["rockframe.ingest.collection"], "read_outcomes", bad_reader.read_outcomes
     )
 
 
 @pytest.fixture
 def many(monkeypatch: pytest.MonkeyPatch) -> None:
     """Use several workers even for small inputs."""
-    monkeypatch.setattr("rockframe.ingest.collect._BYTES_A_WORKER", 1)
+    monkeypatch.setattr("rockframe.ingest.collection._BYTES_A_WORKER", 1)
 
 
 @pytest.mark.usefixtures("bad_reader", "many")
@@ -176,7 +176,7 @@ def test_interrupt_leaves_no_orphan() -> None:
     program = (
         "import time\n"
         "from contextlib import closing\n"
-        "from rockframe.ingest.collect import Limits, serve\n"
+        "from rockframe.ingest.collection import Limits, serve\n"
         "calls = [(abs, [-1]), (time.sleep, [60])]\n"
         "with closing(serve(map, calls, 1, Limits())) as served:\n"
         "    next(served)\n"
@@ -207,7 +207,7 @@ def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     files = sorted(folder.iterdir())
     assert worker_count(0, files) == 0
     assert worker_count(None, files) == 1
-    monkeypatch.setattr("rockframe.ingest.collect._BYTES_A_WORKER", 1)
+    monkeypatch.setattr("rockframe.ingest.collection._BYTES_A_WORKER", 1)
     assert worker_count(4, files) == 4
     assert worker_count(9, files) == 6
     with pytest.raises(ParameterError, match=r"Invalid number of workers -1\. Must be 0 or more"):

@@ -6,9 +6,9 @@ from rockframe.ingest.catalogue import CatalogueEntry as CatalogueEntry
 from rockframe.ingest.catalogue import read_catalogue as read_catalogue
 from rockframe.ingest.catalogue import with_facts as with_facts
 from rockframe.ingest.catalogue import write_catalogue as write_catalogue
-from rockframe.ingest.collect import collect as collect
-from rockframe.ingest.collect import collect_sources as collect_sources
-from rockframe.ingest.collect import sorted_out as sorted_out
+from rockframe.ingest.collection import collect as collect
+from rockframe.ingest.collection import collect_sources as collect_sources
+from rockframe.ingest.collection import sorted_out as sorted_out
 from rockframe.ingest.containers import ARCHIVE_HEAD as ARCHIVE_HEAD
 from rockframe.ingest.containers import contents as contents
 from rockframe.ingest.containers import is_archive as is_archive
