@@ -42,7 +42,7 @@ def add_explore(parser: argparse.ArgumentParser) -> None:
     arguments.add_reading(parser)
 
 
-def run_explore(options: argparse.Namespace) -> int:
+def run_explore(options: argparse.Namespace) -> None:
     """Read the records, print the address, and serve until interrupted."""
     from rockframe.stages.respond import choose_structures
 
@@ -75,7 +75,6 @@ def run_explore(options: argparse.Namespace) -> int:
             serve(app, listening)
         except KeyboardInterrupt:
             print("rockframe: explorer stopped.", file=sys.stderr)
-    return 0
 
 
 def _free(stated: Sequence[RockingFrame]) -> list[RockingFrame]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -41,15 +40,8 @@ from rockframe.stages.respond import choose_structures, respond_stage, with_vert
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
 
-
-@dataclass(frozen=True)
-class Pair:
-    """The record, structure and motion of a figure, and the exit status."""
-
-    record: Record
-    frame: RockingFrame
-    motion: GroundAcceleration | None
-    status: int
+#: The record, structure and motion of a figure, and the exit status.
+Pair = tuple[Record, RockingFrame, GroundAcceleration | None, int]
 
 
 def pair_of(options: argparse.Namespace) -> Pair:
@@ -63,7 +55,7 @@ def pair_of(options: argparse.Namespace) -> Pair:
         record = _largest_rotation(file, chosen_records(options, file), frame)
         beside = vertical_beside(file) if options.vertical else {}
     motion = with_vertical(record, beside) if options.vertical else None
-    return Pair(record, frame, motion, status)
+    return record, frame, motion, status
 
 
 def chosen_records(options: argparse.Namespace, file: RecordsFile) -> list[str]:
@@ -172,8 +164,8 @@ def _draw_portrait(
     draw: Callable[[xr.Dataset], Captioned], options: argparse.Namespace
 ) -> tuple[Captioned, int]:
     """Draw the rotation of a structure under a record, with its moment or its rate."""
-    pair = pair_of(options)
-    return draw(portrait_dataset(pair.record, pair.frame, pair.motion)), pair.status
+    record, frame, motion, status = pair_of(options)
+    return draw(portrait_dataset(record, frame, motion)), status
 
 
 draw_moment_rotation = partial(_draw_portrait, joints.draw_moment_rotation)
@@ -184,15 +176,15 @@ def draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the friction demand and the vertical forces at the joints."""
     if not options.friction > 0.0:
         raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")
-    pair = pair_of(options)
+    record, frame, motion, status = pair_of(options)
     dataset = joints_dataset(
-        pair.record,
-        pair.frame,
-        pair.motion,
+        record,
+        frame,
+        motion,
         spacing=options.spacing,
         beam_centre=options.beam_centre,
     )
-    return joints.draw_joints(dataset, options.friction), pair.status
+    return joints.draw_joints(dataset, options.friction), status
 
 
 def draw_9(options: argparse.Namespace) -> tuple[Captioned, int]:
@@ -211,27 +203,27 @@ def draw_9(options: argparse.Namespace) -> tuple[Captioned, int]:
 
 def draw_rocking(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the rocking spectra of a record."""
-    pair = pair_of(options)
+    record, frame, motion, status = pair_of(options)
 
     found = rocking_spectrum(
-        [pair.motion or pair.record],
+        [motion or record],
         np.radians(_ROCKING),
-        [pair.frame.mass_ratio],
+        [frame.mass_ratio],
         np.linspace(*_PERIODS),
     )
-    dataset = rocking_spectrum_dataset([pair.record.record_id], found)
-    return spectra.draw_rocking_spectrum(dataset), pair.status
+    dataset = rocking_spectrum_dataset([record.record_id], found)
+    return spectra.draw_rocking_spectrum(dataset), status
 
 
 def draw_stability(options: argparse.Namespace) -> tuple[Captioned, int]:
     """Draw the stability map of a record."""
-    pair = pair_of(options)
+    record, frame, motion, status = pair_of(options)
 
     points = max(2, _points(options) // _COARSER)
-    heights = pair.frame.height * np.geomspace(*_HEIGHTS, points)
+    heights = frame.height * np.geomspace(*_HEIGHTS, points)
     scales = np.linspace(_LARGEST_SCALE / points, _LARGEST_SCALE, points)
-    dataset = stability_dataset(pair.record, pair.frame, heights, scales, pair.motion)
-    return draw_stability_map(dataset), pair.status
+    dataset = stability_dataset(record, frame, heights, scales, motion)
+    return draw_stability_map(dataset), status
 
 
 def _points(options: argparse.Namespace) -> int:

@@ -155,8 +155,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = parser(words[0] if words else "").parse_args(words)
-    status: int = options.run(options)
-    return status
+    return int(options.run(options) or 0)  # None: the command rejects no records
 
 
 def _move_cache_from_full_disk() -> None:

@@ -27,7 +27,7 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
     add_options(parser, FigureOptions)
 
 
-def run_draw(options: argparse.Namespace) -> int:
+def run_draw(options: argparse.Namespace) -> None:
     """Draw the figures, and print the number of figures."""
     from rockframe.stages.figures import figures_stage
 
@@ -38,7 +38,6 @@ def run_draw(options: argparse.Namespace) -> int:
         console.show_json({"figures": drawn, "output": str(options.output)})
     else:
         print(f"{len(drawn)} figures in {options.output}")
-    return 0
 
 
 def add_table(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +51,7 @@ def add_table(parser: argparse.ArgumentParser) -> None:
     arguments.add_format(parser, default=None)
 
 
-def run_table(options: argparse.Namespace) -> int:
+def run_table(options: argparse.Namespace) -> None:
     """Write the table and print its length."""
     from rockframe.stages.table import table_rows_of, table_stage
 
@@ -63,7 +62,6 @@ def run_table(options: argparse.Namespace) -> int:
         console.show_json({"rows": rows, "output": str(options.output)})
     else:
         print(f"{count} rows in {options.output}")
-    return 0
 
 
 def add_report(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +79,7 @@ def add_report(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ReportOptions)
 
 
-def run_report(options: argparse.Namespace) -> int:
+def run_report(options: argparse.Namespace) -> None:
     """Verify the run, write the page, and print what it contains."""
     from rockframe.stages.report import PAGE, report_stage
 
@@ -93,14 +91,13 @@ def run_report(options: argparse.Namespace) -> int:
     else:
         total = counts["histories"] + counts["left_out"]
         print(f"{output}: {size / 1e6:.1f} MB, {counts['histories']} of {total} histories")
-    return 0
 
 
 def add_formats(_parser: argparse.ArgumentParser) -> None:
     """Add no arguments."""
 
 
-def run_formats(options: argparse.Namespace) -> int:
+def run_formats(options: argparse.Namespace) -> None:
     """Print the table of formats."""
     from rockframe.ingest import FORMATS
 
@@ -113,12 +110,11 @@ def run_formats(options: argparse.Namespace) -> int:
     rows = [{key: getattr(entry, key) for key in heads} for entry in FORMATS]
     if options.json:
         console.show_json(rows)
-        return 0
+        return
     cells = [
         [text if isinstance(text, str) else " ".join(text) for text in row.values()] for row in rows
     ]
     console.show_table("Formats of strong-motion records", list(heads.values()), cells)
-    return 0
 
 
 def add_verify(parser: argparse.ArgumentParser) -> None:

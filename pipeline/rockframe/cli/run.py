@@ -42,7 +42,8 @@ def run_run(options: argparse.Namespace) -> int:
     study = read_study(options.study)
     plan = make_plan(study, options.output)
     if options.plan:
-        return _write_plan(plan, options)
+        _write_plan(plan, options)
+        return 0
     try:
         with console.progress_of_steps(study.name) as on_step:
             done, faults = run_plan(
@@ -72,7 +73,7 @@ def run_run(options: argparse.Namespace) -> int:
     return 1 if rejected else 0
 
 
-def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
+def _write_plan(plan: Plan, options: argparse.Namespace) -> None:
     from rockframe.runs.files import locked
     from rockframe.runs.run import prepare
 
@@ -83,7 +84,6 @@ def _write_plan(plan: Plan, options: argparse.Namespace) -> int:
         console.show_json({"study": plan.study, "steps": len(plan.steps), "to_do": to_do})
     else:
         print(f"{plan.study}: {len(plan.inputs)} inputs, {len(plan.steps)} steps")
-    return 0
 
 
 def _warn(text: str) -> None:
@@ -126,7 +126,7 @@ def add_status(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=path, help="folder of the run of a study")
 
 
-def run_status(options: argparse.Namespace) -> int:
+def run_status(options: argparse.Namespace) -> None:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
     from rockframe.runs.files import changed_inputs, is_locked, read_plan
@@ -154,7 +154,7 @@ def run_status(options: argparse.Namespace) -> int:
                 "steps": steps,
             }
         )
-        return 0
+        return
     rows: dict[str, Counter[str]] = {}
     for state in states:
         rows.setdefault(state.step.stage, Counter())[state.state] += 1
@@ -170,7 +170,6 @@ def run_status(options: argparse.Namespace) -> int:
     if not same_source:
         print("made by another version of the source code: `rockframe run` would repeat the run")
     print("complete" if complete else "a run is in progress" if running else "not complete")
-    return 0
 
 
 def add_step(parser: argparse.ArgumentParser) -> None:
@@ -205,7 +204,7 @@ def add_init(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run_init(options: argparse.Namespace) -> int:
+def run_init(options: argparse.Namespace) -> None:
     """Write the study file and its schema, unless the study file exists."""
     from pydantic import TypeAdapter, ValidationError
 
@@ -234,4 +233,3 @@ def run_init(options: argparse.Namespace) -> int:
     else:
         print(f"{study}, {schema_file}")
         print(f"rockframe run {study} --output {name}")
-    return 0

@@ -24,7 +24,7 @@ def add_show(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("record", help="identifier of a record, or the name of its file")
 
 
-def run_show(options: argparse.Namespace) -> int:
+def run_show(options: argparse.Namespace) -> None:
     """Find the record and print what happened to it."""
     from rockframe.results.run import read_run
     from rockframe.results.tables.entries import rows_of
@@ -37,7 +37,6 @@ def run_show(options: argparse.Namespace) -> int:
     else:
         rows = rows_of(options.folder / "table.csv")
         _show(history, [row for row in rows if row["record_id"] == history["record_id"]])
-    return 0
 
 
 def _entry(run: Run, stated: str) -> Mapping[str, str]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from jinja2 import Environment
 
-from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit
+from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit, check
 from rockframe.paper.equations import impact_checks, misprint_checks, motion_checks
 from rockframe.paper.frames import frame_checks, number_checks, one_column_checks, stability_checks
 from rockframe.paper.pulses import pulse_checks
@@ -19,8 +19,10 @@ from rockframe.provenance import source_code_hash, versions
 
 def all_claims() -> list[Claim]:
     """Check all claims that need no records, in the order of the page; this takes seconds."""
+    texts = _texts()["claim"]
     checks = (
-        motion_checks()
+        {name: check(Finding.MISPRINT) for name in texts if name.startswith("text-")}
+        | motion_checks()
         | misprint_checks()
         | impact_checks()
         | number_checks()
@@ -29,10 +31,7 @@ def all_claims() -> list[Claim]:
         | pulse_checks()
         | stability_checks()
     )
-    return [
-        _claim(name, text, checks[name]) if "says" in text else _misprint(name, text)
-        for name, text in _texts()["claim"].items()
-    ]
+    return [_claim(name, text, checks[name]) for name, text in texts.items()]
 
 
 def _texts() -> dict[str, Any]:
@@ -57,16 +56,6 @@ def _claim(name: str, text: Mapping[str, str], found: Check) -> Claim:
         finding=finding,
         remark=text.get("remark", "").format_map(found.values),
         command=text.get("command", ""),
-    )
-
-
-def _misprint(name: str, text: Mapping[str, str]) -> Claim:
-    return Claim(
-        name=name,
-        **text,
-        says="in words",
-        finding=Finding.MISPRINT,
-        remark="found by reading",
     )
 
 

@@ -112,7 +112,14 @@ def locked(folder: Path) -> Iterator[None]:
     InputError
         If another run holds the lock, or the folder cannot be written to.
     """
-    descriptor = _opened(folder)
+    path = folder / KEPT / "lock"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(
+            path, os.O_RDWR | os.O_CREAT, 0o644
+        )  # child processes do not inherit it
+    except OSError as error:
+        raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
     try:
         if not _acquired(descriptor):
             raise InputError(folder, "in use by another run. Wait until it ends.")
@@ -143,15 +150,6 @@ def is_locked(folder: Path) -> bool:
         return not _acquired(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _opened(folder: Path) -> int:
-    path = folder / KEPT / "lock"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)  # child processes do not inherit it
-    except OSError as error:
-        raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
 
 
 def _acquired(descriptor: int) -> bool:

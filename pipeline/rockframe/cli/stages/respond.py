@@ -179,7 +179,7 @@ def add_spectrum(parser: argparse.ArgumentParser) -> None:
     add_options(parser, ExecutionOptions)
 
 
-def run_spectrum(options: argparse.Namespace) -> int:
+def run_spectrum(options: argparse.Namespace) -> None:
     """Run the stage and print the spectrum."""
     other = SpectrumOptions if options.records else RockingSpectrumOptions
     own = RockingSpectrumOptions if options.records else SpectrumOptions
@@ -187,10 +187,10 @@ def run_spectrum(options: argparse.Namespace) -> int:
         if name not in own.model_fields and hasattr(options, name):
             where = "with" if options.records else "without"
             raise ParameterError(f"{flag(name)} stated {where} --records. Must not be.")
-    return _spectrum_of_records(options) if options.records else _spectrum_of_pulses(options)
+    (_spectrum_of_records if options.records else _spectrum_of_pulses)(options)
 
 
-def _spectrum_of_pulses(options: argparse.Namespace) -> int:
+def _spectrum_of_pulses(options: argparse.Namespace) -> None:
     from rockframe.results.spectra import read_spectrum
     from rockframe.stages.spectrum import spectrum_stage
 
@@ -200,7 +200,7 @@ def _spectrum_of_pulses(options: argparse.Namespace) -> int:
     lines = _curves(dataset)
     if options.json:
         console.show_json({"spectrum": lines, "output": str(options.output)})
-        return 0
+        return
     ratios = [f"{ratio:g}" for ratio in dataset["frequency_ratio"].values]
     beyond = f"> {float(dataset['amplitude'][-1]):g}"
     for i, line in enumerate(lines):
@@ -220,7 +220,6 @@ def _spectrum_of_pulses(options: argparse.Namespace) -> int:
     islands = int((dataset["safe_islands"] > 0).sum())
     print(f"{islands} of these {dataset['safe_islands'].size} points have safe islands above them.")
     print(options.output)
-    return 0
 
 
 def _curves(dataset: xr.Dataset) -> list[dict[str, Any]]:
@@ -241,7 +240,7 @@ def _curves(dataset: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def _spectrum_of_records(options: argparse.Namespace) -> int:
+def _spectrum_of_records(options: argparse.Namespace) -> None:
     from rockframe.results.spectra import read_rocking_spectrum
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
@@ -251,7 +250,7 @@ def _spectrum_of_records(options: argparse.Namespace) -> int:
     rows = _periods_without_overturning(read_rocking_spectrum(output))
     if options.json:
         console.show_json({"spectra": rows, "output": str(output)})
-        return 0
+        return
     columns = [
         console.column("record", "record_id"),
         console.column("α [deg]>", "slenderness_deg", ".4g"),
@@ -263,7 +262,6 @@ def _spectrum_of_records(options: argparse.Namespace) -> int:
         "Rocking spectra: 2π/p above which the frame does not overturn", columns, rows
     )
     print(output)
-    return 0
 
 
 def _periods_without_overturning(dataset: xr.Dataset) -> list[dict[str, Any]]:
