@@ -115,9 +115,8 @@ def locked(folder: Path) -> Iterator[None]:
     path = folder / KEPT / "lock"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(
-            path, os.O_RDWR | os.O_CREAT, 0o644
-        )  # child processes do not inherit it
+        # child processes do not inherit the descriptor
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
     try:

@@ -88,9 +88,15 @@ def perform(work: Work) -> int:
     Raises
     ------
     RockframeError
-        If the user must correct something; the log contains the same message.
+        If the log cannot be written, or the user must correct something: the log contains the same
+        message.
     """
-    log = log_of(work)
+    log = work.folder / "logs" / f"{work.step.name}.log"
+    try:
+        log.parent.mkdir(exist_ok=True)
+        log.touch()
+    except OSError as error:
+        raise InputError(log, f"cannot be written: {error.strerror}.") from None
     try:
         rejections = do(work)
         lines = [f"rockframe: rejected: {one.file}: {one.reason}\n" for one in rejections]
@@ -117,23 +123,6 @@ def perform_apart(work: Work) -> int:
 def do(work: Work) -> Sequence[Rejection]:
     """Perform a step, and return the rejected records."""
     return _STAGES[work.step.stage](work) or ()
-
-
-def log_of(work: Work) -> Path:
-    """Return the path of the log of a step, after checking that it can be written.
-
-    Raises
-    ------
-    InputError
-        If the log cannot be written.
-    """
-    path = work.folder / "logs" / f"{work.step.name}.log"
-    try:
-        path.parent.mkdir(exist_ok=True)
-        path.touch()
-    except OSError as error:
-        raise InputError(path, f"cannot be written: {error.strerror}.") from None
-    return path
 
 
 def _ingest(work: Work) -> Sequence[Rejection]:
