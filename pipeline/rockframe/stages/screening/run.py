@@ -13,11 +13,10 @@ from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
-from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.screening.batches import Batches
 from rockframe.results.screening.histories import KeptHistory
 from rockframe.results.screening.screen import limited_in, peaks_of_frames
-from rockframe.risk import OVERTURNING, HazardCurve, LimitState
+from rockframe.risk import OVERTURNING, LimitState
 from rockframe.rocking import (
     Design,
     Histories,
@@ -32,7 +31,6 @@ from rockframe.rocking import (
 )
 from rockframe.stages.common import Progress
 from rockframe.stages.screening.motions import Motion, Motions
-from rockframe.stages.screening.statistics import Screened
 
 Arrays = dict[str, NDArray[Any]]
 Task = tuple[str, Callable[[], ScreeningBatch]]
@@ -124,7 +122,13 @@ class ScreeningRequest:
 
 
 class ScreeningRun:
-    """The batches of a screening, which share the chosen motions."""
+    """The batches of a screening, which share the chosen motions.
+
+    `rows` fills three arrays: ``verdicts``, shape (motions, structures, scales); ``ratio``, the
+    largest |theta| / alpha at the scale nearest to 1, infinite if the structure overturns, shape
+    (motions, structures); and ``reached``, True for scenarios that reach a limit state, shape
+    (limits, motions, structures, scales).
+    """
 
     def __init__(
         self,
@@ -135,7 +139,8 @@ class ScreeningRun:
         progress: Progress,
     ) -> None:
         self._chosen = chosen
-        self._request = request
+        self.motions = chosen.motions
+        self.request = request
         self._batches = batches
         self._engine = engine
         self._progress = progress
@@ -143,22 +148,22 @@ class ScreeningRun:
         shape = (len(chosen.motions), len(request.frames), request.scales.size)
         self.verdicts = np.empty(shape, dtype=np.int8)
         self.ratio = np.empty(shape[:2])
-        self._limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
-        self._reached = np.empty((len(self._limits), *shape), dtype=bool)
+        self.limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
+        self.reached = np.empty((len(self.limits), *shape), dtype=bool)
         self._kept: list[NDArray[np.intp]] = []
 
     def rows(self) -> Iterator[Arrays]:
         """Yield the scenarios motion by motion, and fill `verdicts` and `ratio`."""
-        frames, at = self._request.frames, self._request.reference
+        frames, at = self.request.frames, self.request.reference
         for i, (verdict, *peaks) in enumerate(self._peaks()):
             row = peaks_of_frames(frames, verdict, *peaks)
             self.verdicts[i] = verdict
             fell = verdict[:, at] == Verdict.OVERTURNED
-            for limit, reached in zip(self._limits, self._reached, strict=True):
+            for limit, reached in zip(self.limits, self.reached, strict=True):
                 reached[i] = limit.reached(row, verdict == Verdict.OVERTURNED)
             ratio = row["peak_rotation_ratio"]
             self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
-            self._kept.append(np.argwhere(self._request.histories.mask(verdict, ratio)))
+            self._kept.append(np.argwhere(self.request.histories.mask(verdict, ratio)))
             yield row
 
     def histories(self) -> Iterator[KeptHistory]:
@@ -175,8 +180,8 @@ class ScreeningRun:
 
     def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
         """Yield groups of scenarios of limited size; each motion is read once."""
-        frames, scales = self._request.frames, self._request.scales
-        for motion, kept in zip(self._chosen.motions, self._kept, strict=True):
+        frames, scales = self.request.frames, self.request.scales
+        for motion, kept in zip(self.motions, self._kept, strict=True):
             if not len(kept):
                 continue
             ground = as_ground(self._chosen.read(motion))
@@ -187,42 +192,23 @@ class ScreeningRun:
                     for k, s in kept[start : start + together].tolist()
                 )
 
-    def screened(self, metadata: RecordMetadata, hazard: HazardCurve | None) -> Screened:
-        """Return the input of the statistics; call after `rows`."""
-        kinds = (Verdict.NO_UPLIFT, Verdict.SAFE, Verdict.OVERTURNED)
-        return Screened(
-            motions=self._chosen.motions,
-            metadata=metadata,
-            frames=self._request.frames,
-            scales=self._request.scales,
-            limits=self._limits,
-            reached=self._reached,
-            counts=np.stack([(self.verdicts == kind).sum(axis=0) for kind in kinds], axis=-1),
-            ratio=self.ratio,
-            margins=self._margins(),
-            hazard=hazard,
-            design=self._request.design,
-            candidates_reach=self._candidates_reach(),
-            seed=self._request.options.seed,
-        )
-
-    def _margins(self) -> Arrays:
+    def margins(self) -> Arrays:
         """Return margins, shape (motions, structures); empty if they were not requested."""
-        if self._request.options.margins == "none":
+        if self.request.options.margins == "none":
             return {}
         found = list(self._map(margins_of, "margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
-    def _candidates_reach(self) -> NDArray[np.bool_] | None:
+    def candidates_reach(self) -> NDArray[np.bool_] | None:
         """Return a mask of motions that bring candidates to the limit, (motions, candidates)."""
-        design = self._request.options.design
+        design = self.request.options.design
         if design is None:
             return None
         limit = LimitState(design.quantity, design.limit)
         rows = []
         for part in self._map(peaks_of, "design"):
             for verdict, *peaks in zip(*(part[name] for name in _PEAKS), strict=True):
-                row = peaks_of_frames(self._request.candidates, verdict, *peaks)
+                row = peaks_of_frames(self.request.candidates, verdict, *peaks)
                 rows.append(limit.reached(row, verdict == Verdict.OVERTURNED)[:, 0])
         return np.array(rows)
 
@@ -233,7 +219,7 @@ class ScreeningRun:
         for part in self._map(peaks_of, "peaks"):
             held.append(part)
             width += part["verdict"].shape[2]
-            if width < self._request.scales.size:
+            if width < self.request.scales.size:
                 continue
             whole = (np.concatenate([one[name] for one in held], axis=2) for name in _PEAKS)
             yield from zip(*whole, strict=True)
@@ -244,14 +230,14 @@ class ScreeningRun:
 
     def _tasks(self, kind: str) -> Iterator[Task]:
         """Yield the batches of one kind: several motions, or some scales of one motion."""
-        frames = self._request.candidates if kind == "design" else self._request.frames
-        scales = self._request.scales
+        frames = self.request.candidates if kind == "design" else self.request.frames
+        scales = self.request.scales
         if kind != "peaks":
-            scales = scales[self._request.reference :][:1]
+            scales = scales[self.request.reference :][:1]
         each = len(frames) * scales.size
         together = 1 if kind == "margins" else min(max(1, _SCENARIOS // each), _TOGETHER)
         width = scales.size if each <= _SCENARIOS else max(1, _SCENARIOS // len(frames))
-        motions = self._chosen.motions
+        motions = self.motions
         for first in range(0, len(motions), together):
             for start in range(0, scales.size, width):
                 some = motions[first : first + together]
@@ -261,13 +247,13 @@ class ScreeningRun:
     def _maker(
         self, motions: Sequence[Motion], frames: tuple[RockingFrame, ...], scales: tuple[float, ...]
     ) -> Callable[[], ScreeningBatch]:
-        ensemble = chosen_ensemble(self._request.options)
+        ensemble = chosen_ensemble(self.request.options)
         return lambda: ScreeningBatch(
             tuple(map(self._chosen.read, motions)), frames, scales, ensemble
         )
 
     def _step(self) -> None:
         self._done += 1
-        kinds = ["peaks", *(["margins"] if self._request.options.margins != "none" else [])]
-        kinds += ["design"] if self._request.candidates else []
+        kinds = ["peaks", *(["margins"] if self.request.options.margins != "none" else [])]
+        kinds += ["design"] if self.request.candidates else []
         self._progress(self._done, sum(1 for kind in kinds for _ in self._tasks(kind)))

@@ -130,7 +130,7 @@ def screen_stage(
         write_screening(
             run.rows(),
             run.verdicts.shape,
-            lambda: statistics(run.screened(metadata, hazard)),
+            lambda: statistics(run, metadata, hazard),
             output,
             input_sha256=input_hash(*read),
             parameters=options.stated()

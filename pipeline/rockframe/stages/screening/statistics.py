@@ -1,33 +1,21 @@
-"""Statistics of a screening: ranks, distributions, fragility, rates, design."""
+"""Statistics of a screening, by variable: ranks, distributions, fragility, rates, design."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.frame import RockingFrame
 from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.schema import SCREEN_NC
+from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
 from rockframe.results.screening.screen import limited_in
-from rockframe.results.screening.variables import (
-    azimuth_values,
-    demand_values,
-    design_units,
-    design_values,
-    fragility_values,
-    hazard_values,
-    motion_values,
-    observed_values,
-)
 from rockframe.risk import (
     MEASURES,
     Fragility,
     HazardCurve,
-    LimitState,
     Outcome,
     better_measure,
     compared_motions,
@@ -39,10 +27,14 @@ from rockframe.risk import (
     peak_distribution,
     period_of,
 )
-from rockframe.rocking import Design, smallest
-from rockframe.stages.screening.motions import Motion
+from rockframe.risk.limits import QUANTITIES
+from rockframe.rocking import Design, Verdict, smallest
+from rockframe.stages.screening.run import ScreeningRun
 
 Float = NDArray[np.float64]
+#: For each structure and limit state, True for the motions and scales that reach it; None if the
+#: structure has no such restraint.
+Reached = list[list[NDArray[np.bool_] | None]]
 
 #: Levels of |theta| / slenderness of the peak distributions.
 LEVELS: Final = np.linspace(0.0, 1.5, 151)
@@ -50,127 +42,101 @@ LEVELS: Final = np.linspace(0.0, 1.5, 151)
 _POINTS: Final = 101
 #: Number of intensity classes of the observed shares.
 _CLASSES: Final = 8
-_NO_CLASSES: Final = np.full(_CLASSES, np.nan)
 #: Factor by which the curves extend beyond the intensities tried.
 _BEYOND: Final = 1.25
 
 
-@dataclass(frozen=True, eq=False)
-class Screened:
-    """Results of all scenarios.
+def statistics(
+    run: ScreeningRun, metadata: RecordMetadata, hazard: HazardCurve | None
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the values of screen.nc except those of single scenarios, and the units that vary.
 
     Parameters
     ----------
-    motions : sequence of Motion
-        The motions.
+    run : ScreeningRun
+        A run whose `rows` were read.
     metadata : RecordMetadata
         Metadata of the records.
-    frames : sequence of RockingFrame
-        The structures.
-    scales : array, shape (scales,)
-        Multiples of the motions [1].
-    limits : sequence of LimitState
-        The limit states; the first is overturning.
-    reached : array of bool, shape (limits, motions, structures, scales)
-        True for scenarios that reach the limit state.
-    counts : array of int, shape (structures, scales, 3)
-        Numbers of motions that do not uplift, are safe, and overturn.
-    ratio : array, shape (motions, structures)
-        Largest |theta| / alpha at the scale nearest to 1; infinite if overturned.
-    margins : mapping of str to array, shape (motions, structures)
-        Result of `margins_of`, if requested.
     hazard : HazardCurve, optional
         Hazard curve of the site.
-    design : Design, optional
-        The design problem.
-    candidates_reach : array of bool, shape (motions, structures times steps), optional
-        True for candidates of the design that reach its limit.
-    seed : int
-        Random seed of the bootstrap.
     """
-
-    motions: Sequence[Motion]
-    metadata: RecordMetadata
-    frames: Sequence[RockingFrame]
-    scales: Float
-    limits: Sequence[LimitState]
-    reached: NDArray[np.bool_]
-    counts: NDArray[np.int64]
-    ratio: Float
-    margins: Mapping[str, NDArray[Any]]
-    hazard: HazardCurve | None
-    design: Design | None
-    candidates_reach: NDArray[np.bool_] | None
-    seed: int
-
-
-def statistics(screened: Screened) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the values of screen.nc except those of single scenarios, and the units that vary."""
-    motions = screened.motions
+    request, motions, texts = run.request, run.motions, metadata.texts
     numbers = {
         name: np.array([motion.numbers[name] for motion in motions]) for name in motions[0].numbers
     }
     clusters = np.array([motion.cluster for motion in motions])
     spectra = [name for name in numbers if period_of(name)]
     intensities = {name: numbers[name] for name in (*MEASURES, *spectra)}
+    reached = _reached(run)
     fits = [
-        [_fits(intensities, screened.scales, fell, clusters) for fell in each]
-        for each in _by_structure(screened)
+        [_fits(intensities, request.scales, fell, clusters) for fell in each] for each in reached
     ]
-    reference = float(screened.scales[np.argmin(np.abs(np.log(screened.scales)))])
-    bands = [
-        peak_distribution(column, LEVELS, clusters=clusters, seed=screened.seed)
-        for column in screened.ratio.T
-    ]
-    ranks = demand_ranks(screened.ratio)
     values = {
-        **motion_values([m.name for m in motions], _sources(screened), clusters, numbers),
-        "limit_state": [limit.name for limit in screened.limits],
-        **SCREEN_NC.filled("frame", list(screened.frames)),
-        **demand_values(reference, ranks, LEVELS, bands, screened.counts),
-        **fragility_values(
-            fits, _better(screened, intensities, clusters), _grid(intensities, screened.scales)
-        ),
-        **observed_values(_observed(screened, intensities)),
-        **_optional_values(screened, fits, clusters),
-        "structure": [frame.name for frame in screened.frames],
-        "scale": screened.scales,
+        "record_id": [motion.name for motion in motions],
+        "event": [texts["event"][motion.row] for motion in motions],
+        "station": [texts["station"][motion.row] for motion in motions],
+        "cluster": clusters,
+        **{name: numbers[name] for name in numbers if name not in spectra},
+        "limit_state": [limit.name for limit in run.limits],
+        **SCREEN_NC.filled("frame", list(request.frames)),
+        **_demand_values(run, clusters),
+        **_fragility_values(fits, _grid(intensities, request.scales)),
+        **_preferences(run, intensities, clusters),
+        **_observed_values(reached, intensities, request.scales),
+        **_optional_values(run, {name: numbers[name] for name in spectra}, clusters),
+        **(_rates(hazard, fits) if hazard else {}),
+        "structure": [frame.name for frame in request.frames],
+        "scale": request.scales,
     }
-    return values, design_units(screened.design) if screened.design else {}
+    return values, _design_units(request.design) if request.design else {}
 
 
-def _by_structure(screened: Screened) -> list[list[NDArray[np.bool_] | None]]:
-    """Return masks (motions, scales) for each structure and limit; None if a limit does not
-    apply.
-    """
+def _reached(run: ScreeningRun) -> Reached:
     return [
         [
             reached[:, k] if limited_in(frame, limit.quantity) else None
-            for limit, reached in zip(screened.limits, screened.reached, strict=True)
+            for limit, reached in zip(run.limits, run.reached, strict=True)
         ]
-        for k, frame in enumerate(screened.frames)
+        for k, frame in enumerate(run.request.frames)
     ]
 
 
+def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, Any]:
+    """Return ranks, distributions of peaks and counts of verdicts."""
+    seed, kinds = run.request.options.seed, [Verdict[name.upper()] for name in OUTCOMES]
+    bands = [
+        peak_distribution(column, LEVELS, clusters=clusters, seed=seed) for column in run.ratio.T
+    ]
+    ranks = demand_ranks(run.ratio)
+    return {
+        "reference_scale": float(run.request.scales[run.request.reference]),
+        "demand_rank": ranks,
+        "mean_rank": ranks.mean(axis=1),
+        "level": LEVELS,
+        **SCREEN_NC.filled("band", bands),
+        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in kinds], axis=-1),
+        "outcome": OUTCOMES,
+    }
+
+
 def _optional_values(
-    screened: Screened,
-    fits: Sequence[Sequence[Mapping[str, Fragility]]],
-    clusters: NDArray[np.int64],
+    run: ScreeningRun, spectra: Mapping[str, Float], clusters: NDArray[np.int64]
 ) -> dict[str, Any]:
-    """Return the optional values: azimuths, margins, rates, design."""
-    values: dict[str, Any] = {}
-    motions = screened.motions
-    if len(motions[0].records) > 1:  # a rotated pair
-        first = [motions[int(i)].name for i in np.unique(clusters, return_index=True)[1]]
-        values |= azimuth_values(first, over_azimuths(screened.ratio, clusters))
-    if screened.margins:
-        values |= screened.margins
-    if screened.hazard is not None:
-        curve = screened.hazard
-        rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
-        values |= hazard_values(curve, rates)
-    if screened.design is not None and screened.candidates_reach is not None:
-        values |= _design_results(screened.design, screened.candidates_reach, len(screened.frames))
+    """Return spectral accelerations, percentiles over azimuths, margins and the design."""
+    values: dict[str, Any] = run.margins()
+    if spectra:
+        values["spectral_acceleration"] = np.array([*spectra.values()]).T
+        values["spectral_period"] = [period_of(name) for name in spectra]
+    if len(run.motions[0].records) > 1:  # a rotated pair
+        firsts = np.unique(clusters, return_index=True)[1]
+        values["recording"] = [run.motions[int(i)].name for i in firsts]
+        percentiles = over_azimuths(run.ratio, clusters)
+        for name, row in zip(("rotd00", "rotd50", "rotd100"), percentiles, strict=True):
+            values[f"{name}_peak_rotation_ratio"] = row
+    reached = run.candidates_reach()
+    if run.request.design is not None and reached is not None:
+        shares = (~reached).mean(axis=0).reshape(len(run.request.frames), -1)
+        values |= _design_values(run.request.design, shares)
     return values
 
 
@@ -188,34 +154,34 @@ def _fits(
     }
 
 
-def _better(
-    screened: Screened, intensities: Mapping[str, Float], clusters: NDArray[np.int64]
-) -> list[tuple[str, str]]:
-    """Return the better measure for each structure, from motions that have all measures."""
-    both = compared_motions(intensities)
-    some = {name: values[both] for name, values in intensities.items()}
-    told = []
-    for fell in screened.reached[0].swapaxes(0, 1):
-        preference = better_measure(_fits(some, screened.scales, fell[both], clusters[both]))
-        told.append((preference.measure, preference.reason))
-    return told
-
-
-def _observed(
-    screened: Screened, intensities: Mapping[str, Float]
-) -> list[list[dict[str, tuple[Float, Float]]]]:
-    return [
+def _fragility_values(
+    fits: Sequence[Sequence[Mapping[str, Fragility]]], points: Mapping[str, Float]
+) -> dict[str, Any]:
+    """Return the curve of each structure and limit state over each measure, at the points."""
+    rows = [[[fit[name] for name in points] for fit in each] for each in fits]
+    values: dict[str, Any] = {
+        "measure": list(points),
+        "measure_units": [UNITS_OF_MEASURES.get(name, "m s-2") for name in points],
+        **SCREEN_NC.filled("fit", rows),
+        "log_likelihood": [[[_total(fit) for fit in row] for row in each] for each in rows],
+        "fragility_intensity": [*points.values()],
+    }
+    for name in ("median", "lognormal_beta"):
+        both = np.array([[[getattr(f, f"{name}_band") for f in row] for row in s] for s in rows])
+        values |= {f"fragility_{name}_low": both[..., 0], f"fragility_{name}_high": both[..., 1]}
+    curves = np.array(
         [
-            {
-                name: (_NO_CLASSES,) * 2
-                if fell is None
-                else observed_shares(values, screened.scales, fell, _CLASSES)
-                for name, values in intensities.items()
-            }
-            for fell in each
+            [[(fit[n].probability(x), *fit[n].band(x)) for n, x in points.items()] for fit in each]
+            for each in fits
         ]
-        for each in _by_structure(screened)
-    ]
+    )
+    for k, name in enumerate(("fragility", "fragility_low", "fragility_high")):
+        values[name] = curves[..., k, :]
+    return values
+
+
+def _total(fit: Fragility) -> float:
+    return float(fit.log_likelihood.sum()) if fit.log_likelihood.size else float("nan")
 
 
 def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
@@ -231,12 +197,69 @@ def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
     return grid
 
 
-def _sources(screened: Screened) -> list[tuple[str, str]]:
-    texts = screened.metadata.texts
-    return [(texts["event"][m.row], texts["station"][m.row]) for m in screened.motions]
+def _preferences(
+    run: ScreeningRun, intensities: Mapping[str, Float], clusters: NDArray[np.int64]
+) -> dict[str, Any]:
+    """Return the better measure for each structure, from motions that have all measures."""
+    both = compared_motions(intensities)
+    some = {name: values[both] for name, values in intensities.items()}
+    found = [
+        better_measure(_fits(some, run.request.scales, fell[both], clusters[both]))
+        for fell in run.reached[0].swapaxes(0, 1)
+    ]
+    return {
+        "better_measure": [one.measure for one in found],
+        "better_measure_reason": [one.reason for one in found],
+    }
 
 
-def _design_results(design: Design, reached: NDArray[np.bool_], structures: int) -> dict[str, Any]:
-    shares = (~reached).mean(axis=0).reshape(structures, design.steps)
+def _observed_values(
+    reached: Reached, intensities: Mapping[str, Float], scales: Float
+) -> dict[str, Any]:
+    """Return the shares that reach each limit state in classes of intensity."""
+    unknown = (np.full(_CLASSES, np.nan),) * 2
+    both = np.array(
+        [
+            [
+                [
+                    unknown if fell is None else observed_shares(values, scales, fell, _CLASSES)
+                    for values in intensities.values()
+                ]
+                for fell in each
+            ]
+            for each in reached
+        ]
+    )
+    return {"bin_intensity": both[:, 0, :, 0], "bin_share": both[:, :, :, 1]}
+
+
+def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]) -> dict[str, Any]:
+    rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
+    return {
+        "hazard_measure": curve.measure,
+        "hazard_intensity": curve.intensity,
+        "hazard_rate": curve.rate,
+        **SCREEN_NC.filled("rate", rates),
+    }
+
+
+def _design_values(design: Design, shares: Float) -> dict[str, Any]:
+    """Return the scan of a design; shares of shape (structures, steps)."""
     found = [smallest(design.values, row, design.share) for row in shares]
-    return design_values(design, shares, found)
+    return {
+        "design_dimension": design.dimension,
+        "design_quantity": design.quantity,
+        "design_limit": design.limit,
+        "design_required_share": design.share,
+        "design_value": design.values,
+        "design_share": shares,
+        **SCREEN_NC.filled("found", found),
+    }
+
+
+def _design_units(design: Design) -> dict[str, str]:
+    """Return the units of the variables of a design that allow two units."""
+    two = (one for one in SCREEN_NC.variables if one.also_units == "1")
+    ratio = design.dimension == "mass_ratio"
+    limit = {"design_limit": QUANTITIES[design.quantity][2].replace("/s", " s-1") or "1"}
+    return {one.name: one.also_units if ratio else one.units for one in two} | limit
