@@ -18,7 +18,6 @@ FLOORS = (
         "units",
         "provenance",
         "column",
-        "kinematics",
         "restraint",
         "rocking.kernels.compiled",
     },

@@ -18,8 +18,7 @@ from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.respond import DesignOptions, Ensemble, ScreenOptions
-from rockframe.results.screening.histories import read_screen_history
-from rockframe.results.screening.screen import read_screening
+from rockframe.results.screening.screen import read_screen_history, read_screening
 from rockframe.rocking import as_ground, margins, respond, respond_many
 from rockframe.stages.screening.screen import screen_stage
 from rockframe.study.structures import read_structures

@@ -57,7 +57,7 @@ from .restraint import Tendon as Tendon
 from .results.records import open_records as open_records
 from .results.records import read_records as read_records
 from .results.response import open_response as open_response
-from .results.screening.histories import read_screen_history as read_screen_history
+from .results.screening.screen import read_screen_history as read_screen_history
 from .results.screening.screen import read_screening as read_screening
 from .results.spectra import read_rocking_spectrum as read_rocking_spectrum
 from .results.spectra import read_spectrum as read_spectrum

@@ -15,9 +15,8 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.column import RECTANGULAR
+from rockframe.column import RECTANGULAR, Lever
 from rockframe.errors import ParameterError, invalid
-from rockframe.kinematics import Lever
 from rockframe.restraint import Abutment, Dissipater, Tendon
 from rockframe.units import GRAVITY
 

@@ -22,6 +22,10 @@ from rockframe.results.schema import KINDS
 from rockframe.results.schema.declare import FileKind
 from rockframe.units import GRAVITY
 
+Name = TypeVar("Name", str, float)
+#: The series of a record and its other values, both by variable.
+Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
+
 #: Title of the file of a batch without accepted records, which has no variables.
 WITHOUT_RECORDS: Final = "Batch without records"
 #: Number of samples in one compressed block.
@@ -92,27 +96,9 @@ def require_ending(path: Path) -> None:
     ------
     InputError
         If the name does not end in ``.nc``.
-
-    Examples
-    --------
-    >>> require_ending(Path("records.nc"))
     """
     if path.suffix != ".nc":
         raise InputError(path, f"ends in {path.suffix!r}. Must end in .nc.")
-
-
-def is_netcdf(path: Path) -> bool:
-    """Return True if a file exists and starts like netCDF 4.
-
-    Examples
-    --------
-    >>> is_netcdf(Path("motion.csv"))
-    False
-    """
-    if not path.is_file():
-        return False
-    with path.open("rb") as stream:
-        return stream.read(4) == b"\x89HDF"
 
 
 def put(
@@ -188,7 +174,12 @@ def growing(
     try:
         file.createDimension("obs", None)
         for name, like in series.items():
-            _create_variable(file, name, like)
+            for dimension, size in like.sizes.items():
+                if dimension not in file.dimensions:
+                    file.createDimension(str(dimension), size)
+            rows = math.prod(like.shape[:-1])
+            chunk = (*(1,) * (like.ndim - 1), CHUNK)
+            create_variable(file, name, like, chunk, chunks=4 * rows)
         end = 0
 
         def append(samples: Mapping[str, NDArray[np.float64]]) -> None:
@@ -204,35 +195,23 @@ def growing(
             file.close()
 
 
-def _create_variable(file: netCDF4.Dataset, name: str, like: xr.Variable) -> None:
-    for dimension, size in zip(_dims(like), like.shape, strict=True):
-        if dimension not in file.dimensions:
-            file.createDimension(dimension, size)
-    rows = math.prod(size for dimension, size in like.sizes.items() if dimension != "obs")
+def create_variable(
+    file: netCDF4.Dataset, name: str, like: xr.Variable, chunk: tuple[int, ...], *, chunks: int
+) -> None:
+    """Create a compressed variable in a file, with memory for some of its chunks.
+
+    By default netCDF may use 64 MB for each variable.
+    """
     created = file.createVariable(
         name,
-        np.float64,
-        _dims(like),
-        chunksizes=(1,) * (like.ndim - 1) + (CHUNK,),
-        fill_value=np.nan,
-        chunk_cache=4 * 8 * CHUNK * rows,  # room for four chunks; the default may be 64 MB
+        like.dtype,
+        [str(dimension) for dimension in like.dims],
+        chunksizes=chunk,
+        fill_value=np.nan if like.dtype.kind == "f" else None,
+        chunk_cache=chunks * 8 * math.prod(chunk),
         **COMPRESSED,
     )
     created.setncatts(like.attrs)
-
-
-def _dims(like: xr.Variable) -> tuple[str, ...]:
-    return tuple(str(dimension) for dimension in like.dims)
-
-
-Name = TypeVar("Name", str, float)
-#: The series of a record and its other values, both by variable.
-Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
-
-
-def no_records() -> xr.Dataset:
-    """Return the dataset of a batch without accepted records."""
-    return xr.Dataset(attrs={"title": WITHOUT_RECORDS})
 
 
 def write_rows(
@@ -283,8 +262,11 @@ def write_rows(
                     append(samples)
                     for name, value in values.items():
                         columns[name].append(value)
-        made = kind.dataset(complete(columns)) if columns else no_records()
-        made = made.assign_attrs(batch=batch) if batch else made
+        made = kind.dataset(complete(columns)) if columns else xr.Dataset()
+        if not columns:
+            made.attrs["title"] = WITHOUT_RECORDS
+        if batch:
+            made.attrs["batch"] = batch
         put(made, partial, kind.name, mode="a" if columns else "w", **origin)
         if further is not None:
             put(further(partial), partial, kind.name, mode="a", **origin)

@@ -1,8 +1,9 @@
-"""Limit states, that is overturning and user limits of peaks; results of their fits in words."""
+"""Limit states: overturning, and user limits of peaks; the peaks, and results of fits in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
@@ -10,6 +11,10 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rockframe.frame import RockingFrame
+
+Float = NDArray[np.float64]
 
 #: Variable, symbol and unit of the quantities that can be limited.
 QUANTITIES: Final = MappingProxyType(
@@ -131,3 +136,49 @@ _SENTENCES: Final = {
     Outcome.UNKNOWN: "the measure is not known, or is the same for all motions",
     Outcome.ABSENT: "the structure has no such restraint",
 }
+
+
+def peaks_of_frames(
+    frames: Sequence[RockingFrame],
+    verdict: NDArray[np.int8],
+    peak_rotation: Float,
+    impact_velocity: Float,
+) -> dict[str, NDArray[Any]]:
+    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
+
+    Ratios of tendons and gaps are 0 for structures without them; these ratios are not written.
+
+    Parameters
+    ----------
+    frames : sequence of RockingFrame
+        The structures.
+    verdict, peak_rotation, impact_velocity : array, shape (structures, scales)
+        Results for one motion [1, rad, m s-1].
+    """
+    alpha = np.array([[frame.slenderness] for frame in frames])
+    u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
+    for k, frame in enumerate(frames):
+        u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
+        if frame.abutment is not None:
+            gaps[k] = u[k] / frame.abutment.gap
+        if frame.tendon is not None:
+            stretch = 2.0 * frame.tie_lever * np.sin(0.5 * peak_rotation[k])
+            force = frame.tendon.prestress + frame.tendon.stiffness * stretch
+            tendons[k] = force / frame.tendon.yield_force
+        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
+    return {
+        "verdict": verdict,
+        "peak_rotation_ratio": peak_rotation / alpha,
+        "peak_u": u,
+        "peak_v": v,
+        "peak_impact_velocity": impact_velocity,
+        "peak_tendon_ratio": tendons,
+        "peak_gap_ratio": gaps,
+    }
+
+
+def limited_in(frame: RockingFrame, quantity: str) -> bool:
+    """Return True if a quantity exists for a frame; some need a tendon that yields, or a gap."""
+    if quantity == "tendon_ratio":
+        return frame.tendon is not None and frame.tendon.yield_force < math.inf
+    return quantity != "gap_ratio" or frame.abutment is not None

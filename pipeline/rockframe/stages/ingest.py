@@ -25,7 +25,7 @@ from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.results.records import open_records, write_records
 from rockframe.results.tables.entries import Entry, refuse_strange_entries
-from rockframe.results.writing import is_netcdf, require_ending
+from rockframe.results.writing import require_ending
 from rockframe.stages.acceptance import Acceptance, Ingested
 from rockframe.stages.rotation import rotated, sweeps
 from rockframe.study.passport import PassportLimits, read_limits
@@ -182,8 +182,15 @@ def _catalogues(sources: Sequence[Source], given: Path | None) -> dict[str, Path
 
 def _refuse(outputs: Sequence[Path], sources: Sequence[Source], used: Iterable[Path]) -> None:
     """Refuse outputs that would overwrite an input; earlier outputs may be overwritten."""
-    strange = [s.path for s in sources if s.path.suffix == ".nc" and not is_netcdf(s.path)]
+    strange = [s.path for s in sources if s.path.suffix == ".nc" and not _is_netcdf(s.path)]
     read = [*used, *strange, *(s.path for s in sources if s.is_read)]
     refuse_overwriting(outputs, read, beside=outputs[0])
     refuse_strange_entries(outputs[1])
     require_ending(outputs[0])
+
+
+def _is_netcdf(path: Path) -> bool:
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(4) == b"\x89HDF"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
@@ -15,16 +14,30 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.frame import RockingFrame
+from rockframe.errors import ParameterError
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN, SCREEN_NC
-from rockframe.results.screening.histories import KeptHistory, append_histories
-from rockframe.results.writing import CHUNK, COMPRESSED, as_os_error, named, put
+from rockframe.results.tables.rows import columns_of, rows_along
+from rockframe.results.writing import (
+    CHUNK,
+    as_os_error,
+    create_variable,
+    growing,
+    named,
+    position,
+    put,
+    slices,
+)
+from rockframe.rocking.response import Response
 
 Float = NDArray[np.float64]
 Scenario = Mapping[str, NDArray[Any]]
+#: Positions of record, structure and scale, and the response of that scenario with its nodes.
+KeptHistory = tuple[tuple[int, int, int], Response]
 
 _DIMS: Final = ("record", "structure", "scale")
+_SERIES: Final = ("time", "theta", "u", "v")
+_INDICES: Final = ("history_record", "history_structure", "history_scale")
 _PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
 
 
@@ -75,7 +88,7 @@ def write_screening(
         with _filling(partial, shape) as fill:
             for row, scenario in enumerate(chain(first, source)):
                 fill(row, scenario)
-        kept = {} if histories is None else append_histories(partial, histories)
+        kept = {} if histories is None else _append_histories(partial, histories)
         values, units = describe()
         put(
             SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
@@ -104,16 +117,7 @@ def _filling(
             file.createDimension(dimension, size)
         for name in ("verdict", *_PEAKS):
             like = SCREEN_NC[name].holding(np.empty((0, 0, 0)))
-            created = file.createVariable(
-                name,
-                like.dtype,
-                _DIMS,
-                chunksizes=(rows, structures, width),
-                fill_value=np.nan if like.dtype.kind == "f" else None,
-                chunk_cache=2 * 8 * rows * structures * width,
-                **COMPRESSED,
-            )
-            created.setncatts(like.attrs)
+            create_variable(file, name, like, (rows, structures, width), chunks=2)
 
         def fill(row: int, scenario: Scenario) -> None:
             with as_os_error():
@@ -126,45 +130,16 @@ def _filling(
             file.close()
 
 
-def peaks_of_frames(
-    frames: Sequence[RockingFrame],
-    verdict: NDArray[np.int8],
-    peak_rotation: Float,
-    impact_velocity: Float,
-) -> dict[str, NDArray[Any]]:
-    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
-
-    Ratios of tendons and gaps are 0 for structures without them; these ratios are not written.
-
-    Parameters
-    ----------
-    frames : sequence of RockingFrame
-        The structures.
-    verdict, peak_rotation, impact_velocity : array, shape (structures, scales)
-        Results for one motion [1, rad, m s-1].
-    """
-    alpha = np.array([[frame.slenderness] for frame in frames])
-    u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
-    for k, frame in enumerate(frames):
-        u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
-        if frame.abutment is not None:
-            gaps[k] = u[k] / frame.abutment.gap
-        if frame.tendon is not None:
-            stretch = 2.0 * frame.tie_lever * np.sin(0.5 * peak_rotation[k])
-            force = frame.tendon.prestress + frame.tendon.stiffness * stretch
-            tendons[k] = force / frame.tendon.yield_force
-        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
-    ratio = peak_rotation / alpha
-    peaks = (ratio, u, v, impact_velocity)
-    ratios = {"peak_tendon_ratio": tendons, "peak_gap_ratio": gaps}
-    return {"verdict": verdict, **dict(zip(_PEAKS, peaks, strict=True)), **ratios}
-
-
-def limited_in(frame: RockingFrame, quantity: str) -> bool:
-    """Return True if a quantity exists for a frame; some need a tendon that yields, or a gap."""
-    if quantity == "tendon_ratio":
-        return frame.tendon is not None and frame.tendon.yield_force < math.inf
-    return quantity != "gap_ratio" or frame.abutment is not None
+def _append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
+    """Append histories to a partial file, one at a time; return the variables that locate them."""
+    columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
+    with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as append:
+        for where, response in kept:
+            append({name: getattr(response, name) for name in _SERIES})
+            columns["history_size"].append(response.time.size)
+            for name, at in zip(_INDICES, where, strict=True):
+                columns[name].append(at)
+    return columns
 
 
 def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
@@ -203,3 +178,82 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
             some = [name for name in ("verdict", *_PEAKS) if name in known]
             known = known.assign({name: known[name].isel(scale=at, drop=True) for name in some})
         return known.load().set_coords("record_id")
+
+
+def read_screen_history(
+    path: str | Path, *, record: str, structure: str, scale: float
+) -> xr.Dataset:
+    """Read the history of one scenario of a screening.
+
+    Parameters
+    ----------
+    path : str or Path
+        Output of ``rockframe screen`` with ``--histories``.
+    record, structure : str
+        Identifier of the motion, name of the structure.
+    scale : float
+        One of the scales [1].
+
+    Returns
+    -------
+    xarray.Dataset
+        ``theta`` [rad], ``u`` and ``v`` [m] on ``time`` [s].
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or of another kind.
+    ParameterError
+        If there is no such scenario, or if the history was not kept.
+    """
+    with opened(Path(path), SCREEN) as dataset:
+        where = [
+            position([str(name) for name in dataset["record_id"].values], record, "record"),
+            position([str(name) for name in dataset["structure"].values], structure, "structure"),
+            position(dataset["scale"].values.tolist(), scale, "scale"),
+        ]
+        found = np.empty(0, dtype=np.intp)
+        if "history_size" in dataset:
+            all_of = np.stack([dataset[name].values for name in _INDICES])
+            found = np.flatnonzero((all_of == np.array(where)[:, None]).all(axis=0))
+        if not found.size:
+            raise ParameterError(
+                f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. "
+                "Compute it with --histories selected or all."
+            )
+        rows = slices(dataset["history_size"].values)[found[0]]
+        chosen = dataset[["theta", "u", "v"]].isel(obs=rows)
+        return chosen.load().swap_dims(obs="time")
+
+
+def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
+    """Return the results of the motions of a record, a row for each structure.
+
+    Parameters
+    ----------
+    path : Path
+        Output of the screen stage.
+    record : str
+        Identifier of the record.
+
+    Returns
+    -------
+    list of dict
+        ``structure``, ``azimuth_degree``, ``verdicts`` by scale, and ``critical_scale``, NaN if it
+        was not searched or not found. Empty if the record is not among the motions.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    with opened(path, SCREEN) as dataset:
+        rows = np.flatnonzero(dataset["record_id"].values == record)
+        found = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()
+    scales = [f"{scale:g}" for scale in found["scale"].values]
+    columns = columns_of("structure azimuth_degree=azimuth verdicts=structure critical_scale")
+    verdicts = rows_along(found, "record structure scale", columns_of("verdict"))
+    rows_of_it = list(rows_along(found, "record structure", columns))
+    for row in rows_of_it:
+        row["verdicts"] = {scale: next(verdicts)["verdict"] for scale in scales}
+    return rows_of_it

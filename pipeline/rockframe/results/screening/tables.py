@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -225,25 +224,16 @@ def _scenarios(path: Path) -> Rows:
             yield from scenario_rows(known.isel(record=slice(first, first + together)).load())
 
 
-#: Functions that make the rows of each table, by the end of the table's name.
-_ROWS: Final[Mapping[str, Callable[[xr.Dataset], Rows]]] = MappingProxyType(
-    {
-        "": screen_rows,
-        "fragility": fragility_rows,
-        "rates": rate_rows,
-        "design": design_rows,
-    }
-)
-#: First columns, by which an earlier table is recognised.
-_FIRST: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {
-        "": ("record_id", "structure", "scale", "verdict"),
-        "scenarios": ("record_id", "structure", "scale", "verdict"),
-        "fragility": ("structure", "limit_state", "measure"),
-        "rates": ("structure", "measure", "limit_state"),
-        "design": ("structure", "dimension", "value"),
-    }
-)
+_SCENARIO: Final = ("record_id", "structure", "scale", "verdict")
+#: For each table, by the end of its name: the function that makes its rows, and its first columns,
+#: by which an earlier table is recognised.
+_TABLES: Final[Mapping[str, tuple[Callable[[xr.Dataset], Rows], tuple[str, ...]]]] = {
+    "": (screen_rows, _SCENARIO),
+    "scenarios": (scenario_rows, _SCENARIO),
+    "fragility": (fragility_rows, ("structure", "limit_state", "measure")),
+    "rates": (rate_rows, ("structure", "measure", "limit_state")),
+    "design": (design_rows, ("structure", "dimension", "value")),
+}
 
 
 def screen_table_paths(
@@ -288,7 +278,7 @@ def write_screen_tables(
     beside = output or screen_path
     paths = screen_table_paths(beside, rates=rates, design=design, table_format=table_format)
     for kind, path in paths.items():
-        rows = _scenarios(screen_path) if kind == "scenarios" else _ROWS[kind](screening)
+        rows = _scenarios(screen_path) if kind == "scenarios" else _TABLES[kind][0](screening)
         write_rows_as(path, rows, table_format)
     return paths
 
@@ -302,4 +292,4 @@ def refuse_strange_tables(paths: Mapping[str, Path]) -> None:
         If there is such a file.
     """
     for kind, path in paths.items():
-        refuse_other_table(path, _FIRST[kind], "the table of the screening")
+        refuse_other_table(path, _TABLES[kind][1], "the table of the screening")

@@ -14,9 +14,9 @@ from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
 from rockframe.results.screening.batches import Batches
-from rockframe.results.screening.histories import KeptHistory
-from rockframe.results.screening.screen import limited_in, peaks_of_frames
+from rockframe.results.screening.screen import KeptHistory
 from rockframe.risk import OVERTURNING, LimitState
+from rockframe.risk.limits import limited_in, peaks_of_frames
 from rockframe.rocking import (
     Design,
     Histories,
@@ -171,7 +171,7 @@ class ScreeningRun:
         where = self._where()
         for responses in map_batches(responses_of, self._scenarios(), engine=self._engine):
             for response in responses:
-                yield KeptHistory(next(where), response)
+                yield next(where), response
 
     def _where(self) -> Iterator[tuple[int, int, int]]:
         for i, kept in enumerate(self._kept):

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.schema import SCREEN_NC
 from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
-from rockframe.results.screening.screen import limited_in
 from rockframe.risk import (
     MEASURES,
     Fragility,
@@ -27,7 +26,7 @@ from rockframe.risk import (
     peak_distribution,
     period_of,
 )
-from rockframe.risk.limits import QUANTITIES
+from rockframe.risk.limits import QUANTITIES, limited_in
 from rockframe.rocking import Design, Verdict, smallest
 from rockframe.stages.screening.run import ScreeningRun
 
