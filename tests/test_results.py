@@ -283,6 +283,27 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         read_records(tmp_path / "none.nc")
 
 
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        *((f"read_{name}", ["lost"]) for name in ("structures", "hazard", "spectrum", "screening")),
+        ("read_rocking_spectrum", ["lost"]),
+        ("verify_run", ["lost"]),
+        ("ingest_stage", [["lost"], "out.nc"]),
+        ("merge_stage", [["lost.nc"], "out.nc"]),
+        ("compare_stage", ["lost.nc", "out.nc", "lost.toml"]),
+        (
+            "rocking_spectrum_stage",
+            ["lost.nc", "out.nc", rockframe.RockingSpectrumOptions(slenderness_degree=(9.0,))],
+        ),
+        *((f"{name}_stage", ["lost.nc", "out.nc"]) for name in ("pulse", "respond", "screen")),
+    ],
+)
+def test_a_path_may_be_text(function: str, arguments: list[object]) -> None:
+    with pytest.raises(rockframe.RockframeError, match=r"lost|missing"):
+        getattr(rockframe, function)(*arguments)
+
+
 def test_something_that_is_no_netcdf_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "records.nc"
     path.write_text("not netCDF")

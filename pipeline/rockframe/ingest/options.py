@@ -25,7 +25,7 @@ class ReadOptions:
         Acceleration units: ``g``, ``gal``, ``cm/s2``, ``mm/s2`` or ``m/s2``.
     time_step : float, optional
         Interval between samples [s].
-    station_xml : Path, optional
+    station_xml : str or Path, optional
         StationXML file for miniSEED and SAC files (default: `archived`, and the files in `folder`).
     water_level : float, optional
         Remove the full response from miniSEED records with this water level [dB] (default: divide
@@ -50,7 +50,7 @@ class ReadOptions:
 
     units: str | None = None
     time_step: float | None = None
-    station_xml: Path | None = None
+    station_xml: str | Path | None = None
     water_level: float | None = None
     column: str | None = None
     archived: tuple[Content, ...] = ()
@@ -70,7 +70,7 @@ class ReadOptions:
         """Return the values for JSON, with units in the names."""
         return {
             "column": self.column,
-            "station_xml": self.station_xml.name if self.station_xml else None,
+            "station_xml": Path(self.station_xml).name if self.station_xml else None,
             "time_step_s": self.time_step,
             "units": self.units,
             "water_level_db": self.water_level,

@@ -160,7 +160,7 @@ def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
 def _files(path: Path, station: str, options: ReadOptions) -> list[Content]:
     """Return the given StationXML file, or the files beside a waveform that name its station."""
     if options.station_xml is not None:
-        return [_loaded(options.station_xml)]
+        return [_loaded(Path(options.station_xml))]
     try:
         beside = sorted((options.folder or path.parent).iterdir())
     except OSError:  # no such folder, or no permission

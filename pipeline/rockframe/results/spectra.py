@@ -91,12 +91,12 @@ def rocking_spectrum_dataset(names: Sequence[str], spectrum: RockingSpectrum) ->
     return ROCKING_SPECTRUM_NC.dataset({"record_id": list(names), **values})
 
 
-def read_spectrum(path: Path) -> xr.Dataset:
+def read_spectrum(path: str | Path) -> xr.Dataset:
     """Return the dataset of a file of overturning spectra; its variables state their units.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         Output of `rockframe.spectrum_stage`.
 
     Raises
@@ -104,16 +104,16 @@ def read_spectrum(path: Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(path, SPECTRUM) as dataset:
+    with opened(Path(path), SPECTRUM) as dataset:
         return dataset.load()
 
 
-def read_rocking_spectrum(path: Path) -> xr.Dataset:
+def read_rocking_spectrum(path: str | Path) -> xr.Dataset:
     """Return the dataset of a file of rocking spectra; its variables state their units.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         Output of `rockframe.rocking_spectrum_stage`.
 
     Raises
@@ -121,5 +121,5 @@ def read_rocking_spectrum(path: Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(path, ROCKING_SPECTRUM) as dataset:
+    with opened(Path(path), ROCKING_SPECTRUM) as dataset:
         return dataset.load()

@@ -67,12 +67,12 @@ class _Points:
     years: float = 0.0
 
 
-def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCurve:
+def read_hazard(path: str | Path, site: tuple[float, float] | None = None) -> HazardCurve:
     r"""Read a hazard curve.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         CSV of two columns, `annual_rate` or `probability_in_50_years` (or another number) and one
         of pga_g, pgv_m_s, a_p_g, L_p_m, sa_1s_g (or another period); or hazard curves of OpenQuake
         or of the USGS.
@@ -96,6 +96,7 @@ def read_hazard(path: Path, site: tuple[float, float] | None = None) -> HazardCu
     ...     read_hazard(path).measure
     'pga'
     """
+    path = Path(path)
     lines = _lines(path)
     comment = " ".join(lines[0][1]) if lines and lines[0][1][0].startswith("#") else ""
     lines = lines[1:] if comment else lines

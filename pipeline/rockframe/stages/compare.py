@@ -22,9 +22,9 @@ from rockframe.study.toml import line_of, read_text
 
 
 def compare_stage(
-    records_path: Path,
-    output: Path,
-    structures_path: Path,
+    records_path: str | Path,
+    output: str | Path,
+    structures_path: str | Path,
     stated: CompareEntry | None = None,
     *,
     against: Collection[str] | None = None,
@@ -35,9 +35,9 @@ def compare_stage(
 
     Parameters
     ----------
-    records_path, output : Path
+    records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write.
-    structures_path : Path
+    structures_path : str or Path
         TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the rivals.
     stated : CompareEntry, optional
         The rivals; replaces the tables of the file.
@@ -62,6 +62,8 @@ def compare_stage(
         If there is no structure of that name or no rival, a structure is a column alone, or no
         record is left.
     """
+    records_path, output = Path(records_path), Path(output)
+    structures_path = Path(structures_path)
     refuse_overwriting([output], [records_path, structures_path])
     entries, of_file = read_bridges(structures_path)
     stated = stated or of_file

@@ -32,8 +32,8 @@ from rockframe.study.passport import PassportLimits, read_limits
 
 
 def ingest_stage(
-    paths: Sequence[Path],
-    output: Path,
+    paths: Sequence[str | Path],
+    output: str | Path,
     options: IngestOptions | None = None,
     *,
     filters: Filters | None = None,
@@ -52,9 +52,9 @@ def ingest_stage(
 
     Parameters
     ----------
-    paths : sequence of Path
+    paths : sequence of str or Path
         Files and folders.
-    output : Path
+    output : str or Path
         The netCDF file to write.
     options : IngestOptions, optional
         Options of reading and processing.
@@ -93,7 +93,7 @@ def ingest_stage(
     >>> [record.record_id for record in done.accepted]
     ['Ridgecrest2019-CLC-090', 'Ridgecrest2019-CLC-360', 'Ridgecrest2019-CLC-UP']
     """
-    options = options or IngestOptions()
+    options, output = options or IngestOptions(), Path(output)
     outputs = (output, output.with_suffix(TABLE_FORMATS[table_format]))
     catalogue, azimuths = options.catalogue, options.azimuths
     sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)

@@ -25,8 +25,8 @@ _TOGETHER: Final = 8
 
 
 def pulse_stage(
-    records_path: Path,
-    output: Path,
+    records_path: str | Path,
+    output: str | Path,
     options: PulseOptions | None = None,
     *,
     batch: Batch = WHOLE,
@@ -37,7 +37,7 @@ def pulse_stage(
 
     Parameters
     ----------
-    records_path, output : Path
+    records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : PulseOptions, optional
         Options of the search. The range of periods is reduced to the usable range of each record.
@@ -73,6 +73,7 @@ def pulse_stage(
     ...     output.is_file(), rejected
     (True, ())
     """
+    records_path, output = Path(records_path), Path(output)
     refuse_overwriting([output], [records_path])
     wanted = options or PulseOptions()
     left_out: dict[str, str] = {}

@@ -67,12 +67,12 @@ class Verification:
     other_processor: str
 
 
-def verify_run(folder: Path) -> Verification:
+def verify_run(folder: str | Path) -> Verification:
     """Compare the files of a run with its manifest, and its datasets with each other.
 
     Parameters
     ----------
-    folder : Path
+    folder : str or Path
         The folder of a run, with its ``manifest.json``.
 
     Returns
@@ -85,6 +85,7 @@ def verify_run(folder: Path) -> Verification:
     InputError
         If the folder or a readable manifest is missing, because no run was completed there.
     """
+    folder = Path(folder)
     manifest = read_manifest(folder)
     outputs: dict[str, str] = manifest["outputs"]
     changed = dict(_changed(folder, outputs))

@@ -53,12 +53,12 @@ class _Task:
 
 
 def respond_stage(
-    records_path: Path,
-    output: Path,
+    records_path: str | Path,
+    output: str | Path,
     options: RespondOptions | None = None,
     *,
-    structures_path: Path = SHIPPED_STRUCTURES,
-    pulses_path: Path | None = None,
+    structures_path: str | Path = SHIPPED_STRUCTURES,
+    pulses_path: str | Path | None = None,
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
@@ -67,13 +67,13 @@ def respond_stage(
 
     Parameters
     ----------
-    records_path, output : Path
+    records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : RespondOptions, optional
         Options for structures, motions, histories and margins.
-    structures_path : Path
+    structures_path : str or Path
         TOML file of ``[[structure]]`` tables; by default the bundled ones.
-    pulses_path : Path, optional
+    pulses_path : str or Path, optional
         Output of `pulse_stage` for these records: adds the response to the pulse alone.
     batch : Batch
         Batch of the records; `merge_stage` merges the files of all batches.
@@ -99,8 +99,9 @@ def respond_stage(
     EngineError
         If the engine is not available.
     """
-    options = options or RespondOptions()
-    beside = [pulses_path] if pulses_path else []
+    records_path, output = Path(records_path), Path(output)
+    options, structures_path = options or RespondOptions(), Path(structures_path)
+    beside = [Path(pulses_path)] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, options.structure)
     chosen_ensemble(options, frames)
@@ -108,7 +109,7 @@ def respond_stage(
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
         motions = _motions(file, names, options.vertical, left_out)
-        pulses = _Pulses.read(pulses_path, names)
+        pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
             _tasks(motions, tuple(frames), options, pulses),
             math.ceil(file.samples(names) * len(frames) / _NODES),

@@ -20,12 +20,14 @@ from rockframe.stages.common import horizontal
 from rockframe.wavelets.pulse import Pulse
 
 
-def spectrum_stage(output: Path, options: SpectrumOptions, *, engine: Engine | None = None) -> None:
+def spectrum_stage(
+    output: str | Path, options: SpectrumOptions, *, engine: Engine | None = None
+) -> None:
     """Compute minimum overturning acceleration spectra of pulses: ``spectrum.nc``.
 
     Parameters
     ----------
-    output : Path
+    output : str or Path
         The netCDF file to write.
     options : SpectrumOptions
         Wavelets, frames, and amplitudes of the search.
@@ -66,7 +68,7 @@ def spectrum_stage(output: Path, options: SpectrumOptions, *, engine: Engine | N
     )
     write(
         spectrum_dataset(found),
-        output,
+        Path(output),
         SPECTRUM,
         input_sha256={},
         parameters=options.stated(),
@@ -74,8 +76,8 @@ def spectrum_stage(output: Path, options: SpectrumOptions, *, engine: Engine | N
 
 
 def rocking_spectrum_stage(
-    records_path: Path,
-    output: Path,
+    records_path: str | Path,
+    output: str | Path,
     options: RockingSpectrumOptions,
     *,
     engine: Engine | None = None,
@@ -84,7 +86,7 @@ def rocking_spectrum_stage(
 
     Parameters
     ----------
-    records_path, output : Path
+    records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write.
     options : RockingSpectrumOptions
         Record and columns.
@@ -99,6 +101,7 @@ def rocking_spectrum_stage(
     InputError
         If the records cannot be read, or the file not written.
     """
+    records_path, output = Path(records_path), Path(output)
     refuse_overwriting([output], [records_path])
     record = options.record
     with open_records(records_path) as file:

@@ -53,14 +53,14 @@ def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[Row]:
     return map(with_paper_facts, table_rows(records, pulses, response))
 
 
-def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
+def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[Rejection, ...]:
     """Merge the files of all batches of a stage.
 
     Parameters
     ----------
-    parts : sequence of Path
+    parts : sequence of str or Path
         Outputs of one stage with ``batch``, in the order of the batches.
-    output : Path
+    output : str or Path
         The netCDF file to write; it is the same as if all records had been computed at once.
 
     Returns
@@ -74,14 +74,15 @@ def merge_stage(parts: Sequence[Path], output: Path) -> tuple[Rejection, ...]:
         If a file cannot be read or belongs to another run, if no file has a record, or if the
         output cannot be written.
     """
-    refuse_overwriting([output], parts)
-    left_out = merge(parts, output, kind_of(parts[0]))
+    output, files = Path(output), [Path(part) for part in parts]
+    refuse_overwriting([output], files)
+    left_out = merge(files, output, kind_of(files[0]))
     return tuple(Rejection(file=name, reason=reason) for name, reason in left_out.items())
 
 
 def fetch_stage(
     options: FetchOptions,
-    folder: Path,
+    folder: str | Path,
     *,
     progress: Callable[[str], None] | None = None,
 ) -> Fetched:
@@ -91,7 +92,7 @@ def fetch_stage(
     ----------
     options : FetchOptions
         The data to fetch.
-    folder : Path
+    folder : str or Path
         A new or empty folder, or the folder of an earlier run of the same request.
     progress : callable, optional
         Called with the name of each requested file.
@@ -105,7 +106,7 @@ def fetch_stage(
     """
     from rockframe.fetch.run import fetch
 
-    fetched = fetch(options, folder, progress=progress)
+    fetched = fetch(options, Path(folder), progress=progress)
     entries = [CatalogueEntry(**facts) for facts in fetched.facts()]
-    write_catalogue(folder / CATALOGUE, entries)
+    write_catalogue(Path(folder, CATALOGUE), entries)
     return fetched

@@ -211,12 +211,12 @@ class _StructuresFile(Options):
     compare: CompareEntry = CompareEntry()
 
 
-def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
+def read_structures(path: str | Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     """Read the structures of a TOML file.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         File of ``[[structure]]`` tables; by default the bundled structures.
 
     Returns
@@ -235,6 +235,7 @@ def read_structures(path: Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
     >>> [frame.name for frame in read_structures()][:2]
     ['bridge-bent', 'apollo-column']
     """
+    path = Path(path)
     text = read_text(path)
     return frames_of(path, text, parse(path, text, _StructuresFile).structure)
 

@@ -62,12 +62,12 @@ class Screening:
 
 
 def screen_stage(
-    records_path: Path,
-    output: Path,
+    records_path: str | Path,
+    output: str | Path,
     options: ScreenOptions | None = None,
     *,
-    structures_path: Path = SHIPPED_STRUCTURES,
-    pulses_path: Path | None = None,
+    structures_path: str | Path = SHIPPED_STRUCTURES,
+    pulses_path: str | Path | None = None,
     filters: Filters | None = None,
     engine: Engine | None = None,
     progress: Progress = silent,
@@ -79,15 +79,15 @@ def screen_stage(
 
     Parameters
     ----------
-    records_path, output : Path
+    records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write. The table of motions has the same
         name with another suffix; the other tables are ``fragility.csv`` and so on beside
         ``screen.nc``, and ``NAME-fragility.csv`` beside ``NAME.nc``.
     options : ScreenOptions, optional
         Options for motions, scales and results.
-    structures_path : Path
+    structures_path : str or Path
         TOML file of ``[[structure]]`` tables; by default the bundled ones.
-    pulses_path : Path, optional
+    pulses_path : str or Path, optional
         Output of `pulse_stage` for the same records; needed for fragility over a_p and L_p, and for
         filters by the pulse.
     filters : Filters, optional
@@ -109,7 +109,9 @@ def screen_stage(
     EngineError
         If the engine is not available.
     """
-    options = options or ScreenOptions()
+    records_path, output = Path(records_path), Path(output)
+    options, structures_path = options or ScreenOptions(), Path(structures_path)
+    pulses_path = Path(pulses_path) if pulses_path else None
     rates, design = options.hazard is not None, options.design is not None
     tables = screen_table_paths(output, rates=rates, design=design, table_format=table_format)
     read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
