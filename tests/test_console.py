@@ -58,3 +58,29 @@ def test_a_record_is_named_once_and_ruled_off_the_next(capsys: pytest.CaptureFix
     show_rows("", columns, rows, group="name")
     cells = [line.split() for line in capsys.readouterr().out.splitlines() if line.strip()]
     assert cells[2:] == [["a", "12.5"], ["–"], ["b", "50.0"]]
+
+
+RESPONSE = ["record", "structure", "θ/α>", "u_max [cm]>", "critical scale>", "verdict"]
+
+
+def test_names_are_broken_between_their_parts_and_columns_without_values_are_not_shown(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    row = [NAME * 2, "slender-frame", "0.123", "5.0", "–", "stands; 0.63 of the motion"]
+    text = "\n".join(printed(capsys, RESPONSE, row))
+    assert "critical" not in text
+    assert "left out" not in text
+    assert {"slender-", "frame", "stands;"} <= set(text.split())
+
+
+def test_columns_that_do_not_fit_are_named_and_identifiers_and_the_verdict_stay(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    lines = printed(capsys, RESPONSE, [NAME, "slender-frame", "0.12", "–", "> 10", "overturned"])
+    assert lines[1].split()[:2] == ["record", "structure"]
+    assert "overturned" in "\n".join(lines)
+    assert max(map(len, lines[:-2])) <= 40
+    assert lines[-2] == (
+        "2 of 6 columns left out: θ/α, critical scale. A wider terminal or --json shows them."
+    )

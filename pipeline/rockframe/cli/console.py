@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 if TYPE_CHECKING:
     from rockframe.ingest import Rejection
@@ -25,16 +25,20 @@ _PLAIN_WIDTH: Final = 150
 _MOST_ROWS: Final = 200
 #: Space between two columns of a table [characters].
 _GAP: Final = 2
-#: Smallest width of a text column for which the first column stays unbroken [characters].
+#: Width to which columns of text are narrowed if nothing else fits [characters].
 _SHORTEST: Final = 6
+#: Headings of columns that are never left out.
+_KEYS: Final = frozenset({"record", "structure", "verdict"})
+#: Places where a text may be broken: after spaces, and after -, _ or / within a name.
+_PARTS: Final = r"\n|(?<= )|(?<=\w\w[-_/])(?=\w)"
 
 
 def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
-    An empty row draws a line. In a narrow terminal, headings are broken first, then cells; the
-    first column and single words stay unbroken if possible. Of a very long table, only the first
-    rows and the number of further rows are printed.
+    An empty row draws a line. In a narrow terminal, headings and cells are broken, the first column
+    last; if that does not suffice, columns are left out and named below the table. Of a very long
+    table, only the first rows and the number of further rows are printed.
     """
     from rich import box
     from rich.console import Console
@@ -43,23 +47,22 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
 
     rest = iter(rows)
     rows, more = list(islice(rest, _MOST_ROWS)), sum(1 for row in rest if row)
-    width = table_width()
-    console = Console(width=width, highlight=False)
+    heads, width = [name.rstrip(">") for name in columns], table_width()
+    numbers = [name.endswith(">") for name in columns]
+    texts = [list(column) for column in zip(heads, *filter(None, rows), strict=True)]
+    widths = _layout(texts, numbers, width)
+    console = Console(width=max(width, sum(widths.values()) + _GAP * len(widths)), highlight=False)
     table = Table(
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,
     )
-    for heading, right, whole in _layout(columns, [row for row in rows if row], width):
-        table.add_column(
-            Text(heading),
-            justify="right" if right else "left",
-            no_wrap=whole,
-            overflow="fold",
-        )
+    for i, size in widths.items():
+        justify: Literal["left", "right"] = "right" if numbers[i] else "left"
+        table.add_column(Text(_wrapped(heads[i], size)), justify=justify, no_wrap=True)
     for row in rows:
         if row:
-            table.add_row(*(Text(cell) for cell in row))
+            table.add_row(*(Text(_wrapped(row[i], size)) for i, size in widths.items()))
         else:
             table.add_section()
     with console.capture() as table_text:  # rich would exit with 1 if the output is closed
@@ -67,6 +70,11 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
             console.print(Text(title, style="bold", no_wrap=True, overflow="ignore"))
         console.print(table)
     print(table_text.get(), end="")
+    left = [head for i, head in enumerate(heads) if i not in widths and not _empty(texts[i])]
+    if left:
+        names = ", ".join(" ".join(head.split()) for head in left)
+        left_out = f"{len(left)} of {len(heads)} columns left out: {names}."
+        print(f"{left_out} A wider terminal or --json shows them.\n")
     if more:
         print(f"{more} more rows: the output files contain all rows.\n")
 
@@ -107,45 +115,64 @@ def show_rows(
 
 
 def _layout(
-    columns: Sequence[str], rows: Sequence[Sequence[str]], width: int
-) -> list[tuple[str, bool, bool]]:
-    """Return for each column its heading, whether it is aligned to the right, and whether it never
-    wraps.
+    columns: Sequence[Sequence[str]], numbers: Sequence[bool], width: int
+) -> dict[int, int]:
+    """Return the places and widths of the columns that are printed; each begins with its heading.
+
+    In a narrow terminal, columns without values are not printed. The first column and those in
+    `_KEYS` are always printed; if the shortest parts of all cells do not fit, the last of the other
+    columns are left out.
     """
-    right = [name.endswith(">") for name in columns]
-    heads = [name.rstrip(">") for name in columns]
-    room = width - _GAP * len(columns)
-    if sum(_widths([heads, *rows], "\n")) > room:
-        heads = [
-            re.sub(r" |(?<=-)(?=\w)", "\n", head) if number else head
-            for head, number in zip(heads, right, strict=True)
-        ]
-    lines, words = _widths([heads, *rows], "\n"), _widths([heads, *rows], None)
-    least = [
-        line if number else word for line, word, number in zip(lines, words, right, strict=True)
-    ]
-    first = lines[0] + sum(
-        size if number else min(size, _SHORTEST)
-        for size, number in zip(least[1:], right[1:], strict=True)
-    )
-    if first <= room:
-        least[0] = lines[0]
-    whole = [
-        number or (line == word and sum(least) <= room)
-        for line, word, number in zip(lines, words, right, strict=True)
-    ]
-    whole[0] = first <= room
-    return list(zip(heads, right, whole, strict=True))
+    full = {i: max(_lengths(column, "\n")) for i, column in enumerate(columns)}
+
+    def room(widths: dict[int, int]) -> int:
+        return width - _GAP * len(widths) - sum(widths.values())
+
+    if room(full) >= 0:
+        return full
+    least = {
+        i: max(*_lengths(column[:1]), *_lengths(column[1:], "\n" if numbers[i] else _PARTS), 0)
+        for i, column in enumerate(columns)
+        if i == 0 or not _empty(column)
+    }
+    for i in reversed([i for i in least if i and columns[i][0].lower() not in _KEYS]):
+        if room(least) < 0:
+            del least[i]
+    if room(least) < 0:
+        least = {i: size if numbers[i] else min(size, _SHORTEST) for i, size in least.items()}
+    for i in sorted(least, key=lambda i: (i > 0, numbers[i], full[i])):
+        least[i] += min(max(room(least), 0), full[i] - least[i])
+    return dict(sorted(least.items()))
 
 
-def _widths(rows: Sequence[Sequence[str]], apart: str | None) -> list[int]:
-    """Return the length of the longest part in each column; `apart` separates parts (default:
-    space).
+def _empty(column: Sequence[str]) -> bool:
+    """Return whether a column has no values below its heading."""
+    return set(column[1:]) <= {"", "–"}
+
+
+def _lengths(cells: Iterable[str], apart: str = _PARTS) -> list[int]:
+    """Return the lengths of the parts of cells, which the pattern `apart` separates."""
+    return [len(part.strip()) for cell in cells for part in re.split(apart, cell)]
+
+
+def _wrapped(text: str, width: int) -> str:
+    r"""Return a text in lines of this width, broken between its parts where possible.
+
+    Examples
+    --------
+    >>> _wrapped("apollo-frame", 8), _wrapped("overturned 5.8 s", 14)
+    ('apollo-\nframe', 'overturned 5.8\ns')
     """
-    return [
-        max((len(part) for cell in column for part in cell.split(apart)), default=0)
-        for column in zip(*rows, strict=True)
-    ]
+    lines = []
+    for line in text.split("\n"):
+        lines.append("")
+        for part in re.split(_PARTS, line):
+            if len((lines[-1] + part).rstrip()) > width and lines[-1]:
+                lines.append("")
+            while len(part.rstrip()) > width:
+                lines[-1:], part = [part[:width], ""], part[width:]
+            lines[-1] += part
+    return "\n".join(line.rstrip() for line in lines)
 
 
 def table_width() -> int:

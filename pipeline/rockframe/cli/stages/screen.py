@@ -185,10 +185,12 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
         console.column("logistic scale>", "logistic_scale", ".3f"),
         console.column("pseudo R²>", "pseudo_r2", ".2f"),
         console.column("concordance>", "concordance", ".2f"),
-        console.column("", "said"),
     )
-    known = (fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown")
+    known = [fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown"]
     console.show_rows("Fragility", columns, known, group="structure")
+    for fit in known:
+        if fit["said"]:
+            print(f"{fit['structure']}, {fit['words']}, {fit['symbol']}: {fit['said']}.")
     for sentence, structures in _better_measures_in_words(summary).items():
         print(f"{', '.join(structures)}: {sentence}.")
     print()
