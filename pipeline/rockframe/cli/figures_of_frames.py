@@ -178,11 +178,7 @@ def draw_joints(options: argparse.Namespace) -> tuple[Captioned, int]:
         raise ParameterError(f"Invalid friction {options.friction!r}. Must be positive.")
     record, frame, motion, status = pair_of(options)
     dataset = joints_dataset(
-        record,
-        frame,
-        motion,
-        spacing=options.spacing,
-        beam_centre=options.beam_centre,
+        record, frame, motion, spacing=options.spacing, beam_centre=options.beam_centre
     )
     return joints.draw_joints(dataset, options.friction), status
 

@@ -137,13 +137,8 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
 def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
     return {
         "rejected": [
-            {
-                "file": entry.file,
-                "record_id": entry.record_id,
-                "line": entry.line,
-                "reason": entry.reason,
-                **_passport(entry.passport),
-            }
+            {key: getattr(entry, key) for key in ("file", "record_id", "line", "reason")}
+            | _passport(entry.passport)
             for entry in entries
             if entry.reason
         ],
