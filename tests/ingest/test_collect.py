@@ -22,6 +22,8 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     (tmp_path / "MEMO").write_text("Words.\n")
     (tmp_path / ".hidden").write_text("Words.\n")
     (tmp_path / "request.json").write_text("{}")
+    (tmp_path / "map.PNG").write_bytes(b"picture")
+    (tmp_path / "old.csv").write_text("file,record_id,status,line,reason\n")
     (tmp_path / "deeper" / "still").mkdir(parents=True)
     (tmp_path / "deeper" / "still" / "d.AT2").write_bytes(at2())
     (tmp_path / "lost").symlink_to(tmp_path / "nowhere")
@@ -37,7 +39,7 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     assert reasons["lost"] == "not a regular file."
     assert reasons["way"].startswith("a link to a folder")
     unread = [outcome.file for outcome in outcomes if isinstance(outcome, Unread)]
-    assert unread == [".hidden", "request.json"]
+    assert unread == [".hidden", "map.PNG", "old.csv", "request.json"]
     assert seen == ["MEMO", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
 
 

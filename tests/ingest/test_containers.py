@@ -40,11 +40,11 @@ def refusal(*members: tuple[str | zipfile.ZipInfo, bytes]) -> str:
 
 def test_members_are_records_of_their_own(tmp_path: Path, at2: At2) -> None:
     path = tmp_path / "download (1).zip"
-    path.write_bytes(zipped(("RSN77.AT2", at2()), ("notes.md", b"Words.\n"), ("b.csv", TABLE)))
+    path.write_bytes(zipped(("RSN77.AT2", at2()), ("notes.dat", b"Words.\n"), ("b.csv", TABLE)))
     records, [rejection] = sorted_out(collect([path]))
     assert [record.record_id for record in records] == ["RSN77", "b"]
     assert [r.source_file for r in records] == [f"{path.name}:RSN77.AT2", f"{path.name}:b.csv"]
-    assert rejection.file == "download (1).zip:notes.md"
+    assert rejection.file == "download (1).zip:notes.dat"
     assert "unknown format, begins 'Words.'" in rejection.reason
 
 

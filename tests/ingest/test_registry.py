@@ -47,9 +47,14 @@ def test_too_large(tmp_path: Path) -> None:
 
 def test_unknown_format() -> None:
     with pytest.raises(
-        InputError, match=r"unknown format, begins '# Records'\. Must be one of: peer_at2, csmip_v1"
+        InputError, match=r"unknown format, begins '# Records'\. `rockframe formats` lists"
     ):
         read_bytes("README.md", b"# Records\nSix of them.\n")
+
+
+def test_an_output_is_no_record_file() -> None:
+    with pytest.raises(InputError, match=r"t1\.nc: is netCDF, .* State the record files"):
+        read_bytes("t1.nc", b"\x89HDF\r\n\x1a\n")
 
 
 def test_a_pickle_is_not_opened() -> None:

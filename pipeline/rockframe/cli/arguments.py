@@ -48,14 +48,14 @@ def add_structures(parser: argparse.ArgumentParser, *, one: bool = True) -> None
         )
 
 
-def add_records(parser: argparse.ArgumentParser) -> None:
-    """Add ``--records``."""
+def add_records(parser: argparse.ArgumentParser, *, ready: bool = True) -> None:
+    """Add ``--records``; if `ready`, the records may have been read by ingest."""
     parser.add_argument(
         "--records",
         nargs="+",
         type=path,
         metavar="PATH",
-        help="record files or folders, or one records.nc "
+        help=f"record files or folders{', or one records.nc' if ready else ''} "
         "(default: the bundled 2019 Ridgecrest records)",
     )
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 def add_table1(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the folder to write."""
-    arguments.add_records(parser)
+    arguments.add_records(parser, ready=False)
     parser.add_argument(
         "--output",
         type=folder_to_write,

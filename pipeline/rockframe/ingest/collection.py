@@ -70,9 +70,9 @@ def collect(
     Record, Rejection or Unread
         In the order of the paths. A file is rejected if its format is unknown, if it is corrupted,
         if its record identifier is already in use, or if a catalogue of a folder or an archive
-        names it but it is missing. Catalogues, StationXML, other files of `rockframe fetch`, hidden
-        files and outputs are skipped. If two files differ only in their extensions or folders, the
-        identifiers of the second file contain its whole name.
+        names it but it is missing. Catalogues, StationXML, other files of `rockframe fetch`,
+        documents, hidden files and outputs are skipped. If two files differ only in their
+        extensions or folders, the identifiers of the second file contain its whole name.
 
     Raises
     ------
@@ -87,10 +87,10 @@ def collect(
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = Path(folder, "shake.csv").write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
-    ...     _ = Path(folder, "notes.md").write_text("Two samples.\n")
+    ...     _ = Path(folder, "notes.dat").write_text("Two samples.\n")
     ...     [rejection, record] = collect([folder])
     >>> rejection.file, record.record_id
-    ('notes.md', 'shake')
+    ('notes.dat', 'shake')
     """
     yield from collect_sources(
         sources_of(paths, catalogue),

@@ -144,8 +144,10 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
             "is a Caltech/USC tape in a layout that cannot be read. "
             "Use a copy of the record in another format, such as PEER AT2, SMC or COSMOS.",
         )
-    names = ", ".join(known.name for known in FORMATS)
-    raise InputError(source, f"unknown format, begins {_beginning(head)}. Must be one of: {names}.")
+    if head.startswith(b"\x89HDF"):
+        raise InputError(source, "is netCDF, as outputs of rockframe are. State the record files.")
+    supported = "`rockframe formats` lists the supported ones."
+    raise InputError(source, f"unknown format, begins {_beginning(head)}. {supported}")
 
 
 def read_bytes(

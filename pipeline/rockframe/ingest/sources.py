@@ -17,7 +17,7 @@ from rockframe.ingest.catalogue import (
     read_catalogue,
 )
 from rockframe.ingest.members import printable
-from rockframe.ingest.parsing.lines import unreadable
+from rockframe.ingest.parsing.lines import head_of, unreadable
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.provenance import read_json
 
@@ -34,7 +34,13 @@ _BESIDE: Final = {
 _STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
 _HIDDEN: Final = "hidden file: not read."
 _DOCUMENT: Final = "document: not a record."
-_DOCUMENTS: Final = re.compile(r"^_?read_?me\b|^disclaimer|\.pdf$", re.I)
+_DOCUMENTS: Final = re.compile(
+    r"^_?read_?me\b|^disclaimer|^(thumbs\.db|desktop\.ini)$"
+    r"|\.(pdf|md|html?|docx?|tex|png|jpe?g|gif|svg|toml|xlsx?|parquet|nc)$",
+    re.I,
+)
+#: Beginning of the list of inputs that `rockframe ingest` writes.
+_LIST: Final = b"file,record_id,status,"
 _OUTPUT: Final = "output of this command: about to be replaced."
 _IRREGULAR: Final = "not a regular file."
 _LINK: Final = "a link to a folder, which is not followed. Name the folder itself to read it."
@@ -227,6 +233,8 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
         return _OUTPUT, ""
     if is_catalogue(path):
         return _CATALOGUE, ""
+    if path.suffix == ".csv" and head_of(path).startswith(_LIST):
+        return _DOCUMENT, ""
     return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
 
 
