@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.provenance import whole_file
@@ -131,7 +131,12 @@ def tested_in(dataset: xr.Dataset) -> str:
 
 def wavelet_in(dataset: xr.Dataset) -> str:
     """Return the name of the wavelet of a pulse."""
-    return str(dataset["wavelet"].item()).replace("_", " ").replace("ricker", "Ricker")
+    return wavelet_words(str(dataset["wavelet"].item()))
+
+
+def wavelet_words(names: str) -> str:
+    """Return the names of wavelets as captions print them."""
+    return names.replace("_", " ").replace("ricker", "Ricker")
 
 
 def of_record(dataset: xr.Dataset) -> str:
@@ -158,7 +163,7 @@ LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 #: other histories.
 DRAWN_TO: Final = 1.3
 
-_PERIOD_TICKS: Final = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+_TICKS: Final = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _STYLE: Final = Path(__file__).parent / "style.mplstyle"
 
 
@@ -183,16 +188,6 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(partial, format="png", metadata={"Software": None})
 
 
-def times_gravity(acceleration: ArrayLike) -> ArrayLike:
-    """Convert accelerations from g to m s-2, for the second axis of a panel."""
-    return np.asarray(acceleration) * GRAVITY
-
-
-def over_gravity(acceleration: ArrayLike) -> ArrayLike:
-    """Convert accelerations from m s-2 to g."""
-    return np.asarray(acceleration) / GRAVITY
-
-
 def time_limits(
     time: NDArray[np.float64], seen: NDArray[np.bool_], margin: float
 ) -> tuple[float, float]:
@@ -207,8 +202,8 @@ def time_limits(
     return max(float(time[0]), first), min(float(time[-1]), last)
 
 
-def period_ticks(axis: Axis, low: float, high: float) -> None:
-    """Set plain ticks on a logarithmic axis of periods [s]."""
-    ticks = [tick for tick in _PERIOD_TICKS if low <= 1.001 * tick and tick <= 1.001 * high]
+def plain_ticks(axis: Axis, low: float, high: float) -> None:
+    """Set ticks with plain numbers on a logarithmic axis."""
+    ticks = [tick for tick in _TICKS if low <= 1.001 * tick and tick <= 1.001 * high]
     axis.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     axis.minorticks_off()

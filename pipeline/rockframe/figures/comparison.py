@@ -1,4 +1,4 @@
-"""Drift, lift and base shear of a rocking bridge and its rivals, in the style of Figure 11."""
+"""Drift, lift and base shear of a rocking bridge and alternatives, in the style of Figure 11."""
 
 from __future__ import annotations
 

@@ -17,11 +17,10 @@ from rockframe.figures.captioned import (
     PAGE_WIDTH,
     Captioned,
     of_structure,
-    over_gravity,
     stated_in,
     styled,
     time_limits,
-    times_gravity,
+    wavelet_words,
 )
 from rockframe.matching.match import PulseMatch
 from rockframe.units import GRAVITY
@@ -104,7 +103,14 @@ def _draw_ground(
     panel.set_ylabel("ground  [g]")
     panel.legend(loc="upper right", ncols=2)
     panel.set_ylim(-1.1 * largest / GRAVITY, 1.45 * largest / GRAVITY)
-    metric = panel.secondary_yaxis("right", functions=(times_gravity, over_gravity))
+    _draw_metric_axis(panel)
+
+
+def _draw_metric_axis(panel: Axes) -> None:
+    """Draw an axis of m s-2 on the right of a panel of accelerations in g."""
+    metric = panel.secondary_yaxis(
+        "right", functions=(lambda g: np.multiply(g, GRAVITY), lambda a: np.divide(a, GRAVITY))
+    )
     metric.set_ylabel("[m s$^{-2}$]")
 
 
@@ -112,7 +118,7 @@ def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
     pulse = match.pulse
     reach = pulse.mother.reach * pulse.T_p
     near = np.linspace(pulse.time - reach, pulse.time + reach, 400)
-    name = pulse.wavelet.replace("_", " ").replace("ricker", "Ricker")
+    name = wavelet_words(pulse.wavelet)
     label = f"{name}:  $a_p$ = {pulse.a_p / GRAVITY:.2f} g,  $T_p$ = {pulse.T_p:.2f} s, "
     if match.at_period_bound:
         label += "end of range"
@@ -218,10 +224,7 @@ def draw_response_grid(
                 _draw_column(panels[:, column], accelerations[name], shown[column])
                 panels[0, column].set_title(titles[name], fontsize=8)
                 panels[-1, column].set_xlabel("time [s]")
-            metric = panels[0, len(shown) - 1].secondary_yaxis(
-                "right", functions=(times_gravity, over_gravity)
-            )
-            metric.set_ylabel("[m s$^{-2}$]")
+            _draw_metric_axis(panels[0, len(shown) - 1])
             for panel, label in zip(panels[:, 0], _LABELS, strict=True):
                 panel.set_ylabel(label)
             part.align_ylabels(list(panels[:, 0]))

@@ -16,7 +16,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 from matplotlib.transforms import blended_transform_factory
 
-from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, of_structure, styled
+from rockframe.figures.captioned import (
+    PAGE_WIDTH,
+    PRINT_WIDTH,
+    Captioned,
+    of_structure,
+    plain_ticks,
+    styled,
+)
 from rockframe.rocking import MARGIN_LEGEND, Strip
 from rockframe.units import GRAVITY
 
@@ -49,9 +56,7 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
         axes.set_xscale("log")
         axes.set_xlim(least, largest)
         axes.set_ylim(len(strips) - 0.45, -0.55)
-        ticks = [tick for tick in (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10) if least <= tick <= largest]
-        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        axes.minorticks_off()
+        plain_ticks(axes.xaxis, least, largest)
         axes.set_yticks(range(len(strips)), [*strips])
         axes.tick_params(axis="y", length=0)
         axes.grid(visible=False)

@@ -13,7 +13,7 @@ from rockframe.figures.captioned import (
     LINES,
     PRINT_WIDTH,
     Captioned,
-    period_ticks,
+    plain_ticks,
     styled,
     tested_in,
     time_limits,
@@ -53,7 +53,7 @@ def draw_match_curves(dataset: xr.Dataset) -> Captioned:
             axes.plot(period, index, marker="o", markersize=4, linestyle="", color=color)
             told.append(f"{_NAMES[name]} {index:.3f} at T_p = {period:.3f} s")
         axes.set_xscale("log")
-        period_ticks(axes.xaxis, float(periods[0]), float(periods[-1]))
+        plain_ticks(axes.xaxis, float(periods[0]), float(periods[-1]))
         axes.set_ylim(bottom=0.0)
         axes.set_xlabel("period  $T_p$ [s]")
         axes.set_ylabel("match index")
@@ -101,7 +101,7 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
         axes.set_yscale("log")
         ends = float(dataset["period"][0]), float(dataset["period"][-1])
         axes.set_ylim(*ends)
-        period_ticks(axes.yaxis, *ends)
+        plain_ticks(axes.yaxis, *ends)
         axes.set_xlim(*time_limits(time, highest >= _SEEN * highest.max(), _MARGIN))
         axes.grid(visible=False)
         axes.set_xlabel("time [s]")

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled
+from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled, wavelet_words
 from rockframe.rocking import Verdict
 
 #: Shades of the map: frame stands, overturns after an impact, overturns without impact.
@@ -123,8 +123,7 @@ def _caption(dataset: xr.Dataset) -> str:
         "∞" if gamma > _HEAVY else f"{gamma:g}" for gamma in dataset["mass_ratio"].values
     )
     alphas = " and ".join(f"{math.degrees(a):.3g}" for a in dataset["slenderness"].values)
-    pulses = " and ".join(str(w).replace("_", " ") for w in dataset["wavelet"].values)
-    pulses = pulses.replace("ricker", "Ricker")
+    pulses = wavelet_words(" and ".join(map(str, dataset["wavelet"].values)))
     return (
         "Least amplitude a_p / (g tan α) of a pulse that overturns a frame of rectangular columns, "
         f"over ω_p / p with p of the column alone, for mass ratios γ = {gammas}; slenderness α = "

@@ -1,4 +1,4 @@
-"""compare.nc: histories and peaks of bridges and their rivals."""
+"""compare.nc: histories and peaks of rocking bridges and of alternative systems."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import xarray as xr
 
 from rockframe.frame import RockingFrame
 from rockframe.oscillators.comparison import Compared
-from rockframe.results.reading import opened
+from rockframe.results.reading import opened, positions
 from rockframe.results.schema import COMPARE, COMPARE_NC
 from rockframe.results.tables.columns import Column
 from rockframe.results.tables.rows import Row, columns_of, rows_along
-from rockframe.results.writing import Origin, position, slices, write_rows
+from rockframe.results.writing import Origin, slices, write_rows
 
 _HISTORIES: Final = ("u", "v", "base_shear")
 _COLUMNS: Final = columns_of(
@@ -99,12 +99,9 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
         If there is no such record or structure.
     """
     with opened(path, COMPARE) as dataset:
-        records = [str(name) for name in dataset["record_id"].values]
-        structures = [str(name) for name in dataset["structure"].values]
-        i = position(records, record, "record")
-        k = position(structures, structure, "structure")
-        obs = slices(dataset["row_size"].values)[i]
-        chosen: xr.Dataset = dataset.isel(record=i, structure=k, obs=obs).load()
+        where = positions(dataset, record=record, structure=structure)
+        obs = slices(dataset["row_size"].values)[where["record"]]
+        chosen: xr.Dataset = dataset.isel({**where, "obs": obs}).load()
         return chosen
 
 

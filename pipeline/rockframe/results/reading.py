@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, require_known
 from rockframe.record import is_record_id
 from rockframe.results.schema import KINDS, FileKind, Variable
 from rockframe.results.writing import CHUNK, WITHOUT_RECORDS
@@ -64,9 +64,7 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         If the file is missing or corrupted, if another stage wrote it, or if its content does not
         match the declaration of the kind.
     """
-    if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
-        raise InputError(path, f"{what}. Must be a {kind} file.")
+    _require_file(path, f"a {kind} file")
     # By default netCDF would cache 64 MB of samples per variable, although they are read once.
     netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
@@ -90,6 +88,12 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         yield dataset
 
 
+def _require_file(path: Path, wanted: str) -> None:
+    if not path.is_file():
+        what = "a folder" if path.is_dir() else "no such file"
+        raise InputError(path, f"{what}. Must be {wanted}.")
+
+
 def _require_netcdf(path: Path, instead: str) -> None:
     with path.open("rb") as stream:
         if not stream.read(4).startswith(_MAGIC):
@@ -104,9 +108,7 @@ def kind_of(path: Path) -> str:
     InputError
         If the file is missing, corrupted, or of an unknown kind.
     """
-    if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
-        raise InputError(path, f"{what}. Must be the output of a stage.")
+    _require_file(path, "the output of a stage")
     try:
         _require_netcdf(path, "Must be the output of a stage, such as `rockframe ingest`.")
         with netCDF4.Dataset(path) as file:
@@ -116,6 +118,22 @@ def kind_of(path: Path) -> str:
     if kind not in KINDS:
         raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(KINDS)}.")
     return kind
+
+
+def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
+    """Return the position of a name or number along each dimension.
+
+    Raises
+    ------
+    ParameterError
+        If the file does not contain it.
+    """
+    found = {}
+    for dimension, name in wanted.items():
+        names = dataset["record_id" if dimension == "record" else dimension].values.tolist()
+        require_known(dimension, name, names)
+        found[dimension] = names.index(name)
+    return found
 
 
 @contextmanager

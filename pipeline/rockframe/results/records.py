@@ -11,11 +11,11 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Record
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS, RECORDS_NC
-from rockframe.results.writing import position, slices, write_rows
+from rockframe.results.writing import slices, write_rows
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate, peak
 
@@ -191,7 +191,9 @@ class RecordsFile:
         InputError
             If the record is corrupted.
         """
-        row = position(self.names, name, "record") if name not in self._rows else self._rows[name]
+        if name not in self._rows:
+            require_known("record", name, self._rows)
+        row = self._rows[name]
         known: dict[Any, Any] = {
             key: array.values[row] for key, array in self._values_of.variables.items()
         }

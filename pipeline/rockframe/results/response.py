@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.results.reading import opened
+from rockframe.results.reading import opened, positions
 from rockframe.results.schema import RESPONSE, RESPONSE_NC
 from rockframe.results.schema.response import ABUTMENT, ISLANDS, ROBUST, FateUnderPulse
-from rockframe.results.writing import Origin, position, slices, write_rows
+from rockframe.results.writing import Origin, slices, write_rows
 from rockframe.rocking import Margin, ToPulse
 from rockframe.rocking.response import Response
 from rockframe.rocking.stated_verdict import Strip, strip_of
@@ -153,7 +153,7 @@ class ResponseFile:
 
     def kept(self, record: str) -> list[str]:
         """Return the names of the structures whose histories under a record are in the file."""
-        kept = self.dataset["history"].values[position(self.records, record, "record")]
+        kept = self.dataset["history"][positions(self.dataset, record=record)].values
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 
     def strips(self, record: str) -> dict[str, Strip]:
@@ -170,14 +170,14 @@ class ResponseFile:
         ParameterError
             If there is no such record or structure, or if the history was not kept.
         """
-        i = position(self.records, record, "record")
-        k = position(self.structures, structure, "structure")
-        if not self.dataset["history"].values[i, k]:
+        where = positions(self.dataset, record=record, structure=structure)
+        if not self.dataset["history"][where]:
             raise ParameterError(
                 f"no history of {structure!r} under {record!r} was kept. Compute it with "
                 "--histories all."
             )
-        chosen = self.dataset.isel(record=i, structure=k, obs=self._rows[i]).drop_vars("row_size")
+        obs = self._rows[where["record"]]
+        chosen = self.dataset.isel({**where, "obs": obs}).drop_vars("row_size")
         return chosen.load().swap_dims(obs="time").set_coords("record_id")
 
 

@@ -5,24 +5,23 @@ from __future__ import annotations
 import json
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final, Literal, Required, TypedDict, TypeVar, Unpack
+from typing import Any, Final, Literal, Required, TypedDict, Unpack
 
 import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.errors import InputError, require_known
+from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.declare import FileKind
 from rockframe.units import GRAVITY
 
-Name = TypeVar("Name", str, float)
 #: The series of a record and its other values, both by variable.
 Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
 
@@ -283,15 +282,3 @@ def slices(sizes: ArrayLike) -> list[slice]:
     lengths = np.asarray(sizes).tolist()
     ends = np.cumsum(lengths).tolist()
     return [slice(end - size, end) for size, end in zip(lengths, ends, strict=True)]
-
-
-def position(known: Sequence[Name], asked: Name, what: str) -> int:
-    """Return the position of a name or a number in a list from a file.
-
-    Raises
-    ------
-    ParameterError
-        If the list does not contain it.
-    """
-    require_known(what, asked, known)
-    return list(known).index(asked)

@@ -1,8 +1,8 @@
-"""Compare rocking bridges with their rivals under each record, and write compare.nc."""
+"""Compare rocking bridges with alternative systems under each record, and write compare.nc."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from rockframe.results.compare import write_comparison
 from rockframe.results.records import open_records
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
-from rockframe.stages.common import Progress, horizontal, silent
+from rockframe.stages.common import WHOLE, Progress, accepted, horizontal, silent
 from rockframe.study.restraints import FixedEntry
 from rockframe.study.structures import CompareEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
@@ -31,18 +31,18 @@ def compare_stage(
     structure: str | None = None,
     progress: Progress = silent,
 ) -> tuple[Rejection, ...]:
-    """Compute each structure and its rivals under each horizontal record: ``compare.nc``.
+    """Compute each structure and its alternatives under each horizontal record: ``compare.nc``.
 
     Parameters
     ----------
     records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write.
     structures_path : str or Path
-        TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the rivals.
+        TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the alternatives.
     stated : CompareEntry, optional
-        The rivals; replaces the tables of the file.
+        The alternatives; replaces the tables of the file.
     against : collection of str, optional
-        Only these rivals: restrained, hybrid, isolated, fixed.
+        Only these alternatives: restrained, hybrid, isolated, fixed.
     structure : str, optional
         Only the structure of this name.
     progress : callable
@@ -56,11 +56,11 @@ def compare_stage(
     Raises
     ------
     InputError
-        If records or structures cannot be read, the output cannot be written, or a rival is not
-        stated.
+        If records or structures cannot be read, the output cannot be written, or an
+        alternative is not stated.
     ParameterError
-        If there is no structure of that name or no rival, a structure is a column alone, or no
-        record is left.
+        If there is no structure of that name or no alternative, a structure is a column alone, or
+        no record is left.
     """
     records_path, output = Path(records_path), Path(output)
     structures_path = Path(structures_path)
@@ -84,21 +84,15 @@ def compare_stage(
     with open_records(records_path) as file:
         names = horizontal(file)
 
-        def answers() -> Iterator[tuple[str, list[list[Compared]]]]:
-            for done, name in enumerate(names, 1):
-                record = file.read(name)
-                try:
-                    answer = [compare(rivals, record) for rivals in compared]
-                except ParameterError as error:
-                    left_out[name] = str(error)
-                else:
-                    yield name, answer
-                progress(done, len(names))
-            if len(left_out) == len(names):
-                raise ParameterError(f"record {names[0]!r}: {left_out[names[0]]}")
+        def answer(name: str) -> tuple[str, list[list[Compared]] | None, str]:
+            record = file.read(name)
+            try:
+                return name, [compare(rivals, record) for rivals in compared], ""
+            except ParameterError as error:
+                return name, None, str(error)
 
         write_comparison(
-            answers(),
+            accepted(map(answer, names), names, WHOLE, left_out, progress),
             [rivals.frame for rivals in compared],
             output,
             input_sha256=input_hash(records_path, structures_path),
@@ -109,7 +103,7 @@ def compare_stage(
 
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
-    """Return the requested rivals of a structure; by default all that are stated."""
+    """Return the requested alternatives of a structure; by default all that are stated."""
     whole = entry.whole()
     tendon, dissipater = whole.tendon, whole.dissipater
     if tendon is None and stated.restrained is not None:
@@ -149,7 +143,7 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
 
 
 def _require_same_rivals(compared: Sequence[Rivals]) -> None:
-    """Reject structures with different rivals, because the file has one list of models."""
+    """Reject structures with different alternatives, because the file has one list of models."""
     first, last = compared[0], compared[-1]
     if list(last.models) != list(first.models):
         here, there = (", ".join(one.models) for one in (last, first))

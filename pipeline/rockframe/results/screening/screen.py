@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.results.reading import opened
+from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN, SCREEN_NC
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
@@ -24,7 +24,6 @@ from rockframe.results.writing import (
     create_variable,
     growing,
     named,
-    position,
     put,
     slices,
 )
@@ -207,15 +206,11 @@ def read_screen_history(
         If there is no such scenario, or if the history was not kept.
     """
     with opened(Path(path), SCREEN) as dataset:
-        where = [
-            position([str(name) for name in dataset["record_id"].values], record, "record"),
-            position([str(name) for name in dataset["structure"].values], structure, "structure"),
-            position(dataset["scale"].values.tolist(), scale, "scale"),
-        ]
+        where = positions(dataset, record=record, structure=structure, scale=scale)
         found = np.empty(0, dtype=np.intp)
         if "history_size" in dataset:
             all_of = np.stack([dataset[name].values for name in _INDICES])
-            found = np.flatnonzero((all_of == np.array(where)[:, None]).all(axis=0))
+            found = np.flatnonzero((all_of == np.array([*where.values()])[:, None]).all(axis=0))
         if not found.size:
             raise ParameterError(
                 f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. "
