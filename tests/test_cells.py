@@ -40,6 +40,12 @@ def test_rows_come_back(rows: list[list[str]]) -> None:
     assert [row for _, row in read_rows(stream)] == rows
 
 
+def test_semicolons_allow_decimal_commas() -> None:
+    stream = io.StringIO("file;magnitude;event\nA.V1;6,9;Kobe, Japan\n1;,5;-1,e5\n")
+    rows = [row for _, row in read_rows(stream)]
+    assert rows[1:] == [["A.V1", "6.9", "Kobe, Japan"], ["1", ".5", "-1,e5"]]
+
+
 def test_numbers_stay_numbers_and_nan_is_empty() -> None:
     stream = io.StringIO()
     write_table(stream, [{"a": -0.5, "b": math.nan, "c": None, "d": True, "e": "-1e-05"}])

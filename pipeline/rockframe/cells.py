@@ -6,11 +6,13 @@ import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain
 from types import MappingProxyType, SimpleNamespace
 from typing import Final, TextIO
 
 #: A number that all programs read in the same way: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
+_DECIMAL_COMMA: Final = re.compile(r"^(\s*[-+]?\d*),(\d+(?:e[-+]?\d+)?\s*)$", re.ASCII | re.I)
 #: Text that a spreadsheet treats as a formula, also after the quotes that `harmless` adds.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
@@ -113,6 +115,9 @@ def write_table(stream: TextIO, rows: Iterable[Mapping[str, object]]) -> int:
 def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
     r"""Yield the line number and the `original` texts of each row of CSV that is not empty.
 
+    If semicolons separate the columns of the first line, numbers may have decimal commas, which are
+    returned as points.
+
     Raises
     ------
     csv.Error
@@ -124,8 +129,12 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
     >>> list(read_rows(io.StringIO("event,magnitude\n\n'@home,-0.1\n")))
     [(1, ['event', 'magnitude']), (3, ['@home', '-0.1'])]
     """
-    reader = csv.reader(stream, strict=True)
+    first = stream.readline()
+    semicolons = ";" in first and not {",", '"'} & {*first}
+    reader = csv.reader(chain([first], stream), strict=True, delimiter=";" if semicolons else ",")
     for row in reader:
+        if semicolons:
+            row = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row]
         if row:
             yield reader.line_num, [original(cell) for cell in row]
 

@@ -141,6 +141,12 @@ def test_probabilities_under_their_own_name_are_converted(tmp_path: Path) -> Non
     assert_allclose(read_hazard(path).rate, [-math.log(0.1) / 50.0, -math.log(0.9) / 50.0])
 
 
+def test_decimal_commas_between_semicolons(tmp_path: Path) -> None:
+    (tmp_path / "c.csv").write_text("pgv_m_s;annual_rate\n0,1;1e-2\n1,5;0,0001\n")
+    curve = read_hazard(tmp_path / "c.csv")
+    assert (curve.intensity.tolist(), curve.rate.tolist()) == ([0.1, 1.5], [1e-2, 1e-4])
+
+
 def test_a_site_is_refused_where_there_are_none(tmp_path: Path) -> None:
     path = tmp_path / "site.csv"
     path.write_text("pga_g,annual_rate\n0.1,0.01\n0.5,0.001\n")

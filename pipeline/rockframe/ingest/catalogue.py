@@ -46,6 +46,10 @@ _FIELDS: Final = {
     "archive_pulse_period_s": "archive_pulse_period",
 }
 _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
+#: Bounds of numbers that are not distances; the others are zero or positive.
+_BOUNDS: Final = {"magnitude": (-2.0, 10.0), VS30: (0.0, 10_000.0)}
+#: Half the circumference of the earth, rounded up: no place on it is farther away [km].
+_FARTHEST: Final = 20_050.0
 #: Longest time from the start of a record to its event, before and after [s].
 _BEFORE, _AFTER = 120.0, 600.0
 
@@ -257,7 +261,7 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
         raise InputError(path, f"file {file!r}. Must be the name of a file.", line=line)
     texts = {field: row.get(field, "") for field in _TEXTS}
     numbers = {
-        field: _number(path, row, column, line, -math.inf if field == "magnitude" else 0.0)
+        field: _number(path, row, column, line)
         for column, field in _FIELDS.items()
         if field not in _TEXTS and column != "site"
     }
@@ -269,9 +273,7 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     return CatalogueEntry(**texts, **numbers, site_type=sites[site])  # type: ignore[arg-type]
 
 
-def _number(
-    path: Path, row: dict[str, str], column: str, line: int, lowest: float = -math.inf
-) -> float:
+def _number(path: Path, row: dict[str, str], column: str, line: int) -> float:
     token = row.get(column, "")
     if not token:
         return math.nan
@@ -279,7 +281,8 @@ def _number(
         value = decimal(token)
     except ValueError:
         value = math.nan
-    if not value >= lowest:
-        must = "a finite number" if lowest == -math.inf else "a finite number, zero or positive,"
+    low, high = _BOUNDS.get(column, (0.0, _FARTHEST if column.endswith("_km") else math.inf))
+    if not low <= value <= high:
+        must = f"from {low:g} to {high:g}," if math.isfinite(high) else "zero or positive,"
         raise InputError(path, f"{column} {token!r}. Must be {must} or empty.", line=line)
     return value
