@@ -388,3 +388,21 @@ def test_the_old_option_names_the_new_one(
     with pytest.raises(SystemExit, match="2"):
         run(verb, *first, "--output", output, "--no-margins")
     assert "--no-margins. Use --margins none." in capsys.readouterr().err
+
+
+def test_verify_accepts_the_folder_after_recompute(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An option with an optional value takes the next word, here the folder."""
+    assert run("verify", "--recompute", tmp_path / "gone") == 2
+    assert "gone" in capsys.readouterr().err
+    assert run("verify", "--recompute", "5") == 2
+    assert "Folder of the run missing" in capsys.readouterr().err
+
+
+def test_help_states_the_unit_of_a_velocity_not_that_of_its_last_letter(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit):
+        run("screen", "--help")
+    assert "--limit-impact-velocity-m-s M/S" in capsys.readouterr().out

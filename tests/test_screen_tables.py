@@ -20,6 +20,7 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
 from rockframe.results.screening.screen import read_screening
+from rockframe.results.screening.tables import screen_rows
 from rockframe.results.tables.formats import write_rows_as
 from rockframe.rocking import ScreeningBatch
 from rockframe.signals.processing import peak
@@ -178,3 +179,21 @@ def test_screen_writes_tables_in_a_format(
     assert main(asked) == 0
     assert str(tmp_path / "fragility.md") in capsys.readouterr().out
     assert not list(tmp_path.glob("*.csv"))
+
+
+def test_verdicts_are_in_the_words_of_all_tables(tmp_path: Path) -> None:
+    """A structure that a smaller multiple overturns is not called safe, nor one without margin."""
+    done = screened(tmp_path)
+    rows = rows_of(done.table)
+    assert {row["verdict_words"] for row in rows if row["verdict"] == "safe"} == {"stands"}
+    found = read_screening(tmp_path / "screen.nc", every_scale=False).assign(reference_scale=1.0)
+    dims = ("record", "structure")
+    shape = [found.sizes[dim] for dim in dims]
+    found = found.assign(critical_scale=(dims, np.full(shape, 0.629)))
+    words = {row["verdict"]: row["verdict_words"] for row in screen_rows(found)}
+    assert words["safe"] == "stands; 0.63 of the motion would overturn it"
+    words = {
+        row["verdict"]: row["verdict_words"]
+        for row in screen_rows(found.assign(undecided=(dims, np.ones(shape, dtype=bool))))
+    }
+    assert words["safe"] == "undecided, stands"

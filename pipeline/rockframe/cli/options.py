@@ -27,11 +27,12 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=Options)
 #: Placeholder of a value in help texts, by the unit in which the name of an option ends.
 _METAVARS: Final = {
-    "s": "SECONDS",
-    "hz": "HERTZ",
-    "degree": "DEGREES",
-    "db": "DECIBEL",
-    "km": "KM",
+    "_m_s": "M/S",
+    "_s": "SECONDS",
+    "_hz": "HERTZ",
+    "_degree": "DEGREES",
+    "_db": "DECIBEL",
+    "_km": "KM",
 }
 
 
@@ -144,7 +145,8 @@ def _title(field: FieldInfo) -> str:
 def _reading(annotation: Any, name: str, field: FieldInfo) -> dict[str, Any]:
     """Return the arguments of ``add_argument`` for an option of this type."""
     unit = name.rsplit("_", 1)[-1]
-    metavar = _title(field) or _METAVARS.get(unit, "NUMBER")
+    units = (word for end, word in _METAVARS.items() if name.endswith(end))
+    metavar = _title(field) or next(units, "NUMBER")
     if annotation is bool:
         return {
             "action": "store_true" if field.default is False else argparse.BooleanOptionalAction

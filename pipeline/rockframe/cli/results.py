@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 
@@ -120,13 +121,12 @@ def run_formats(options: argparse.Namespace) -> None:
 def add_verify(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the folder of a run, and the sample to recompute."""
     parser.add_argument(
-        "folder", type=path, help="folder of a run, which contains its manifest.json"
+        "folder", nargs="?", type=path, help="folder of a run, which contains its manifest.json"
     )
     parser.add_argument(
         "--recompute",
-        type=int,
         nargs="?",
-        const=3,
+        const="3",
         metavar="N",
         help="recompute results and compare numbers, to 1e-6 of the largest value of their "
         "variable: pulses and responses of about N records (default: 3), screenings and spectra in "
@@ -138,6 +138,7 @@ def run_verify(options: argparse.Namespace) -> int:
     """Verify the run and print the result. Return 0 only if there are no faults."""
     from rockframe.stages.report import strange_report, verify_run
 
+    _find_folder(options)
     found = verify_run(options.folder)
     faults = [*found.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
     repeated = _recomputed(options, faults)
@@ -176,6 +177,14 @@ def run_verify(options: argparse.Namespace) -> int:
     return 1 if faults else 0
 
 
+def _find_folder(options: argparse.Namespace) -> None:
+    """Take the folder that ``--recompute FOLDER`` reads as the number of records."""
+    if options.folder is None and options.recompute and not options.recompute.isdigit():
+        options.folder, options.recompute = path(options.recompute), "3"  # --recompute FOLDER
+    if options.folder is None:
+        raise ParameterError("Folder of the run missing. Use rockframe verify FOLDER.")
+
+
 def _plan_faults(folder: Path) -> list[str]:
     """Return the faults of the plan and of other internal files of the run."""
     from rockframe.runs.files import read_plan
@@ -200,10 +209,11 @@ def _recomputed(options: argparse.Namespace, faults: list[str]) -> list[str]:
 
     if options.recompute is None:
         return []
-    if options.recompute < 1:
-        raise ParameterError(f"Invalid --recompute {options.recompute}. Must be at least 1.")
+    if not re.fullmatch("0*[1-9][0-9]{0,8}", options.recompute):
+        message = f"Invalid --recompute {options.recompute}. Must be a whole number, at least 1."
+        raise ParameterError(message)
     if faults:
         return []
-    done, found = recompute(options.folder, options.recompute)
+    done, found = recompute(options.folder, int(options.recompute))
     faults += found
     return done

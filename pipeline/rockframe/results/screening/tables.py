@@ -20,6 +20,8 @@ from rockframe.results.tables.entries import refuse_other_table
 from rockframe.results.tables.formats import write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
+from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import StatedVerdict
 
 Rows = Iterator[dict[str, Any]]
 
@@ -45,7 +47,7 @@ _RATIOS: Final = (
 
 
 def screen_rows(screening: xr.Dataset) -> Rows:
-    """Return a row for each motion and structure, at the scale nearest to 1; units in the names.
+    """Yield a row for each motion and structure, at the scale nearest to 1; units in the names.
 
     Motions are ordered by mean rank, the most severe first.
 
@@ -64,7 +66,17 @@ def screen_rows(screening: xr.Dataset) -> Rows:
         column = spectral(float(period)).column
         ranked[column] = ranked["spectral_acceleration"].isel(spectral_period=k)
         columns[column] = column
-    return rows_along(ranked, "record structure", columns)
+    for row in rows_along(ranked, "record structure", columns):
+        yield row | {"verdict_words": _words(row)}
+
+
+def _words(row: dict[str, Any]) -> str:
+    """Return the verdict of a motion at its scale, in the words of `StatedVerdict`."""
+    undecided = row.get("undecided") and row["scale"] == 1.0
+    known = "critical_scale" in row and not undecided
+    critical = row["critical_scale"] / row["scale"] if known else None
+    words = StatedVerdict(Verdict[row["verdict"].upper()], critical_scale=critical).words
+    return f"undecided, {words}" if undecided else words
 
 
 def with_its_limits(one: xr.Dataset) -> xr.Dataset:
