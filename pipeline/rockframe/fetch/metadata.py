@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import Any, Final
 
@@ -215,23 +215,24 @@ def list_channels(
         If a code cannot be part of the name of a file.
     """
     found: set[Channel] = set()
-    for network, station, channel in _walk(inventory):
-        location = channel.location_code.strip() or "--"
-        for code in (network.code, station.code, channel.code, location.replace("--", "0")):
+    for one, station, _ in _walk(inventory):
+        for code in (one.network, one.station, one.channel, one.location.replace("--", "0")):
             if not _CODE.fullmatch(code):
                 raise ServiceError(url, f"code {code!r}. Must be 1 to 8 letters and digits.")
         distance = _distance(event, station)
         if not distance > request.largest_km:
-            found.add(Channel(network.code, station.code, location, channel.code, distance))
+            found.add(replace(one, distance=distance))
     by_distance = sorted(found, key=lambda c: (math.isnan(c.distance), c.distance, c.name))
     return list({channel.name: channel for channel in by_distance}.values())
 
 
-def _walk(inventory: Inventory) -> Iterator[tuple[Any, Any, Any]]:
+def _walk(inventory: Inventory) -> Iterator[tuple[Channel, Any, Any]]:
+    """Yield each channel of StationXML, with the station and the channel of obspy."""
     for network in inventory:
         for station in network:
             for channel in station:
-                yield network, station, channel
+                location = channel.location_code.strip() or "--"
+                yield Channel(network.code, station.code, location, channel.code), station, channel
 
 
 def _distance(event: Event | None, station: Any) -> float:
@@ -282,8 +283,8 @@ def without_response(inventory: Inventory, channels: list[Channel]) -> list[str]
     ['CI.CLC.--.HNE']
     """
     stated = {
-        f"{network.code}.{station.code}.{channel.location_code.strip() or '--'}.{channel.code}"
-        for network, station, channel in _walk(inventory)
+        one.name
+        for one, _, channel in _walk(inventory)
         if channel.response is not None
         and (channel.response.instrument_sensitivity or channel.response.response_stages)
     }

@@ -139,8 +139,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         if not found:
             break
         if found["key"] in values:
-            message = f"key {found['key']} is stated twice."
-            raise InputError(path, message, line=number)
+            raise InputError(path, f"key {found['key']} is stated twice.", number)
         values[found["key"]] = found["value"].strip()
         lines[found["key"]] = count = number
     header = KeyedHeader(path, values, lines, count)

@@ -183,8 +183,7 @@ def _peak_ratio(path: Path, header: list[str], samples: Float) -> float:
         stated = _PEAK.search(line)
         if stated:
             if stated["units"].upper().rstrip(".;") != "G":
-                message = f"PGA in units of {stated['units']!r}. Must be g."
-                raise InputError(path, message, line=number)
+                raise InputError(path, f"PGA in units of {stated['units']!r}. Must be g.", number)
             return require_printed_peak(path, stated["peak"], samples, "g", number)
     return math.nan
 

@@ -130,8 +130,7 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
         rate = required_line(path, words, top + 5, _RATE, f"SAMPLES/SEC=200 ... TYPE={quantity}")
         points = required_line(path, words, top + 6, _POINTS, "NO OF POINTS= 5983, UNITS=CM/...")
         if rate["quantity"] != quantity or words[top : top + 5] != words[:5]:
-            message = f"block of {rate['quantity']}. Must be {quantity}."
-            raise InputError(path, message, top + 6)
+            raise InputError(path, f"block of {rate['quantity']}. Must be {quantity}.", top + 6)
         start, size = top + _BLOCK_HEADER, int(points["count"][:9])
         end = start - (-size // columns.count)
         rows = lines[start:end]

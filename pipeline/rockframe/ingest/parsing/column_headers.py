@@ -207,8 +207,7 @@ def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -
         raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)
     for k in times:
         if found[k].units not in _TIME_UNITS:
-            message = f"time in units of {found[k].units!r}. Must be seconds."
-            raise InputError(path, message, line=line)
+            raise InputError(path, f"time in units of {found[k].units!r}. Must be seconds.", line)
     units = _units(path, list(meant.values()), line)
     return Columns(times[0] if times else None, dict(zip(meant, components, strict=True)), units)
 
