@@ -18,7 +18,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.columns import Columns, header_item, read_columns
 from rockframe.ingest.parsing.headers import header_lines, numbers_in, required_line
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
 from rockframe.ingest.parsing.peaks import require_printed_peak
@@ -93,11 +93,10 @@ class _Component:
         return float(self._item(item, _REALS, r" *-?\d*\.\d*"))
 
     def _item(self, item: int, first: int, pattern: str) -> str:
-        row, column = divmod(item - 1, _COLUMNS.count)
-        width = _COLUMNS.width
-        field = self.header[first + row][width * column : width * (column + 1)]
+        field = header_item(self.header[first:], item, _COLUMNS)
         if not re.fullmatch(pattern, field, re.ASCII) or not any(map(str.isdigit, field)):
-            raise self.error(first + row, f"item {item} {field.strip()!r}. Must be a number.")
+            row = first + (item - 1) // _COLUMNS.count
+            raise self.error(row, f"item {item} {field.strip()!r}. Must be a number.")
         return field
 
     def error(self, index: int, message: str) -> InputError:

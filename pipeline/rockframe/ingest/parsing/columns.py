@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,6 +88,19 @@ def read_columns(path: Path, rows: list[bytes], columns: Columns, count: int, li
         if samples.size == count and are_finite(samples):
             return samples
     raise _first_bad_column(path, rows, columns, line)
+
+
+def header_item(lines: Sequence[str], item: int, columns: Columns) -> str:
+    """Return an item of header lines, counted from 1; empty if the lines are too short.
+
+    Examples
+    --------
+    >>> header_item(["  200  128", "    3    4"], 3, Columns(2, 5, integers=True))
+    '    3'
+    """
+    row, column = divmod(item - 1, columns.count)
+    line = lines[row] if row < len(lines) else ""
+    return line[columns.width * column :][: columns.width]
 
 
 def count_columns(rows: Iterable[bytes], columns: Columns) -> int:

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, upright_sense
-from rockframe.ingest.parsing.columns import Columns
+from rockframe.ingest.parsing.columns import Columns, header_item
 from rockframe.ingest.parsing.headers import header_lines
 from rockframe.ingest.parsing.lines import is_number
 from rockframe.ingest.parsing.peaks import Printed
@@ -23,6 +23,7 @@ CHANNEL: Final = re.compile(r"\s*Chan\s+(?P<number>\d+)\s*:\s*(?P<label>.*?)\s*$
 CHANNEL_EXAMPLE: Final = "Chan 1: 90 Deg"
 #: Number of channels that the file should hold, in the line about the station.
 CHANNELS: Final = re.compile(r"\(\s*(?P<count>\d{1,4})\s*Chns", re.I)
+_INTEGERS, _REALS = Columns(16, 5, integers=True), Columns(8, 10)
 #: Items of the integer header, counted from 1: year; azimuth [degree], or a code above 360 for a
 #: vertical.
 _YEAR, _DIRECTION = 24, 27
@@ -141,20 +142,15 @@ class Header:
 
     def item(self, item: int) -> int | None:
         """Return an item of the integer header; None if it is not filled in."""
-        field = self._field(self.volume.integers, item, Columns(16, 5))
+        field = header_item(self.lines[self.volume.integers :], item, _INTEGERS)
         return int(field) if re.fullmatch(r" *-?\d+", field) else None
 
     def real(self, item: int) -> Printed | None:
         """Return an item of the real header as printed; None if it is not filled in."""
-        field = self._field(self.volume.reals, item, Columns(8, 10)).strip()
+        field = header_item(self.lines[self.volume.reals :], item, _REALS).strip()
         if not is_number(field) or float(field) in (0.0, -999.0):
             return None
         return Printed.of(field)
-
-    def _field(self, first: int, item: int, columns: Columns) -> str:
-        row, column = divmod(item - 1, columns.count)
-        lines = self.lines[first + row : first + row + 1]
-        return lines[0][columns.width * column :][: columns.width] if lines else ""
 
     def direction(self) -> tuple[Orientation, float]:
         """Return orientation and azimuth [degree]; name and integer header must not contradict."""
