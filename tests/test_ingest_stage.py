@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rockframe.errors import RockframeWarning
 from rockframe.options.ingest import IngestOptions
 from rockframe.provenance import sha256_of
 from rockframe.stages.ingest import ingest_stage
+from rockframe.study.structures import bundled_records
 
 
 @pytest.fixture
@@ -69,6 +71,15 @@ def test_the_offset_of_what_is_said_to_be_uncorrected_is_no_late_trigger(tmp_pat
     ).accepted
     assert record.corrected_here
     assert not record.passport.late_trigger
+
+
+def test_changed_corners_and_azimuths_warn(tmp_path: Path) -> None:
+    motion = bundled_records() / "Ridgecrest2019-CLC.V1"
+    options = IngestOptions(band_pass_hz=(0.1, 200.0))
+    with pytest.warns(RockframeWarning, match=r"0\.1 200: records with .* filtered up to 40 Hz\."):
+        ingest_stage([motion], tmp_path / "records.nc", options, workers=0)
+    with pytest.warns(RockframeWarning, match="azimuth 400 degrees .* as 40"):
+        IngestOptions(azimuth_degree=400.0)
 
 
 def test_catalogues_of_all_folders_are_inputs(tmp_path: Path) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 import unicodedata
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
+from rockframe.errors import RockframeWarning
 from rockframe.options.model import value_error
 from rockframe.units import ACCELERATION_UNITS, plain_units
 
@@ -139,6 +141,14 @@ def _unique(texts: tuple[str, ...]) -> tuple[str, ...]:
     return texts
 
 
+def warn_beyond_turn(azimuth: float) -> float:
+    """Return an azimuth [degree]; warn if it is beyond 360 degrees."""
+    if abs(azimuth) > 360.0:
+        words = f"is beyond 360: taken modulo 360, as {azimuth % 360.0:g}."
+        warnings.warn(f"azimuth {azimuth:g} degrees {words}", RockframeWarning, stacklevel=2)
+    return azimuth
+
+
 #: Unit of acceleration.
 Units = Annotated[
     str,
@@ -148,6 +158,8 @@ Units = Annotated[
 ]
 #: A finite number.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+#: An azimuth or strike [degree].
+Azimuth = Annotated[Finite, AfterValidator(warn_beyond_turn)]
 #: A finite number above zero.
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 #: A closed interval.

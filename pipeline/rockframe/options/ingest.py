@@ -9,7 +9,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rockframe.options.fields import Bounds, File, Finite, Positive, Range, Site, Units
+from rockframe.options.fields import Azimuth, Bounds, File, Positive, Range, Site, Units
 from rockframe.options.model import Options, rule, value_error
 
 
@@ -42,9 +42,9 @@ class IngestOptions(Options):
     """TOML file with a [passport] table: limits of the checks of each record."""
     strict: bool = False
     """Stop at the first rejected file, and write nothing."""
-    azimuth_degree: Annotated[Finite | None, Field(examples=[30.0])] = None
+    azimuth_degree: Annotated[Azimuth | None, Field(examples=[30.0])] = None
     """Replace the two horizontals of each station by the motion toward this azimuth [degree]."""
-    strike_degree: Annotated[Finite | None, Field(examples=[120.0])] = None
+    strike_degree: Annotated[Azimuth | None, Field(examples=[120.0])] = None
     """Replace the two horizontals of each station by the motions normal and parallel to a fault of
     this strike [degree]."""
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rockframe.errors import ParameterError, RockframeWarning
+from rockframe.errors import ParameterError
 from rockframe.options.fields import (
     Bounds,
     File,
@@ -21,6 +20,7 @@ from rockframe.options.fields import (
     PositiveNumbers,
     Seed,
     Wavelets,
+    warn_beyond_turn,
 )
 from rockframe.options.model import Options, rule, value_error
 
@@ -176,10 +176,7 @@ class ScreenOptions(Options):
                 message = f"{name} and azimuths_degree both stated. State only one of them"
                 raise rule(message)
         for stated in self.azimuths_degree or ():
-            if abs(stated) > 360.0:
-                taken = f"taken modulo 360, as {stated % 360.0:g}"
-                words = f"azimuth {stated:g} degrees is beyond 360: {taken}."
-                warnings.warn(words, RockframeWarning, stacklevel=2)
+            warn_beyond_turn(stated)
         return self
 
     @model_validator(mode="after")

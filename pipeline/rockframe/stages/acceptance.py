@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import Rejection, Unread
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.record import Record
@@ -279,6 +280,10 @@ def _require_motion(record: Record) -> Record:
 def _processed(record: Record, band: BandPass) -> tuple[Record, tuple[float, float]]:
     corrected, start, steps = correct(_require_motion(record).acceleration, record.time_step, band)
     low, high = band.corners(record.time_step, record.duration)
+    if high < band.high and band != BandPass():
+        words = f"with time step {record.time_step:g} s are filtered up to {high:g} Hz"
+        message = f"band_pass_hz {band.low:g} {band.high:g}: records {words}."
+        warnings.warn(message, RockframeWarning, stacklevel=2)
     return replace(
         record,
         acceleration=corrected,
