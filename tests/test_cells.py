@@ -12,9 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.cells import decimal, harmless, original, read_rows, write_rows, write_table
+from rockframe.errors import InputError
 from rockframe.ingest import CatalogueEntry, read_catalogue
 from rockframe.ingest.catalogue import write_catalogue
-from rockframe.results.tables.entries import Entry, rejections_of, rows_of, write_entries
+from rockframe.results.tables.entries import (
+    Entry,
+    refuse_other_table,
+    rejections_of,
+    rows_of,
+    write_entries,
+)
 
 #: Characters at which a spreadsheet starts a formula.
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
@@ -112,3 +119,12 @@ def test_every_table_of_the_package_is_written_in_one_place() -> None:
         if "csv.writer" in (text := path.read_text(encoding="utf-8")) or "DictWriter" in text
     }
     assert writing == {"cells.py"}
+
+
+def test_the_list_of_an_ingest_without_records_may_be_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "z.csv"
+    write_entries([Entry("a.txt", "", reason="empty file.")], path)
+    refuse_other_table(path, ("record_id",), "the table of the screening")
+    path.with_suffix(".nc").touch()
+    with pytest.raises(InputError, match=r"z\.csv: is in the place of the table of the screening"):
+        refuse_other_table(path, ("record_id",), "the table of the screening")

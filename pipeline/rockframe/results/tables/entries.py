@@ -129,6 +129,8 @@ def _cells(passport: Passport | None) -> list[object]:
 def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
     """Refuse to replace a file that has the name of a table but other contents.
 
+    The list of inputs of an ingest without records, which wrote no netCDF file, may be replaced.
+
     Parameters
     ----------
     path : Path
@@ -146,7 +148,9 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
         If the format needs packages that are missing.
     """
     require_format(path)
-    if path.is_file() and columns_of(path)[: len(first)] != list(first):
+    found = columns_of(path) if path.is_file() else list(first)
+    left = found[: len(_COLUMNS)] == list(_COLUMNS) and not path.with_suffix(".nc").exists()
+    if found[: len(first)] != list(first) and not left:
         raise InputError(path, f"is in the place of {what}, but is another file. Move it away.")
 
 
