@@ -145,10 +145,7 @@ def sources_of(
 def folder_names(paths: Iterable[Path]) -> list[str]:
     r"""Return a unique display name for each folder: its name, with a number if it is repeated.
 
-    Parameters
-    ----------
-    paths : iterable of Path
-        Folders and files. A link keeps its own name.
+    A link keeps its own name, not that of its target.
 
     Examples
     --------
