@@ -194,16 +194,10 @@ def volume(
 def _moment(power: int, order: int, base: float, top: float) -> float:
     """Return the integral of z^order (base + (top - base) z)^power over z from 0 to 1."""
     growth = top - base
-    terms = {
-        1: (base, growth),
-        2: (base**2, 2.0 * base * growth, growth**2),
-        3: (base**3, 3.0 * base**2 * growth, 3.0 * base * growth**2, growth**3),
-        4: (
-            *(base**4, 4.0 * base**3 * growth, 6.0 * base**2 * growth**2),
-            *(4.0 * base * growth**3, growth**4),
-        ),
-    }[power]
-    return sum(term / (k + order + 1.0) for k, term in enumerate(terms))
+    return sum(
+        math.comb(power, k) * base ** (power - k) * growth**k / (k + order + 1.0)
+        for k in range(power + 1)
+    )
 
 
 def _shape(about_base: float, centre: float, width: float) -> ColumnShape:

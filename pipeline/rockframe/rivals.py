@@ -115,41 +115,30 @@ class IsolatedDeck:
                     f"Invalid periods of {name!r}. State period, or both effective_period and "
                     "design_displacement."
                 )
-            return cls(
-                strength_ratio=strength_ratio,
-                period=period,
-                yield_displacement=yield_displacement,
-                damping_ratio=damping_ratio,
-                name=name,
-            )
-        if period is not None:
+        elif period is not None:
             raise invalid("period", period, repr(name), "absent beside effective_period")
-        _require_positive(
-            name,
-            strength_ratio=strength_ratio,
-            effective_period=effective_period,
-            design_displacement=design_displacement,
-        )
-        if design_displacement < yield_displacement:
-            raise invalid(
-                "design_displacement",
-                design_displacement,
-                repr(name),
-                f"at least the yield_displacement, {yield_displacement:g} m",
+        else:
+            _require_positive(
+                name,
+                strength_ratio=strength_ratio,
+                effective_period=effective_period,
+                design_displacement=design_displacement,
             )
-        strength = strength_ratio * GRAVITY / design_displacement
-        stiffness = (math.tau / effective_period) ** 2 - strength
-        if stiffness <= 0.0:
-            raise invalid(
-                "effective_period",
-                effective_period,
-                repr(name),
-                f"below {math.tau / math.sqrt(strength):.4g} s, that of the strength alone at "
-                f"{design_displacement:g} m",
-            )
-        return cls.lead_rubber(
+            if design_displacement < yield_displacement:
+                least = f"at least the yield_displacement, {yield_displacement:g} m"
+                raise invalid("design_displacement", design_displacement, repr(name), least)
+            strength = strength_ratio * GRAVITY / design_displacement
+            stiffness = (math.tau / effective_period) ** 2 - strength
+            if stiffness <= 0.0:
+                longest = (
+                    f"below {math.tau / math.sqrt(strength):.4g} s, that of the strength alone at "
+                    f"{design_displacement:g} m"
+                )
+                raise invalid("effective_period", effective_period, repr(name), longest)
+            period = math.tau / math.sqrt(stiffness)
+        return cls(
             strength_ratio=strength_ratio,
-            period=math.tau / math.sqrt(stiffness),
+            period=period,
             yield_displacement=yield_displacement,
             damping_ratio=damping_ratio,
             name=name,
