@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from enum import IntFlag
 from functools import reduce
 from operator import or_
@@ -322,45 +321,3 @@ def _required(one: Variable) -> str:
         if one.holds == "integers"
         else "finite"
     )
-
-
-@dataclass(frozen=True)
-class Described:
-    """The records, inputs and structures of a file of a stage.
-
-    Parameters
-    ----------
-    records : tuple of str
-        Identifiers of the records.
-    inputs : mapping of str to str
-        Name and SHA-256 of each input of the file.
-    structures : int
-        Number of structures.
-    left_out : tuple of str
-        Identifiers of the records that the stage rejected.
-    """
-
-    records: tuple[str, ...]
-    inputs: Mapping[str, str]
-    structures: int = 0
-    left_out: tuple[str, ...] = ()
-
-
-def describe(path: Path, kind: str) -> Described:
-    """Read every value of a file, and return its records, inputs and structures.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, of another kind, or corrupted: each block has a checksum.
-    """
-    with opened(path, kind, empty=True) as dataset:
-        for name in dataset.variables:  # one at a time: all samples together may not fit in memory
-            dataset[name].copy(deep=False).to_numpy()  # a dataset caches values that were read
-        names = dataset["record_id"].values if "record_id" in dataset else ()
-        return Described(
-            tuple(str(name) for name in names),
-            json.loads(dataset.attrs["input_sha256"]),
-            dataset.sizes.get("structure", 0),
-            tuple(json.loads(dataset.attrs["left_out"])),
-        )

@@ -232,7 +232,7 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
     """Return the name and SHA-256 of each file that ingest read, from records.nc."""
-    from rockframe.results.reading import describe
+    from rockframe.results.merging import describe
     from rockframe.results.schema import RECORDS
 
     records = folder / "records.nc"

@@ -23,7 +23,7 @@ from rockframe.report.page import is_whole, render, sealed
 from rockframe.report.payload import choose
 from rockframe.results.compare import comparison_rows
 from rockframe.results.manifest import read_manifest
-from rockframe.results.reading import Described, describe
+from rockframe.results.merging import Described, describe
 from rockframe.results.records import open_records
 from rockframe.results.run import read_histories, read_run
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE, ROCKING_SPECTRUM, SCREEN, SPECTRUM

@@ -59,7 +59,13 @@ class Motion:
 
 
 class Motions:
-    """The selected motions of a file, read on demand."""
+    """The motions of a file that pass the filters and can be scaled, read on demand.
+
+    Raises
+    ------
+    ParameterError
+        If no motion is left.
+    """
 
     def __init__(
         self,
@@ -80,15 +86,9 @@ class Motions:
         self.rejections: list[Rejection] = []
         self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
+        self._choose()
 
-    def choose(self) -> None:
-        """Choose the motions that pass the filters and can be scaled to the largest scale.
-
-        Raises
-        ------
-        ParameterError
-            If no motion is left.
-        """
+    def _choose(self) -> None:
         # azimuths from 0 to 360 degrees
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
         scale = self._options.scales[-1]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
@@ -124,9 +123,13 @@ def screen_stage(
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
         chosen = Motions(file, metadata, options, filters or Filters(), _periods(options, hazard))
-        chosen.choose()
-        origin = {"records": input_hash(records_path), **_identity(chosen)}
-        origin["vertical"] = options.vertical
+        origin = {
+            "records": input_hash(records_path),
+            "motions": [motion.name for motion in chosen.motions],
+            # The names of rotated motions round their azimuths.
+            "azimuths": [motion.azimuth for motion in chosen.motions],
+            "vertical": options.vertical,
+        }
         batches = Batches(output, origin | request.scenarios())
         run = ScreeningRun(chosen, request, batches, engine, progress)
         write_screening(
@@ -148,14 +151,6 @@ def screen_stage(
     batches.sweep()
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
-
-
-def _identity(chosen: Motions) -> dict[str, Any]:
-    """Return the identity of the motions: names, and exact azimuths (names round them)."""
-    return {
-        "motions": [motion.name for motion in chosen.motions],
-        "azimuths": [motion.azimuth for motion in chosen.motions],
-    }
 
 
 def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
