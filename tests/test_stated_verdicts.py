@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.commands import run
+from tests.screening import sine
 
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli.stages.respond import response_columns
@@ -19,10 +20,16 @@ from rockframe.explorer.server import render
 from rockframe.explorer.settings import read_settings
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
+from rockframe.options.pulse import PulseOptions
+from rockframe.options.respond import RespondOptions
+from rockframe.results.records import write_records
 from rockframe.results.run import read_run
-from rockframe.results.tables.columns import stated_verdict
+from rockframe.results.tables.columns import OVERVIEW, robust_scales, stated_verdict
 from rockframe.results.tables.table import table_rows
 from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
+from rockframe.stages.pulse import pulse_stage
+from rockframe.stages.respond import respond_stage
+from rockframe.study.structures import SHIPPED_STRUCTURES
 
 RECORD = "Ridgecrest2019-CCC-360"
 #: Verdict of each structure under the record; 0.91 of the record overturns the first structure.
@@ -222,3 +229,24 @@ def test_the_figure_of_margins_has_a_strip_for_each_structure(folder: Path) -> N
         ends = [path.get_extents().intervalx for path in bars.get_paths()]
         np.testing.assert_allclose(ends, np.reshape(strip.overturning, (-1, 2)))
     assert (folder / "figures" / "margins" / f"{RECORD}.png").is_file()
+
+
+def test_a_robust_margin_beyond_the_searched_scales_is_not_unknown() -> None:
+    """As for the critical scale: beyond 10 if it was searched, and unknown if it was not."""
+    row = {f"robust_scale_{share}": "" for share in (10, 25, 50)} | {"largest_scale": "10.0"}
+    column = next(one for one in OVERVIEW if one.key == "robust_scale_10")
+    assert (robust_scales(row), column.cell(row)) == ("–", "–")
+    row["largest_robust_scale"] = "10.0"
+    assert (robust_scales(row), column.cell(row)) == ("> 10", "> 10")
+    assert robust_scales(row | {"robust_scale_10": "7.3"}) == "7.30 > 10 > 10"
+
+
+def test_records_of_one_station_and_component_are_named_by_their_record_id(tmp_path: Path) -> None:
+    """Two records of one name, such as the V1 and V2 file of a channel, were two equal rows."""
+    same, files = {"station": "CCC", "component": "090"}, [tmp_path / f"{n}.nc" for n in "rps"]
+    records = [sine("CCC.V1-090", 3.0, **same), sine("CCC.V2-090", 3.0, **same), sine("s", 4.0)]
+    write_records(((r, None) for r in records), files[0], input_sha256={}, parameters={})
+    pulse_stage(*files[:2], options=PulseOptions(wavelet=("symmetric_ricker",), surrogates=0))
+    options = RespondOptions(structure="slender-frame", margins="none")
+    respond_stage(files[0], files[2], options, structures_path=SHIPPED_STRUCTURES)
+    assert [row["record"] for row in table_rows(*files)] == ["CCC.V1-090", "CCC.V2-090", "s"]

@@ -87,8 +87,8 @@ def _draw_strip(axes: Axes, row: int, strip: Strip, least: float) -> None:
         end = known[-1] if len(known) == len(strip.robust) else strip.largest_scale
         axes.plot([known[0], end], [row + 0.26] * 2, color="black", linewidth=1.2)
         axes.plot(known, [row + 0.26] * len(known), "|", color="black", markersize=5)
-    critical = f"{strip.overturning[0][0]:.2f}" if strip.overturning else "–"
-    shares = ["–" if math.isnan(one) else f"{one:.2f}" for one in strip.robust]
+    critical = strip.stated(strip.overturning[0][0] if strip.overturning else math.nan)
+    shares = [strip.stated(one) for one in strip.robust]
     beside = blended_transform_factory(axes.transAxes, axes.transData)
     axes.text(1.09, row, critical, transform=beside, ha="right", va="center", fontsize=8)
     axes.text(1.14, row, "   ".join(shares), transform=beside, va="center", fontsize=8)

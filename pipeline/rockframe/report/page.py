@@ -120,7 +120,7 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
         column
         for column in OVERVIEW
         if any(row.get(column.key) for row in rows)
-        or (column.rule is critical_scale and any(row.get("largest_scale") for row in rows))
+        or (column.rule is critical_scale and any(column.cell(row) != "–" for row in rows))
     ]
 
 

@@ -154,13 +154,17 @@ class Strip:
         Examples
         --------
         >>> Strip(((0.62, 0.63), (0.9, 10.0)), 10.0, (0.95, 1.021, math.nan)).words
-        'overturns from 0.62; 10, 25, 50 % overturn at 0.95, 1.02, –'
+        'overturns from 0.62; 10, 25, 50 % overturn at 0.95, 1.02, > 10'
         """
         words = f"stands up to {self.largest_scale:.3g}"
         if self.overturning:
             words = f"overturns from {self.overturning[0][0]:.2f}"
-        shares = ("–" if math.isnan(one) else f"{one:.2f}" for one in self.robust)
-        return words + (f"; 10, 25, 50 % overturn at {', '.join(shares)}" if self.robust else "")
+        shares = ", ".join(map(self.stated, self.robust))
+        return words + (f"; 10, 25, 50 % overturn at {shares}" if self.robust else "")
+
+    def stated(self, scale: float) -> str:
+        """Return a scale as text; the largest scale that was searched if none was found (NaN)."""
+        return f"> {self.largest_scale:.3g}" if math.isnan(scale) else f"{scale:.2f}"
 
 
 def strip_of(

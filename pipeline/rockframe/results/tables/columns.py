@@ -123,14 +123,15 @@ def standing(row: Cells, key: str) -> float | str:
 
 
 def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
-    """Return the critical scale, or its lower bound as text if none was found.
+    """Return a critical or robust scale, or its lower bound as text if none was found.
 
     Examples
     --------
     >>> critical_scale({"critical_scale": "", "largest_scale": 10.0})
     '> 10'
     """
-    found, largest = number(row[key]), number(row.get("largest_scale"))
+    searched = "largest_scale" if key == "critical_scale" else "largest_robust_scale"
+    found, largest = number(row.get(key)), number(row.get(searched))
     return f"> {largest:.3g}" if math.isnan(found) and math.isfinite(largest) else found
 
 
@@ -140,13 +141,11 @@ def robust_scales(row: Cells, _key: str = "") -> str:
     Examples
     --------
     >>> robust_scales({f"robust_scale_{share}": 0.1043 * share for share in (10, 25)}
-    ...     | {"robust_scale_50": math.nan})
-    '1.04 2.61 –'
+    ...     | {"largest_robust_scale": 10.0})
+    '1.04 2.61 > 10'
     """
-    scales = [number(row.get(f"robust_scale_{share}")) for share in (10, 25, 50)]
-    if all(map(math.isnan, scales)):
-        return _DASH
-    return " ".join(in_digits(one, ".2f") for one in scales)
+    parts = [_BY_KEY[f"robust_scale_{share}"].cell(row) for share in (10, 25, 50)]
+    return parts[0] if parts[0] == _DASH or parts[0].startswith(">") else " ".join(parts)
 
 
 def wavelet_name(row: Cells, key: str = "wavelet") -> str:
@@ -192,9 +191,9 @@ OVERVIEW: Final = (
     Column("Structure", "structure"),
     Column("Verdict", "verdict", rule=verdict_words, wraps=True),
     Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
-    Column("10 % overturn", "robust_scale_10", ".2f"),
-    Column("25 %", "robust_scale_25", ".2f"),
-    Column("50 %", "robust_scale_50", ".2f"),
+    Column("10 % overturn", "robust_scale_10", ".2f", rule=critical_scale),
+    Column("25 %", "robust_scale_25", ".2f", rule=critical_scale),
+    Column("50 %", "robust_scale_50", ".2f", rule=critical_scale),
     Column("θ/α", "peak_rotation_ratio", ".3f", rule=standing),
     Column("u", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", minor=True),
     Column("v", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -21,7 +22,7 @@ _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g"),
     *("T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound", "structure"),
     *("peak_rotation_ratio", "u_max_m", "v_max_m", "impacts", "verdict", "verdict_words"),
-    *("undecided_by", "critical_scale", "largest_scale", "safe_islands"),
+    *("undecided_by", "critical_scale", "largest_scale", "safe_islands", "largest_robust_scale"),
     *(f"robust_{what}_{share}" for what in ("scale", "error") for share in (10, 25, 50)),
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
@@ -55,6 +56,8 @@ _NO_PULSE: Final[Row] = {
 def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> Iterator[Row]:
     """Yield a row for each record and structure; rows of one record follow each other.
 
+    ``record`` is the station and component where they name only one record, else the record_id.
+
     Parameters
     ----------
     records_path, pulses_path, response_path : Path
@@ -69,6 +72,7 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
     with opened(records_path, RECORDS) as dataset:
         rows = rows_along(dataset, "record", _OF_RECORD)
         records = {row["record_id"]: row for row in rows}
+    named = Counter(map(_short_name, records.values()))
     best = {row["record_id"]: row for row in pulse_rows(pulses_path) if row["best"]}
     for response in response_rows(response_path):
         name = response["record_id"]
@@ -76,15 +80,21 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
             must_be = f"which {records_path} does not. Must be of the same records."
             raise InputError(response_path, f"holds {name!r}, {must_be}")
         record, pulse = records[name], best.get(name, _NO_PULSE)
-        parts = (record["station"], record["component"])
+        short = _short_name(record)
         row = {
             **pulse,
             **record,
             **response,
-            "record": "/".join(part for part in parts if part) or name,
+            "record": short if named[short] == 1 else name,
             "pulse_p_value": pulse["p_value"],
         }
         yield {column: row[column] for column in _COLUMNS}
+
+
+def _short_name(record: Row) -> str:
+    """Return the station and component of a record; without both, its record_id."""
+    parts = (record["station"], record["component"])
+    return "/".join(part for part in parts if part) or str(record["record_id"])
 
 
 def response_rows(response_path: Path) -> Iterator[Row]:
@@ -92,6 +102,8 @@ def response_rows(response_path: Path) -> Iterator[Row]:
     with opened(response_path, RESPONSE, empty=True) as dataset:
         if "record_id" not in dataset:  # a batch without accepted records
             return
-        rows = rows_along(dataset, "record structure", _OF_RESPONSE)
+        rows, robust = rows_along(dataset, "record structure", _OF_RESPONSE), ROBUST[0] in dataset
     for row in rows:
-        yield row | {"verdict_words": stated_verdict(row).words}
+        searched = row["largest_scale"] if robust else math.nan
+        words = stated_verdict(row).words
+        yield row | {"verdict_words": words, "largest_robust_scale": searched}
