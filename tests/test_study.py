@@ -156,6 +156,8 @@ def test_a_section_beside_an_inertia_ratio_is_refused(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ("4.0", "400.0", r":2: structure 'bent': mass_ratio 400 is above 50. Check units"),
+        ("9.6\nwidth_m = 1.6", "960\nwidth_m = 160", r"height 960 m is above 100\. Check"),
+        ("9.6\nwidth_m = 1.6", "0.096\nwidth_m = 0.016", r"height 0\.096 m is below 0\.2\. Check"),
         ("1.6", "0.16", r":2: structure 'bent': slenderness 0.95 degrees is below 2. Check"),
         ("1.6", "7.0", r":2: structure 'bent': slenderness 36.10 degrees is above 35. Check"),
     ],

@@ -108,7 +108,7 @@ class Answer:
             "verdict": response.verdict.name.lower(),
             "kind": stated.kind,
             "words": stated.words,
-            "unusual": unusual(frame.mass_ratio, frame.slenderness),
+            "unusual": unusual(frame.height, frame.mass_ratio, frame.slenderness),
             **known,
             "pulse_words": None if self.pulse is None else _words(self.pulse),
             "pga": float(np.abs(self.ground.acceleration()).max()),

@@ -168,7 +168,7 @@ def _structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
     wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
     known: dict[str, Any] = {fact.name: fact.value for fact in facts if fact.name in wanted}
-    words = unusual(known["mass_ratio"], known["slenderness"])
+    words = unusual(*(known[name] for name in ("height", "mass_ratio", "slenderness")))
     return {
         **known,
         "facts": [*([["unusual", words]] if words else []), *_texts(facts)],

@@ -257,7 +257,7 @@ def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
 def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
     """Return the frames that the ``[[structure]]`` tables of a file describe.
 
-    An unusual slenderness or mass ratio raises a warning.
+    An unusual height, slenderness or mass ratio raises a warning.
 
     Raises
     ------
@@ -270,7 +270,7 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
             line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
         frame = frames[entry.name] = entry.made()
-        if words := unusual(frame.mass_ratio, frame.slenderness):
+        if words := unusual(frame.height, frame.mass_ratio, frame.slenderness):
             at = line_of(text, ("structure", i))
             warning = f"{path}:{at}: structure {entry.name!r}: {words}. Check units and values."
             warnings.warn(warning, RockframeWarning, stacklevel=3)
