@@ -20,6 +20,8 @@ from rockframe.errors import ParameterError, invalid
 from rockframe.restraint import Abutment, Dissipater, Tendon
 from rockframe.units import GRAVITY
 
+#: Dimensions of a frame [m].
+_LENGTHS: Final = ("height", "width", "top_width", "centre_of_gravity", "beam_depth")
 #: Smallest and largest dimension of a free-standing structure [m].
 _SMALLEST: Final = 0.001
 _LARGEST: Final = 1000.0
@@ -137,7 +139,8 @@ class RockingFrame:
     before_crushing: RockingFrame | None = None
 
     def __post_init__(self) -> None:
-        for label in ("height", "width", "top_width", "centre_of_gravity", "beam_depth"):
+        self._require_numbers()
+        for label in _LENGTHS:
             value = getattr(self, label)
             if value is not None and not _SMALLEST <= value <= _LARGEST:
                 raise self._invalid(label, f"between {_SMALLEST:g} and {_LARGEST:g} m")
@@ -166,6 +169,14 @@ class RockingFrame:
                 f"restitution (eq 43) would be {self.restitution:.3f}, and a frame that loses all "
                 "speed at an impact does not rock."
             )
+
+    def _require_numbers(self) -> None:
+        ratios = ("mass_ratio", "inertia_ratio", "restitution_factor")
+        for label in (*_LENGTHS, *ratios, "column_mass"):
+            value = getattr(self, label)
+            absent = value is None and getattr(RockingFrame, label, 0.0) is None
+            if not (absent or hasattr(value, "__float__")):
+                raise self._invalid(label, "a number")
 
     def _invalid(self, quantity: str, allowed: str) -> ParameterError:
         return invalid(quantity, getattr(self, quantity), f"frame {self.name!r}", allowed)

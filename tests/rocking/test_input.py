@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
+from rockframe.rocking import margins, respond_many
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict, respond
 from rockframe.wavelets.pulse import Pulse
@@ -35,6 +36,25 @@ STILL = GroundAcceleration.from_samples(np.zeros(11), 0.01)
 def test_states_of_no_standing_frame(changes: dict[str, float], words: str) -> None:
     with pytest.raises(ParameterError) as error:
         respond(BENT, STILL, **changes)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "words"),
+    [
+        (respond, (BENT, [0.0, 1.0]), "motion of type list. Must be a Record, Pulse or GroundAcc"),
+        (respond, (STILL, BENT), "motion of type RockingFrame. Must be a Record"),
+        (respond, (STILL, STILL), "frame of type GroundAcceleration. Must be a RockingFrame"),
+        (margins, (BENT, STILL), "motions of type RockingFrame. Must be a sequence of motions"),
+        (margins, ([BENT], [STILL]), "frame of type GroundAcceleration. Must be a RockingFrame"),
+        (respond_many, ([STILL], BENT), "frames of type RockingFrame. Must be a sequence"),
+        (lambda height: RockingFrame(height=height, width=1.0), ("9.6",), "height '9.6' of frame"),
+        (lambda top: RockingFrame(height=9.0, width=1.0, top_width=top), ([1.0],), "a number"),
+    ],
+)
+def test_arguments_of_other_types(function: Any, arguments: tuple[Any, ...], words: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        function(*arguments)
     assert words in str(error.value)
 
 

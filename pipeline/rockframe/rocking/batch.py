@@ -17,7 +17,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.kernels.excursions import DISTANCE
-from rockframe.rocking.response import as_ground, refuse_flight
+from rockframe.rocking.response import as_ground, refuse_flight, require_some
 from rockframe.rocking.scenario_packing import (
     AT_A_TIME,
     Prepared,
@@ -227,18 +227,15 @@ def respond_many(
 
 
 def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:
-    """Return scales as an array, after checking that neither they nor the others are empty.
+    """Return scales as an array, after checking them and the others with `require_some`.
 
     Raises
     ------
     ParameterError
-        If a sequence is empty, or a scale is not finite.
+        If a sequence is empty or none, or a scale is not finite.
     """
     factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
-    counts = {label: len(things) for label, things in others.items()}
-    for label, count in {**counts, "scales": factors.size}.items():
-        if count == 0:
-            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
+    require_some(**others, scales=factors)  # type: ignore[arg-type]
     if factors.ndim != 1 or not np.isfinite(factors).all():
         raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
     return factors

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -238,6 +239,7 @@ def respond(
     ('SAFE', 0.6517)
     """
     ground = as_ground(motion).followed_by_rest(free_rocking)
+    require_some(frames=[frame])
     refuse_flight(ground)
     _require_state(initial_rotation, initial_velocity)
     time = ground.time
@@ -315,7 +317,24 @@ def as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration
         return GroundAcceleration.from_samples(motion.acceleration, motion.time_step)
     if isinstance(motion, Pulse):
         return GroundAcceleration.from_pulse(motion)
+    if not isinstance(motion, GroundAcceleration):  # such as a list, where types are not checked
+        known = "a Record, Pulse or GroundAcceleration"  # type: ignore[unreachable]
+        raise ParameterError(f"Invalid motion of type {type(motion).__name__}. Must be {known}.")
     return motion
+
+
+def require_some(**named: Sequence[object]) -> None:
+    """Raise an error if a sequence of motions, frames or models is none, empty or of others."""
+    for label, things in named.items():
+        if not hasattr(things, "__len__"):
+            kind = type(things).__name__
+            raise ParameterError(f"Invalid {label} of type {kind}. Must be a sequence of {label}.")
+        if len(things) == 0:
+            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
+        for one in things if label == "frames" else ():
+            if not isinstance(one, RockingFrame):
+                kind = type(one).__name__
+                raise ParameterError(f"Invalid frame of type {kind}. Must be a RockingFrame.")
 
 
 def refuse_flight(ground: GroundAcceleration, scale: float = 1.0) -> None:

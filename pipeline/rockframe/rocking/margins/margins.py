@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
 from rockframe.options.respond import Ensemble
@@ -26,7 +25,7 @@ from rockframe.rocking.margins.first_overturning import (
 from rockframe.rocking.margins.robust import RobustMargin, robust_margins
 from rockframe.rocking.margins.sensitivity import Sensitivity, sensitivities
 from rockframe.rocking.margins.sliver_search import FirstOverturning
-from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight
+from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight, require_some
 from rockframe.rocking.stated_verdict import Strip, strip_of
 from rockframe.wavelets.pulse import Pulse
 
@@ -212,9 +211,7 @@ def _margins(
     largest_scale: float,
     ensemble: Ensemble | None,
 ) -> list[list[Margin]]:
-    for label, number in (("motions", len(motions)), ("frames", len(frames))):
-        if number == 0:
-            raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
+    require_some(motions=motions, frames=frames)
     grounds = [as_ground(motion) for motion in motions]
     for one in grounds:
         refuse_flight(one)

@@ -27,7 +27,7 @@ from rockframe.rocking.margins.first_overturning import (
     largest_scale_of,
     least_scale_of,
 )
-from rockframe.rocking.response import Verdict, as_ground, refuse_flight
+from rockframe.rocking.response import Verdict, as_ground, refuse_flight, require_some
 from rockframe.rocking.scenario_packing import Prepared
 from rockframe.wavelets.pulse import Pulse
 
@@ -142,6 +142,7 @@ def robust_margins(
     (1.08, 1.1)
     """
     chosen = ensemble or Ensemble()
+    require_some(motions=motions, frames=frames)
     families = [members(chosen, frame) for frame in frames]
     amplitude = draws(chosen)[:, 3]
     found = []
