@@ -261,6 +261,7 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
 
 def _recomputed(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
     from rockframe.results.merging import describe, differences
+
     kind, batch = _SAMPLED.get(step.stage, step.stage), (1, 1)
     whole = folder / f"{kind}.nc"
     if step.stage in _SAMPLED:
