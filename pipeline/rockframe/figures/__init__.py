@@ -1,1 +1,1 @@
-"""Figures, one in each file. They draw datasets and compute nothing but the limits of axes."""
+"""Figures, one file for each subject. They draw datasets and compute only the limits of axes."""
