@@ -246,7 +246,7 @@ def test_records_of_one_station_and_component_are_named_by_their_record_id(tmp_p
     same, files = {"station": "CCC", "component": "090"}, [tmp_path / f"{n}.nc" for n in "rps"]
     records = [sine("CCC.V1-090", 3.0, **same), sine("CCC.V2-090", 3.0, **same), sine("s", 4.0)]
     write_records(((r, None) for r in records), files[0], input_sha256={}, parameters={})
-    pulse_stage(*files[:2], options=PulseOptions(wavelet=("symmetric_ricker",), surrogates=0))
+    pulse_stage(files[0], files[1], PulseOptions(wavelet=("symmetric_ricker",), surrogates=0))
     options = RespondOptions(structure="slender-frame", margins="none")
     respond_stage(files[0], files[2], options, structures_path=SHIPPED_STRUCTURES)
     assert [row["record"] for row in table_rows(*files)] == ["CCC.V1-090", "CCC.V2-090", "s"]

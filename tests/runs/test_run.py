@@ -62,6 +62,9 @@ def test_a_run_without_a_terminal_says_each_step_and_the_verdicts(
     lines = [line for line in said.err.splitlines() if " s" in line and "made again" not in line]
     assert re.fullmatch(r"rockframe: 1/\d+ table, \d+\.\d s", lines[0])
     assert said.out.splitlines()[0].strip() == "Verdicts"
+    assert main(["verify", str(home / "run")]) == 0
+    files = re.findall(r"(\d+) files", said.out + capsys.readouterr().out)
+    assert files[0] == files[1]  # both count the files that the manifest lists
     assert main(["status", str(home / "run")]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "complete"
 
@@ -355,8 +358,22 @@ def test_status_tells_of_inputs_that_are_not_as_they_were(
     told = json.loads(capsys.readouterr().out)
     assert list(told["inputs_changed"].values()) == ["changed", "vanished"]
     assert main(["status", str(home / "run")]) == 0
-    assert (
-        "2 of 3 inputs changed or are missing since the run was planned" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "2 of 5 inputs changed or are missing since the run was planned" in told
+    assert "`rockframe run` would repeat the steps that depend on them" in told
+    assert told.endswith("complete for the inputs as planned\n")
+
+
+def test_status_notices_a_changed_study_file(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = home / "small.toml"
+    write_plan(make_plan(read_study(study), home / "run"), home / "run")
+    study.write_text(study.read_text() + "# a remark\n")
+    capsys.readouterr()
+    assert main(["status", str(home / "run")]) == 0
+    assert f"1 of 5 inputs changed or are missing since the run was planned: {study} changed." in (
+        capsys.readouterr().out
     )
 
 

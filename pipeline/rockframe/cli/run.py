@@ -113,10 +113,10 @@ def _show_verdicts(table: Path) -> None:
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
     from rockframe.provenance import MANIFEST, listed_outputs
 
-    files = len(listed_outputs(folder / MANIFEST)) + 1
+    files = len(listed_outputs(folder / MANIFEST))
     _show_verdicts(folder / "table.csv")
     did = f"{done} steps done" if done else "nothing to do"
-    print(f"{did}; {files} files in {folder}")
+    print(f"{did}; {files} files and their manifest in {folder}")
     for what, reason in rejected.items():
         print(f"rockframe: rejected: {what}: {reason}", file=sys.stderr)
 
@@ -135,7 +135,8 @@ def run_status(options: argparse.Namespace) -> None:
     plan = read_plan(options.folder)
     states = states_of(plan, options.folder)
     running = is_locked(options.folder)
-    changed = dict(changed_inputs(plan))
+    inputs = (*plan.inputs, *plan.study_files)
+    changed = dict(changed_inputs(inputs))
     same_source = plan.source == source_code_hash()
     faults = faults_of(damaged(options.folder, plan.files), states)
     complete = all(state.is_done for state in states) and not faults
@@ -165,11 +166,13 @@ def run_status(options: argparse.Namespace) -> None:
         print(f"{fault}.")
     if changed:
         path, how = next(iter(changed.items()))
-        many = f"{len(changed)} of {len(plan.inputs)} inputs changed or are missing"
+        many = f"{len(changed)} of {len(inputs)} inputs changed or are missing"
         print(f"{many} since the run was planned: {path} {how}.")
+        print("`rockframe run` would repeat the steps that depend on them")
     if not same_source:
         print("made by another version of the source code: `rockframe run` would repeat the run")
-    print("complete" if complete else "a run is in progress" if running else "not complete")
+    done = "complete for the inputs as planned" if changed else "complete"
+    print(done if complete else "a run is in progress" if running else "not complete")
 
 
 def add_step(parser: argparse.ArgumentParser) -> None:

@@ -87,7 +87,7 @@ def run_table1(options: argparse.Namespace) -> int:
         )
     else:
         show(rows, comparisons, said)
-        print(f"{count} files in {folder}")
+        print(f"{count} files and their manifest in {folder}")
     return console.show_rejections(rejections)
 
 
@@ -153,7 +153,7 @@ def finish(
     structures: Path,
     models: Mapping[str, type[Options]],
 ) -> int:
-    """Write the manifest of a folder. Return the number of its files."""
+    """Write the manifest of a folder. Return the number of files that it lists."""
     from rockframe.provenance import sha256_of
     from rockframe.results.manifest import write_manifest
 
@@ -164,7 +164,7 @@ def finish(
         parameters={table: chosen(options, model).stated() for table, model in models.items()},
         outputs=outputs,
     )
-    return len(outputs) + 1
+    return len(outputs)
 
 
 def _ricker(row: Mapping[str, Any], key: str) -> str:

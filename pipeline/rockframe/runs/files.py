@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -44,6 +44,7 @@ def write_plan(plan: Plan, folder: Path) -> None:
         "study": plan.study,
         "parameters": plan.parameters,
         "inputs": [{**asdict(i), "path": str(i.path)} for i in plan.inputs],
+        "study_files": [{**asdict(i), "path": str(i.path)} for i in plan.study_files],
         "steps": [asdict(step) for step in plan.steps],
         "keys": plan.keys,
         "files": plan.files,
@@ -74,11 +75,12 @@ def read_plan(folder: Path) -> Plan:
         plan = Plan(
             content["study"],
             content["parameters"],
-            tuple(Input(i["name"], Path(i["path"]), i["sha256"]) for i in content["inputs"]),
+            _inputs(content["inputs"]),
             tuple(_step(step) for step in content["steps"]),
             {step["name"]: content["keys"][step["name"]] for step in content["steps"]},
             dict(content["files"]),
             str(content["source_code_hash"]),
+            _inputs(content["study_files"]),
         )
         # a run of another study removes the outputs and stamps that are named here
         names = [n for step in plan.steps for n in (step.name, *step.outputs)]
@@ -90,6 +92,10 @@ def read_plan(folder: Path) -> Plan:
     if not is_sealed(text):
         raise InputError(path, f"{DAMAGED}. {_AGAIN}")
     return plan
+
+
+def _inputs(content: Iterable[Mapping[str, str]]) -> tuple[Input, ...]:
+    return tuple(Input(i["name"], Path(i["path"]), i["sha256"]) for i in content)
 
 
 def _step(content: Mapping[str, Any]) -> Step:
@@ -185,7 +191,7 @@ def finish(folder: Path) -> int:
 
     plan = read_plan(folder)
     inputs = {file.name: file.sha256 for file in plan.inputs}
-    changed, read = changed_inputs(plan), _read_by_ingest(folder)
+    changed, read = changed_inputs(plan.inputs), _read_by_ingest(folder)
     if not changed:
         inputs = _members(plan, set(read.values()) - set(inputs.values())) | inputs
         known = set(inputs.values())
@@ -208,13 +214,13 @@ def finish(folder: Path) -> int:
     return len(outputs) + 1
 
 
-def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
+def changed_inputs(inputs: Iterable[Input]) -> list[tuple[str, str]]:
     """Return the inputs that changed or are missing since the run was planned.
 
     Parameters
     ----------
-    plan : Plan
-        The plan of a run. All its inputs are hashed.
+    inputs : iterable of Input
+        Inputs of a plan. All of them are hashed.
 
     Returns
     -------
@@ -222,7 +228,7 @@ def changed_inputs(plan: Plan) -> list[tuple[str, str]]:
         Path, and ``changed`` or ``vanished``.
     """
     changed = []
-    for file in plan.inputs:
+    for file in inputs:
         if not file.path.is_file():
             changed.append((str(file.path), "vanished"))
         elif sha256_of(file.path) != file.sha256:

@@ -70,6 +70,8 @@ class Plan:
         Texts of the files that the plan itself writes into the folder, by name.
     source : str
         Hash of the package's source code that made the plan.
+    study_files : tuple of Input
+        The study file and its structures, whose contents are in `parameters` and `files`.
     """
 
     study: str
@@ -79,6 +81,7 @@ class Plan:
     keys: Mapping[str, str]
     files: Mapping[str, str]
     source: str
+    study_files: tuple[Input, ...] = ()
 
     @property
     def outputs(self) -> list[str]:
@@ -124,7 +127,9 @@ def make_plan(study: Study, folder: Path) -> Plan:
             outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
         keys[step.name] = _unbatched(step, steps).key(known, *code, *outside)
         known |= dict.fromkeys(step.outputs, keys[step.name])
-    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source_code_hash())
+    stated = tuple(Input(p.name, p, sha256_of(p)) for p in (study.path, study.structures))
+    source = source_code_hash()
+    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source, stated)
     _refuse_inputs(plan, study, folder)
     return plan
 
