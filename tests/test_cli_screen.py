@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,23 @@ def test_command_on_the_bundled_records(bundled: Path) -> None:
     captions = list((bundled / "figures" / "screen").glob("*.caption.txt"))
     assert len(captions) == 2
     assert all("3 recordings" in caption.read_text(encoding="utf-8") for caption in captions)
+
+
+def test_a_hazard_curve_that_ends_early_is_noted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hazard, records = tmp_path / "hazard.csv", str(stored(site(12), tmp_path))
+    hazard.write_text("pga_g,annual_rate\n0.05,0.01\n0.3,0.004\n", encoding="utf-8")
+    words = ["screen", records, "--output", str(tmp_path / "s.nc"), "--margins", "none"]
+    words += ["--structure", "slender-frame", "--scales", "0.5:2:6", "--hazard", str(hazard)]
+    assert main(words) == 0
+    note = re.search(
+        r"(\d+) % of the rate is from intensities above 0\.3 g, the last", capsys.readouterr().out
+    )
+    part = read_screening(tmp_path / "s.nc").sel(limit_state="overturning")
+    share = part["disaggregation"].values[0, -1] / part["annual_rate"].values[0]
+    assert note is not None
+    assert int(note[1]) == round(100.0 * share) > 10
 
 
 def test_few_recordings_are_said_to_be_few(

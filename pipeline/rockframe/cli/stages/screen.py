@@ -73,6 +73,8 @@ def run_screen(options: argparse.Namespace) -> int:
 
 #: Largest number of scales, motions and recordings in a table; the CSV file has all motions.
 _SHOWN: Final = 10
+#: A share of the rate from above the hazard curve is named if it is larger [1].
+_NOTED: Final = 0.1
 
 
 def show(output: Path, done: Screening, *, as_json: bool) -> None:
@@ -221,6 +223,13 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
         console.column("extrapolated [%]>", "extrapolated_share", ".0f", 100.0),
     )
     console.show_rows("Mean annual rates", columns, _each(summary, "rates"))
+    for rate in _each(summary, "rates"):
+        last = rate["disaggregation"][-1]
+        if last["rate_per_year"] > _NOTED * rate["rate_per_year"]:
+            share = 100.0 * last["rate_per_year"] / rate["rate_per_year"]
+            above = f"{last['intensity']}, the last point of the hazard curve"
+            said = f"{share:.0f} % of the rate is from intensities {above}"
+            print(f"{rate['structure']}, {rate['words']}: {said}.")
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
 
