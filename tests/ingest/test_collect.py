@@ -24,6 +24,7 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     (tmp_path / "request.json").write_text("{}")
     (tmp_path / "map.PNG").write_bytes(b"picture")
     (tmp_path / "old.csv").write_text("file,record_id,status,line,reason\n")
+    (tmp_path / "screen.csv").write_text("record_id,structure,scale,verdict\n")
     (tmp_path / "deeper" / "still").mkdir(parents=True)
     (tmp_path / "deeper" / "still" / "d.AT2").write_bytes(at2())
     (tmp_path / "lost").symlink_to(tmp_path / "nowhere")
@@ -39,7 +40,7 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     assert reasons["lost"] == "not a regular file."
     assert reasons["way"].startswith("a link to a folder")
     unread = [outcome.file for outcome in outcomes if isinstance(outcome, Unread)]
-    assert unread == [".hidden", "map.PNG", "old.csv", "request.json"]
+    assert unread == [".hidden", "map.PNG", "old.csv", "request.json", "screen.csv"]
     assert seen == ["MEMO", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
 
 

@@ -39,8 +39,8 @@ _DOCUMENTS: Final = re.compile(
     r"|\.(pdf|md|html?|docx?|tex|png|jpe?g|gif|svg|toml|xlsx?|parquet|nc)$",
     re.I,
 )
-#: Beginning of the list of inputs that `rockframe ingest` writes.
-_LIST: Final = b"file,record_id,status,"
+#: First columns of the tables that rockframe writes.
+_TABLE: Final = re.compile(rb"(file,)?record_id,|structure,(limit_state|measure|dimension),")
 _OUTPUT: Final = "output of this command: about to be replaced."
 _IRREGULAR: Final = "not a regular file."
 _LINK: Final = "a link to a folder, which is not followed. Name the folder itself to read it."
@@ -230,7 +230,7 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
         return _OUTPUT, ""
     if is_catalogue(path):
         return _CATALOGUE, ""
-    if path.suffix == ".csv" and head_of(path).startswith(_LIST):
+    if path.suffix == ".csv" and _TABLE.match(head_of(path)):
         return _DOCUMENT, ""
     return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
 
