@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import csv
 import json
 import sys
@@ -406,3 +407,35 @@ def test_help_states_the_unit_of_a_velocity_not_that_of_its_last_letter(
     with pytest.raises(SystemExit):
         run("screen", "--help")
     assert "--limit-impact-velocity-m-s M/S" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["ingset", "a.csv"], "unknown command 'ingset'. Did you mean ingest?"),
+        (["ingest", "a.csv", "--ouput", "a.nc"], "unknown option --ouput. Did you mean --output?"),
+        (["draw", "--records", "a.nc", "--output", "d"], "See rockframe draw --help."),
+        (["table1", "--magnitude", "8", "6"], "See rockframe table1 --help."),
+        (["ingest", "a.csv", "--magnitude", "8", "6", "--output", "a.nc"], "[8, 6]. The lower"),
+    ],
+)
+def test_a_misspelt_word_is_named_with_the_word_meant_and_the_help_of_its_command(
+    capsys: pytest.CaptureFixture[str], words: list[str], said: str
+) -> None:
+    with contextlib.suppress(SystemExit):
+        assert run(*words) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [("hight_m = 9.6", "Did you mean height_m?"), ("height_m = 9,6", "need a point, as in 9.6")],
+)
+def test_a_misspelt_key_and_a_decimal_comma_in_a_study_are_explained(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str, said: str
+) -> None:
+    frames = tmp_path / "frames.toml"
+    frames.write_text(f'[[structure]]\nname = "a"\n{line}\nwidth_m = 1.6\nmass_ratio = 4.0\n')
+    words = ("respond", "r.nc", "--structures", frames, "--output", tmp_path / "a.nc")
+    assert run(*words) == 2
+    assert said in capsys.readouterr().err

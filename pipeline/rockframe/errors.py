@@ -57,6 +57,19 @@ def require_known(what: str, asked: object, known: Iterable[object]) -> None:
         raise ParameterError(f"Invalid {what} {asked!r}. {must_be}")
 
 
+def meant(word: str, known: Iterable[str]) -> str:
+    """Return a question with the known name that is most similar to a word; "" if none is.
+
+    Examples
+    --------
+    >>> meant("hight_m", ["height_m", "width_m"])
+    ' Did you mean height_m?'
+    """
+    from difflib import get_close_matches  # only needed for errors
+
+    return "".join(f" Did you mean {name}?" for name in get_close_matches(word, [*known], 1))
+
+
 class InputError(RockframeError):
     """A file is missing, corrupted, or of another kind than expected.
 

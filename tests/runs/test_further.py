@@ -180,7 +180,10 @@ def test_list_of_figures_that_is_gone_is_named_and_they_are_made_again(
     ("names", "words"),
     [
         (["screen.nc", "screen.nc"], "of kind 'screen', as is"),
-        (["records.nc", "response.nc"], "without a file of kind 'pulses'. Must be given with all"),
+        (
+            ["records.nc", "response.nc"],
+            "stated without pulses. Figures of records need three files",
+        ),
         (["screen.csv"], "is not a netCDF file. Must be the output of a stage, such as"),
         (["nowhere.nc"], "nowhere.nc: no such file. Must be the output of a stage."),
     ],

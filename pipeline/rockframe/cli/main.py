@@ -24,7 +24,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NoReturn, TextIO
 
-from rockframe.errors import RockframeError, RockframeWarning
+from rockframe.errors import RockframeError, RockframeWarning, meant
 
 #: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {
@@ -82,13 +82,29 @@ _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNOREC
 class _Parser(argparse.ArgumentParser):
     """A parser that prints errors in one line, without the usage that argparse prints."""
 
+    _words: Sequence[str] = ()
+
     def _parse_optional(self, word: str) -> Any:
         return None if _NEGATIVE.fullmatch(word) else super()._parse_optional(word)
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse words; unknown words are an error of the command that they follow."""
+        self._words = list(args or ())
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        return found, rest
+
     def error(self, message: str) -> NoReturn:
-        for old, new in _RENAMED.items():
-            if message.endswith(old):
-                message += f". Use {new}"
+        known = self._option_string_actions
+        options = (word.partition("=")[0] for word in self._words if word.startswith("--"))
+        unknown = [word for word in options if not any(one.startswith(word) for one in known)]
+        choice = re.search(r"COMMAND: invalid choice: '([^']*)'", message)
+        if choice:
+            message = f"unknown command {choice[1]!r}.{meant(choice[1], _VERBS)}".rstrip(".")
+        elif unknown:
+            wanted = f" Use {_RENAMED[unknown[0]]}." if unknown[0] in _RENAMED else ""
+            message = f"unknown option {unknown[0]}.{wanted or meant(unknown[0], known)}"
         self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
 
     def _print_message(self, message: str, file: Any = None) -> None:

@@ -123,7 +123,7 @@ def _known_units(units: str) -> str:
 def _increasing(bounds: tuple[float, float]) -> tuple[float, float]:
     low, high = bounds
     if math.isnan(low) or math.isnan(high) or low > high:
-        raise value_error(f"[{low:g}, {high:g}]. Must be the lower bound first")
+        raise value_error(f"[{low:g}, {high:g}]. The lower bound must be stated first")
     return bounds
 
 

@@ -112,7 +112,9 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
     if 0 < len(missing) < len(_OF_RECORDS):
         stated = next(given[kind] for kind in _OF_RECORDS if kind in given)
         raise InputError(
-            stated, f"without a file of kind {missing[0]!r}. Must be given with all three."
+            stated,
+            f"stated without {' and '.join(missing)}. Figures of records need three files: the "
+            "records, their pulses and their responses.",
         )
     return given
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_origin
 
 from pydantic import ValidationError
 
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, meant
 from rockframe.options.model import REFUSED, RULE, VALUE, Options, explain, options_within
 
 if TYPE_CHECKING:
@@ -55,7 +55,9 @@ def _loaded(path: Path, text: str) -> dict[str, Any]:
             path, f"is nested too deeply. Must be {_DEEPEST} levels of tables and lists at most."
         ) from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(path, f"is not TOML: {error}.") from None
+        comma = re.search(r"=\s*\d+,\d", text)
+        hint = " Decimal numbers need a point, as in 9.6." if comma else ""
+        raise InputError(path, f"is not TOML: {error}.{hint}") from None
     except ValueError:  # integers of more than 4300 digits
         beyond = ("",)
     if beyond:
@@ -86,8 +88,10 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
         return of_value
     table, owner = _owner(model, names[:-1])
     if kind == "extra_forbidden":
-        known = ", ".join(_written(owner, key, table) for key in owner.model_fields)
-        return f"unknown key {_dotted(model, names)!r}. Must be one of: {known}.", where
+        known = [_written(owner, key, table) for key in owner.model_fields]
+        hint = meant(names[-1], owner.model_fields)
+        key = _dotted(model, names)
+        return f"unknown key {key!r}. Must be one of: {', '.join(known)}.{hint}", where
     whole = _written(owner, names[-1], table)
     if whole.startswith("[["):
         if kind in {"missing", "too_short", "tuple_type"}:
@@ -198,6 +202,8 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+        missing = isinstance(error, FileNotFoundError)
+        what = "no such file" if missing else f"cannot be read: {error.strerror}"
+        raise InputError(path, f"{what}.") from None
     except UnicodeDecodeError as error:
         raise InputError(path, f"is not TOML: {error.reason} at byte {error.start}.") from None

@@ -227,8 +227,8 @@ def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputE
         tokens = row.split(layout.separator)
         if len(tokens) != layout.columns:
             shown = decoded(row).strip()[:40]
-            message = f"{len(tokens)} columns in {shown!r}. Must be {layout.columns}."
-            return InputError(path, message, line)
+            count = f"{len(tokens)} column{'s' * (len(tokens) != 1)}"
+            return InputError(path, f"{count} in {shown!r}. Must be {layout.columns}.", line)
         for token, quantity in zip(tokens, quantities, strict=True):
             if not is_number(token):
                 return bad_number(path, token, line, quantity)
