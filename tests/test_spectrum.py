@@ -44,6 +44,22 @@ def test_least_amplitudes_by_name(spectrum: xr.Dataset) -> None:
     assert_allclose(symmetric.sel(frequency_ratio=2.0), 1.9153, rtol=0, atol=1e-4)
 
 
+def test_a_half_sine_overturns_a_slender_column_as_the_linear_solution_says(tmp_path: Path) -> None:
+    """Its growing part, integrated over the pulse from uplift, must reach the unstable balance."""
+
+    def balance(amplitude: float, ratio: float) -> float:
+        lift = math.asin(1.0 / amplitude)
+        time = np.linspace(0.0, (math.pi - lift) / ratio, 20001)
+        push = np.exp(-time) * np.sin(ratio * time + lift)
+        return amplitude * float(np.trapezoid(push, time)) - 1.0
+
+    path = tmp_path / "half.nc"
+    words = ("--slenderness-degree", "0.1", "--frequency-ratio", "2", "4", "--output", str(path))
+    assert main(["spectrum", "--wavelet", "half_sine", *words]) == 0
+    for least in read_spectrum(path)["minimum_overturning_amplitude"].squeeze():
+        assert_allclose(balance(float(least), float(least["frequency_ratio"])), 0.0, atol=1e-4)
+
+
 def test_intervals_with_and_without_impact(spectrum: xr.Dataset) -> None:
     """At ratio 2, the symmetric pulse overturns in four intervals with impacts and one without."""
     line = spectrum.sel(wavelet="symmetric_ricker", mass_ratio=0.25, frequency_ratio=2.0).squeeze()

@@ -186,6 +186,12 @@ Wavelet = Literal[
 Wavelets = Annotated[
     tuple[Wavelet, ...], Field(strict=False, min_length=1), AfterValidator(_unique)
 ]
+#: At least one pulse shape, none twice: the wavelets, and sines and cosines of one lobe or period.
+Shapes = Annotated[
+    tuple[Literal[Wavelet, "half_sine", "full_sine", "full_cosine"], ...],
+    Field(strict=False, min_length=1),
+    AfterValidator(_unique),
+]
 #: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]
 #: Site of a sensor.

@@ -19,7 +19,7 @@ from rockframe.options.fields import (
     Positive,
     PositiveNumbers,
     Seed,
-    Wavelets,
+    Shapes,
     warn_beyond_turn,
 )
 from rockframe.options.model import Options, rule, value_error
@@ -213,8 +213,8 @@ class ScreenOptions(Options):
 class SpectrumOptions(Options):
     """Minimum overturning acceleration spectra of pulses."""
 
-    wavelet: Annotated[Wavelets, Field(examples=[("mavroeidis_papageorgiou",)])]
-    """Wavelets of the pulses."""
+    wavelet: Annotated[Shapes, Field(examples=[("mavroeidis_papageorgiou",)])]
+    """Wavelets of the pulses, or sines and cosines of one lobe or period."""
     slenderness_degree: Annotated[PositiveNumbers, Field(examples=[(10.0, 14.0)])]
     """Slenderness of the rectangular columns [degree]."""
     mass_ratio: NumbersFromZero = (0.0,)

@@ -17,7 +17,7 @@ from rockframe.rocking.margins.sensitivity import (
 )
 from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
 from rockframe.rocking.response import Verdict
-from rockframe.wavelets.family import WAVELETS
+from rockframe.wavelets.family import SHAPES
 
 #: Largest number of safe islands that are written; `safe_islands` counts all.
 ISLANDS: Final = 64
@@ -219,7 +219,7 @@ SPECTRUM_NC: Final = FileKind(
         Variable("effective_frequency_ratio", "slenderness mass_ratio", float, "1", "frequency parameter of the frame over that of a column, p-hat / p"),
         Variable("phase", "wavelet", float, "rad", "phase of the pulse", "pulse"),
         Variable("half_cycles", "wavelet", float, "1", "number of half cycles of the pulse", "pulse"),
-        Variable("wavelet", "wavelet", str, "1", "wavelet", "pulse", choices=tuple(WAVELETS)),
+        Variable("wavelet", "wavelet", str, "1", "wavelet", "pulse", choices=tuple(SHAPES)),
         Variable("slenderness", "slenderness", float, "rad", "slenderness of a column, alpha", "spectrum", key=True),
         Variable("mass_ratio", "mass_ratio", float, "1", "mass of the beam over that of all columns", "spectrum", key=True),
         Variable("frequency_ratio", "frequency_ratio", float, "1", "omega_p / p, with p of the column alone", "spectrum", key=True),
