@@ -63,7 +63,7 @@ $(EXTRAS): $(MADE) requirements-extras.lock
 	@touch $@
 
 table1: $(MADE)
-	@$(BIN)/rockframe table1 --output $(OUTPUT) \
+	@$(BIN)/rockframe table1 --output "$(OUTPUT)" \
 		$(if $(RECORDS),--records $(RECORDS)) $(if $(STRUCTURE),--structure $(STRUCTURE))
 
 $(WORKFLOW)/.made: workflows/requirements.lock

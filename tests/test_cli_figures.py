@@ -76,6 +76,13 @@ def test_the_record_that_turns_the_structure_furthest_is_drawn(
     assert "Record weak" in capsys.readouterr().out
 
 
+def test_figure_8_says_how_many_of_the_records_it_shows(motions: Path, tmp_path: Path) -> None:
+    output = tmp_path / "figure.png"
+    assert run("figure", "8", "--output", output, *stated(motions)) == 0
+    caption = output.with_suffix(".caption.txt").read_text(encoding="utf-8")
+    assert "1 of 2 records are shown; --record names others." in caption
+
+
 def test_a_figure_of_the_bundled_records_with_their_vertical_motion(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -258,8 +258,10 @@ def test_init_writes_what_run_reads(
     assert main(["init", "mine"]) == 2
     assert "exists already" in capsys.readouterr().err
     assert main(["init", "../mine"]) == 2
-    assert main(["init", "other.toml"]) == 2
-    assert "Must be without .toml: other." in capsys.readouterr().err
+    assert main(["init", "other.toml"]) == 0
+    assert "rockframe run other.toml --output other" in capsys.readouterr().out
+    assert main(["init", "my study.toml"]) == 2
+    assert "Must be 1 to 64 letters, digits, points" in capsys.readouterr().err
 
 
 def test_template_states_the_defaults_and_every_key(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Final
 
 from rockframe.cli import arguments
@@ -47,7 +48,13 @@ def draw_8(options: argparse.Namespace) -> tuple[Captioned, int]:
         for i, wavelet in chosen
     ]
     titles = {record.record_id: title_of(record).replace("\n", ", ") for record, _ in records}
-    return draw_record_and_pulse(datasets, titles), status
+    drawn = draw_record_and_pulse(datasets, titles)
+    shown = len({i for i, _ in chosen})
+    if shown < len(records):
+        others = "--record names others"
+        caption = f"{drawn.caption} {shown} of {len(records)} records are shown; {others}."
+        drawn = replace(drawn, caption=caption)
+    return drawn, status
 
 
 def draw_scalogram(options: argparse.Namespace) -> tuple[Captioned, int]:

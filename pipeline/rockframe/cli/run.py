@@ -215,11 +215,8 @@ def run_init(options: argparse.Namespace) -> None:
     from rockframe.provenance import whole_file
     from rockframe.study.study import SCHEMA, commented_study, schema
 
-    if options.name.endswith(".toml"):
-        bare = options.name.removesuffix(".toml")
-        raise ParameterError(f"Invalid name {options.name!r}. Must be without .toml: {bare}.")
     try:
-        name = TypeAdapter(Name).validate_python(options.name)
+        name = TypeAdapter(Name).validate_python(options.name.removesuffix(".toml"))
     except ValidationError:
         raise ParameterError(
             f"Invalid name {options.name!r}. Must be 1 to 64 letters, digits, points, hyphens or "
