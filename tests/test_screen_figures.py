@@ -97,3 +97,11 @@ def test_the_same_screening_gives_the_same_picture(
     for name in ("one.png", "other.png"):
         save_captioned(draw(screening.sel(structure="slender")), tmp_path / name)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
+
+
+def test_equal_curves_of_two_limit_states_are_both_visible(screening: xr.Dataset) -> None:
+    one = screening.sel(structure="slender")
+    other = one.assign_coords(limit_state=["u_0.2m"])
+    both = xr.concat([one, other], dim="limit_state", data_vars="minimal")
+    lines = axes_of(draw_fragility(both))[0].get_lines()
+    assert {line.get_linestyle() for line in lines if line.get_marker() != "o"} == {"-", "--"}

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
+from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
 from rockframe.results.screening.tables import with_its_limits
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 
@@ -53,9 +53,8 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
                 ncols=len(handles) + 2,
                 fontsize=7,
             )
-        for axes in panels[::2]:
-            several = "reaching the limit state" if len(limits) > 1 else "overturning"
-            axes.set_ylabel(f"probability of {several}")
+        several = "reaching the limit state" if len(limits) > 1 else "overturning"
+        figure.supylabel(f"probability of {several}", fontsize="medium")
     told = [part for limit in limits for part in _results_in_words(screening, limit, known)]
     title = (
         f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
@@ -70,7 +69,8 @@ def _draw_curve(axes: Axes, fit: xr.Dataset, limit: LimitState, k: int) -> None:
     axes.fill_between(intensity, low, high, color=color, alpha=0.2, linewidth=0)
     outcome = Outcome(int(fit["fragility_outcome"]))
     if outcome is Outcome.FITTED:
-        axes.plot(intensity, fit["fragility"], color=color, label=limit.words)
+        style = LINES[k % len(LINES)]  # equal curves stay visible
+        axes.plot(intensity, fit["fragility"], color=color, linestyle=style, label=limit.words)
     else:
         state = f"{limit.words}: " if limit.quantity else ""
         words = f"{state}no curve: {outcome.name.lower().replace('_', ' ')}"
