@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -95,6 +96,15 @@ def test_table1_writes_what_it_says(table1: Path) -> None:
     assert len(drawn) == 2 * 6  # histories and margins
     assert sum(name.startswith("figures/margins/") for name in drawn) == 6
     assert "Ridgecrest2019-CLC.V1" in manifest["inputs"]
+
+
+def test_without_histories_there_is_nothing_to_draw(tmp_path: Path) -> None:
+    motion, output = tmp_path / "motion.csv", tmp_path / "run"
+    motion.write_text("".join(f"{3.0 * math.sin(0.06 * k)}\n" for k in range(800)))
+    words = ("--units", "m/s2", "--time-step-s", "0.01", "--surrogates", "0", "--workers", "0")
+    options = ("--histories", "none", "--margins", "none", "--structure", "slender-frame")
+    assert run("table1", "--records", motion, *words, *options, "--output", output) == 0
+    assert not list(output.rglob("*.png"))
 
 
 def test_table1_rows_are_records_by_structures(table1: Path) -> None:

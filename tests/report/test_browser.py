@@ -245,6 +245,9 @@ def test_nothing_lies_on_anything(
     page.screenshot(path=SCREENSHOTS / f"{name}.png", full_page=True)
     assert page.evaluate(overlaps) == []
     assert page.evaluate("document.documentElement.scrollWidth") == width
+    beyond = """() => [...document.querySelectorAll('.facts table')].map((table) =>
+      table.getBoundingClientRect().right - table.parentElement.getBoundingClientRect().right)"""
+    assert max(page.evaluate(beyond)) < 1.0
     light = page.evaluate("getComputedStyle(document.body).backgroundColor.match(/\\d+/)[0] > 128")
     assert light == (scheme == "light")
 

@@ -142,7 +142,7 @@ def draw_records(
     chosen: Sequence[str],
     progress: Progress = silent,
 ) -> dict[str, str]:
-    """Draw each chosen record with its responses, and its margins if they are known.
+    """Draw each chosen record with the histories that were kept, and its margins if known.
 
     Returns
     -------
@@ -155,15 +155,17 @@ def draw_records(
     with open_records(files[0]) as records, open_response(files[2]) as response:
         for i, name in enumerate(chosen):
             title = f"{by_record[name]['event']}, {by_record[name]['record']}".removeprefix(", ")
-            figure = draw_response_history(
-                records.read(name).acceleration,
-                pulses.get(name),
-                [response.sel(record=name, structure=s) for s in response.kept(name)],
-                title,
-                tested=stated_pulse(by_record[name]),
-            )
-            save(figure, folder / f"{name}.png")
-            drawn[f"{name}.png"] = name
+            kept = [response.sel(record=name, structure=s) for s in response.kept(name)]
+            if kept:
+                figure = draw_response_history(
+                    records.read(name).acceleration,
+                    pulses.get(name),
+                    kept,
+                    title,
+                    tested=stated_pulse(by_record[name]),
+                )
+                save(figure, folder / f"{name}.png")
+                drawn[f"{name}.png"] = name
             strips = response.strips(name)
             if strips:
                 file = f"margins/{name}.png"
