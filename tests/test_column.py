@@ -202,14 +202,14 @@ def test_shapes_are_stated_in_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ("inertia_ratio = 1.3\ninner_width_m = 0.5", "Must be absent beside inner_width_m 0.5"),
-        ("top_width_m = 0.9\ninner_width_m = 0.5", "Must be absent beside inner_width_m 0.5"),
+        ("inertia_ratio = 1.3\ninner_width_m = 0.5", "Must be absent where inner_width_m 0.5"),
+        ("top_width_m = 0.9\ninner_width_m = 0.5", "Must be absent where inner_width_m 0.5"),
         ("centre_of_gravity_m = 2.0", "Must be stated with inertia_ratio"),
         ("inertia_ratio = 1.3\ntop_width_m = 0.9", "Must be stated with centre_of_gravity_m"),
         ("depth_m = 2.0", "Must be stated with inner_width_m"),
         (
             "inner_width_m = 0.5",
-            "key 'depth_m' missing. Must be stated beside an inner width, unless",
+            "key 'depth_m' missing. Must be stated together with an inner width, unless",
         ),
         ("inner_width_m = 1.2\ndepth_m = 2.0\ninner_depth_m = 1.0", "below the outer one, 1.1 m"),
         ("top_width_m = -1.0", "Must be positive"),

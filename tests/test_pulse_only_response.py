@@ -102,7 +102,7 @@ def test_pulses_of_none_of_the_records_are_refused(stages: Path, tmp_path: Path)
     records = tmp_path / "records.nc"
     assert main(["ingest", str(tmp_path / "c.csv"), "--units", "m/s2", "--time-step", "0.01",
                  "--output", str(records)]) == 0  # fmt: skip
-    with pytest.raises(InputError, match=r"contains no pulse of these records. Must be made from"):
+    with pytest.raises(InputError, match=r"contains no pulse of these records. Use the pulses"):
         respond_stage(records, tmp_path / "response.nc", pulses_path=stages / "pulses.nc")
 
 
@@ -115,4 +115,4 @@ def test_pulses_of_another_version_are_refused(
         dataset.drop_vars(variable).to_netcdf(old)
     words = ["respond", str(stages / "records.nc"), "--pulses", str(old)]
     assert main([*words, "--output", str(tmp_path / "response.nc")]) == 2
-    assert f"without variable '{variable}'. Must be as this version" in capsys.readouterr().err
+    assert f"without variable '{variable}'. Use a file that this version" in capsys.readouterr().err

@@ -72,7 +72,7 @@ def test_empty_selection_is_named(screen: Screen) -> None:
 
 
 def test_range_that_is_none() -> None:
-    with pytest.raises(ParameterError, match=r"pulse_length_m \[2, 1\]. Must be the lower"):
+    with pytest.raises(ParameterError, match=r"pulse_length_m \[2, 1\]. The lower bound must"):
         ScreenOptions(pulse_length_m=(2.0, 1.0))
 
 

@@ -148,7 +148,7 @@ def test_sections_and_restitution(
 
 def test_a_section_beside_an_inertia_ratio_is_refused(tmp_path: Path) -> None:
     both = 'section = "circular"\ninertia_ratio = 1.3\n'
-    with pytest.raises(InputError, match="Must be absent beside section 'circular'"):
+    with pytest.raises(InputError, match="Must be absent where section 'circular' is stated"):
         read_structures(written(tmp_path, GOOD + both))
 
 

@@ -100,16 +100,16 @@ def test_what_an_interrupted_run_left_is_a_fault(run: Path) -> None:
 def test_without_a_manifest_no_run_ended(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (run / MANIFEST).unlink()
     assert main(["verify", str(run)]) == 2
-    assert "the run did not end" in capsys.readouterr().err
+    assert "the run is not complete" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ("{", "cannot be read"),
-        ("[]", "holds no 'inputs'"),
-        ('{"inputs": {}}', "holds no 'outputs'"),
-        ('{"inputs": {}, "outputs": [1]}', "holds another 'outputs'"),
+        ("[]", "contains no 'inputs'"),
+        ('{"inputs": {}}', "contains no 'outputs'"),
+        ('{"inputs": {}, "outputs": [1]}', "contains another 'outputs'"),
         (
             '{"inputs": {}, "outputs": {"../x": ""}, "parameters": {}, "source_code_hash": "", '
             '"versions": {}}',

@@ -144,7 +144,7 @@ def hollow(
     else:
         if depth is None or inner_depth is None:
             missing = "depth" if depth is None else "inner_depth"
-            stated = "stated beside an inner width, unless the section is circular"
+            stated = "stated together with an inner width, unless the section is circular"
             raise invalid(missing, None, "a hollow rectangular column", stated)
         _require_positive(depth=depth, inner_depth=inner_depth)
         _require_below(inner_depth, depth, "inner_depth")
@@ -187,7 +187,7 @@ def volume(
         outer = math.pi / 12.0 * (width**2 + width * top + top**2)
         return height * (outer - 0.25 * math.pi * (inner_width or 0.0) ** 2)
     if depth is None:
-        raise invalid("depth", None, "a rectangular column", "stated beside its density")
+        raise invalid("depth", None, "a rectangular column", "stated together with its density")
     return height * (0.5 * (width + top) * depth - (inner_width or 0.0) * (inner_depth or 0.0))
 
 

@@ -31,7 +31,7 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
     """
     owner = f"frame {frame.name!r}"
     if frame.column_mass is None:
-        raise invalid("column_mass", None, owner, "stated beside a pivot")
+        raise invalid("column_mass", None, owner, "stated together with a pivot")
     weight = frame.column_mass * GRAVITY
     found, tension = frame, 0.0
     for _ in range(50):

@@ -157,7 +157,7 @@ class RockingFrame:
         if self.centre_height >= self.height:
             raise self._invalid("centre_of_gravity", f"below the height, {self.height:g} m")
         if self.column_mass is None and self.restrained:
-            raise self._invalid("column_mass", "stated beside a tendon or a dissipater")
+            raise self._invalid("column_mass", "stated together with a tendon or a dissipater")
         if self.column_mass is not None and not 0.0 < self.column_mass < math.inf:
             raise self._invalid("column_mass", "positive")
         if self.restitution <= 0.0:

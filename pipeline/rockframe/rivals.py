@@ -116,7 +116,7 @@ class IsolatedDeck:
                     "design_displacement."
                 )
         elif period is not None:
-            raise invalid("period", period, repr(name), "absent beside effective_period")
+            raise invalid("period", period, repr(name), "absent where effective_period is stated")
         else:
             _require_positive(
                 name,

@@ -104,7 +104,7 @@ def test_a_login_is_explained(centre: DataCentre, run: Run, status: int) -> None
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        (reply(204), "answered 204: no data. Must be codes and times that the service holds."),
+        (reply(204), "answered 204: no data. Request codes and times that the service has."),
         (reply(404), "answered 404: no data (or no such service at this address)."),
         (reply(403), "answered 403: needs a login or a permission"),
         (reply(413), "answered 413: too much at once. Request less: fewer stations"),

@@ -213,11 +213,11 @@ def test_only_a_whole_run_is_reported(
     assert "no such folder" in refusal(capsys, str(tmp_path / "nowhere"))
     (tmp_path / "file").touch()
     assert "file: is a file. Must be the folder" in refusal(capsys, str(tmp_path / "file"))
-    assert "the run did not end" in refusal(capsys, str(tmp_path))
+    assert "the run is not complete" in refusal(capsys, str(tmp_path))
     damaged = Path(shutil.copytree(hostile_run, tmp_path / "run"))
     (damaged / "table.csv").write_text("event\n")
     error = refusal(capsys, str(damaged))
-    assert "is not a whole run" in error
+    assert "is not a complete run" in error
     assert "table.csv" in error
     assert not (damaged / "report.html").exists()
 
@@ -231,7 +231,7 @@ def test_a_table_of_another_version_is_refused(
     manifest = json.loads((run / "manifest.json").read_text())
     manifest["outputs"]["table.csv"] = sha256_of(table)
     (run / "manifest.json").write_bytes(sealed_json(manifest))
-    assert "table.csv: without column 'verdict'. Must be" in refusal(capsys, str(run))
+    assert "table.csv: without column 'verdict'. Use a file that" in refusal(capsys, str(run))
 
 
 def test_a_page_of_another_run_is_a_fault(
@@ -261,7 +261,7 @@ def test_a_damaged_page_is_a_fault(
     page = run / "report.html"
     page.write_bytes(page.read_bytes().replace(b"</h1>", b"</h2>", 1))
     assert main(["verify", str(run)]) == 1
-    assert "report.html: is corrupted. Must be" in capsys.readouterr().err
+    assert "report.html: is corrupted. Write it again" in capsys.readouterr().err
 
 
 def test_no_file_of_the_run_is_written_over(hostile_run: Path) -> None:

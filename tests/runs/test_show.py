@@ -110,4 +110,4 @@ def test_table_that_is_gone_is_said(
     assert sum(read_run(run, most=0).counts.values()) == 4
     (run / "table.csv").unlink()
     assert main(["show", str(run), "motion-2"]) == 2
-    assert "table.csv: missing. Must be as the run wrote it." in capsys.readouterr().err
+    assert "table.csv: missing. Restore the file as the run wrote it." in capsys.readouterr().err

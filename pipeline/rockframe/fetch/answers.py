@@ -110,7 +110,7 @@ def judge(reply: ServiceReply, content: re.Pattern[str]) -> Problem | None:
     return None
 
 
-_HELD: Final = "Must be codes and times that the service holds."
+_HELD: Final = "Request codes and times that the service has."
 
 
 def _of_status(reply: ServiceReply) -> Problem:

@@ -109,14 +109,18 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
     try:
         if not path.is_file():
             if folder.exists() and any(folder.iterdir()):
-                message = f"holds files but no {REQUEST}. Must be new, empty or an earlier fetch."
+                message = (
+                    f"contains files but no {REQUEST}. Must be new, empty or an earlier fetch."
+                )
                 raise InputError(folder, message)
             return Ledger(folder, request)
         document = read_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(folder, f"cannot be opened: {error.strerror}.") from None
     except ValueError as error:
-        raise InputError(path, f"is not JSON ({error}). Must be as `fetch` wrote it.") from None
+        raise InputError(
+            path, f"is not JSON ({error}). Restore the file as `fetch` wrote it."
+        ) from None
     return _ledger(path, document, request)
 
 
@@ -135,6 +139,6 @@ def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
     )
     if different:
         key = different[0]
-        message = f"holds another request: {key} {before.get(key)!r}, now {request.get(key)!r}."
+        message = f"contains another request: {key} {before.get(key)!r}, now {request.get(key)!r}."
         raise InputError(path, f"{message} Use the same request, or another folder.")
     return Ledger(path.parent, request, *(document[part] for part in parts[1:]))

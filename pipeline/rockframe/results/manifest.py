@@ -103,7 +103,9 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         what = "is a file" if folder.exists() else "no such folder"
         raise InputError(folder, f"{what}. Must be the folder of a run.")
     if not path.is_file():
-        raise InputError(path, "missing: the run did not end. Must be the folder of a whole run.")
+        raise InputError(
+            path, "missing: the run is not complete. State the folder of a complete run."
+        )
     try:
         text = path.read_bytes()
         content = read_json(text)
@@ -113,9 +115,9 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     wrong = next((p for p, kind in _PARTS.items() if not isinstance(stated.get(p), kind)), "")
     if wrong:
         what = "another" if wrong in stated else "no"
-        raise InputError(path, f"holds {what} {wrong!r}. Must be as a run wrote it.")
+        raise InputError(path, f"contains {what} {wrong!r}. Restore the file as the run wrote it.")
     if not all(map(is_within, stated["outputs"])):
         raise InputError(path, "names outputs outside its folder. Must be names within it.")
     if not is_sealed(text):  # its hashes cannot be trusted
-        raise InputError(path, f"{DAMAGED}. Must be made again, by the command that made the run.")
+        raise InputError(path, f"{DAMAGED}. Repeat the command that made the run.")
     return dict(stated)

@@ -199,7 +199,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
         group = [v.name for v in self.kind.variables if v.group == one.group and v.name in found]
         if one.name not in found and (group or not one.group):
             beside = f", but with {group[0]!r}" if one.group else ""
-            must_be = f"Must be as this version of `rockframe {self.kind.stage}` writes it."
+            must_be = f"Use a file that this version of `rockframe {self.kind.stage}` wrote."
             raise InputError(self.path, f"without variable {one.name!r}{beside}. {must_be}")
         return one.name in found
 

@@ -145,12 +145,12 @@ def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str,
     for number, row in enumerate(_rows(path)):
         missing = [name for name in _NEEDED if name not in row] if number == 0 else []
         if missing:
-            must_be = "Must be as this version of `rockframe table1` writes it."
+            must_be = "Use a file that this version of `rockframe table1` wrote."
             raise InputError(path, f"without column {missing[0]!r}. {must_be}")
         try:
             counts[row["structure"], stated_verdict(row).kind] += 1
         except (KeyError, ValueError) as error:
-            must_be = "Must be as `rockframe table1` wrote it."
+            must_be = "Restore the file as `rockframe table1` wrote it."
             raise InputError(path, f"invalid verdict or margin {error}. {must_be}") from None
         yield row
 
@@ -167,7 +167,7 @@ def _kept(rows: Iterator[dict[str, str]], most: int | None) -> tuple[dict[str, s
 def _rows(path: Path) -> Iterator[dict[str, str]]:
     """Yield the rows of a table that every run has."""
     if not path.is_file():
-        raise InputError(path, "missing. Must be as the run wrote it.")
+        raise InputError(path, "missing. Restore the file as the run wrote it.")
     return rows_of(path)
 
 

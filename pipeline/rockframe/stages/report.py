@@ -235,7 +235,7 @@ def report_stage(
     limits, output = options or ReportOptions(), output or folder / PAGE
     found = verify_run(folder)
     if found.faults:
-        raise InputError(folder, f"is not a whole run: {found.faults[0]}")
+        raise InputError(folder, f"is not a complete run: {found.faults[0]}")
     content = read_run(folder, most=limits.rows)
     outputs = [folder / name for name in content.manifest["outputs"]]
     refuse_overwriting([output], [folder / MANIFEST, *outputs])
@@ -260,7 +260,7 @@ def require_whole(folder: Path) -> None:
         If the run has a fault; the message states the first one.
     """
     for fault in (*verify_run(folder).faults, *strange_report(folder)):
-        raise InputError(folder, f"is not a whole run: {fault}")
+        raise InputError(folder, f"is not a complete run: {fault}")
 
 
 def strange_report(folder: Path) -> Sequence[str]:
@@ -271,7 +271,7 @@ def strange_report(folder: Path) -> Sequence[str]:
         missing = f"{page}: missing. Write it with `rockframe report {folder}`."
         return [missing] if "report" in steps else []
     content = page.read_bytes()
-    again = f"Must be made again, by `rockframe report {folder}`."
+    again = f"Write it again with `rockframe report {folder}`."
     if not is_whole(content):
         return [f"{page}: is corrupted. {again}"]
     if sha256_of(folder / MANIFEST).encode() not in content:

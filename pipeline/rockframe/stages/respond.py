@@ -174,7 +174,9 @@ class _Pulses:
             return cls(path, {})
         known = pulses_with_hashes(path)
         if not any(name in known for name in names):
-            raise InputError(path, "contains no pulse of these records. Must be made from them.")
+            raise InputError(
+                path, "contains no pulse of these records. Use the pulses of these records."
+            )
         return cls(path, known)
 
     def of(self, record: Record) -> dict[str, Pulse]:

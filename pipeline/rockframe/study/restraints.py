@@ -111,10 +111,10 @@ class IsolatedEntry(TableEntry):
             for key, field in type(self).model_fields.items():
                 value = getattr(self, key)
                 if key not in (*pair, "damping_ratio") and value != field.default:
-                    raise invalid(key, value, "isolators", "absent beside a pendulum")
+                    raise invalid(key, value, "isolators", "absent where a pendulum is stated")
             for key, other in (pair, pair[::-1]):
                 if getattr(self, key) is None:
-                    raise invalid(key, None, "friction pendulums", f"stated beside {other}")
+                    raise invalid(key, None, "friction pendulums", f"stated together with {other}")
             return IsolatedDeck.friction_pendulum(
                 radius=self.radius_m,  # type: ignore[arg-type]
                 friction=self.friction,  # type: ignore[arg-type]
@@ -128,7 +128,9 @@ class IsolatedEntry(TableEntry):
         if self.period_s is None and len(stated) < len(pair):
             raise invalid("period_s", None, "bearings", f"stated, or {' and '.join(pair)}")
         if self.period_s is not None and stated:
-            raise invalid("period_s", self.period_s, "bearings", f"absent beside {stated[0]}")
+            raise invalid(
+                "period_s", self.period_s, "bearings", f"absent where {stated[0]} is stated"
+            )
         return IsolatedDeck.lead_rubber(
             strength_ratio=self.strength_ratio,
             period=self.period_s,
@@ -169,7 +171,7 @@ class FixedEntry(TableEntry):
         strength = math.inf if self.strength_ratio is None else self.strength_ratio
         if self.moment_capacity_nm is not None:
             if self.strength_ratio is not None:
-                ratio = f"absent beside strength_ratio {self.strength_ratio:g}"
+                ratio = f"absent where strength_ratio {self.strength_ratio:g} is stated"
                 raise invalid("moment_capacity", self.moment_capacity_nm, "columns", ratio)
             if not self.moment_capacity_nm > 0.0:
                 raise invalid("moment_capacity", self.moment_capacity_nm, "columns", "positive")

@@ -178,7 +178,7 @@ class StructureEntry(restraints.TableEntry):
         for key, others in excluded.items():
             for other in others:
                 if None not in (getattr(self, key), getattr(self, other)):
-                    allowed = f"absent beside {other} {getattr(self, other)!r}"
+                    allowed = f"absent where {other} {getattr(self, other)!r} is stated"
                     raise invalid(key, getattr(self, key), f"frame {self.name!r}", allowed)
         for key, other in needed.items():
             if getattr(self, key) is not None and getattr(self, other) is None:

@@ -122,8 +122,8 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
         "--against",
         nargs="+",
         choices=get_args(Rival),
-        help="rivals of the free frame, as stated in the file of structures (default: all that it "
-        "states)",
+        help="models to compare with the free frame, as stated in the file of structures "
+        "(default: all that it states)",
     )
     arguments.add_output(parser)
     parser.add_argument(

@@ -275,7 +275,7 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
             "undecided: small perturbations change them."
         )
     for name, reason in islice(done.left_out.items(), _SHOWN):
-        print(f"left out: {name}: {reason}")
+        print(f"rejected: {name}: {reason}")
     more = len(done.left_out) - _SHOWN
     if more > 0:
-        print(f"left out: {more} more; the file's attribute left_out has all")
+        print(f"rejected: {more} more; the file's attribute left_out has all")
