@@ -29,8 +29,9 @@ _GAP: Final = 2
 _SHORTEST: Final = 6
 #: Headings of columns that are never left out.
 _KEYS: Final = frozenset({"record", "structure", "verdict"})
-#: Places where a text may be broken: after spaces, and after -, _ or / within a name.
-_PARTS: Final = r"\n|(?<= )|(?<=\w\w[-_/])(?=\w)"
+#: Places where a text may be broken: after spaces, but not before a unit of one letter, and after
+#: -, _ or / within a name.
+_PARTS: Final = r"\n|(?<= )(?!\S$)|(?<=\w\w[-_/])(?=\w)"
 
 
 def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
@@ -161,7 +162,7 @@ def _wrapped(text: str, width: int) -> str:
     Examples
     --------
     >>> _wrapped("apollo-frame", 8), _wrapped("overturned 5.8 s", 14)
-    ('apollo-\nframe', 'overturned 5.8\ns')
+    ('apollo-\nframe', 'overturned\n5.8 s')
     """
     lines = []
     for line in text.split("\n"):
