@@ -423,7 +423,7 @@ def test_real_at2_records_are_not_rejected(shared: Path, name: str) -> None:
 
 @pytest.fixture(scope="session")
 def shared() -> Path:
-    folder = Path(__file__).resolve().parents[2] / "shared" / "records" / "formats"
+    folder = Path(__file__).resolve().parents[3] / "shared" / "records" / "formats"
     if not folder.is_dir():
         pytest.skip("no folder 'shared/records' beside the repository")
     return folder

@@ -12,8 +12,8 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from tests.cli.test_verify import restated
 from tests.commands import STRUCTURE, run
-from tests.test_verify import restated
 
 from rockframe.errors import InputError
 from rockframe.results.reading import opened

@@ -20,7 +20,7 @@ from rockframe.study.structures import bundled_records
 @pytest.fixture
 def deep(tmp_path: Path) -> Path:
     """A folder with a subfolder of miniSEED files and their StationXML, from the shared records."""
-    source = Path(__file__).resolve().parents[2] / "shared" / "records" / "formats" / "miniseed"
+    source = Path(__file__).resolve().parents[3] / "shared" / "records" / "formats" / "miniseed"
     if not source.is_dir():
         pytest.skip("no folder 'shared/records' beside the repository")
     (tmp_path / "in").mkdir()

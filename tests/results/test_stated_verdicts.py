@@ -62,7 +62,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             for name, h, w, m in STRUCTURES
         )
     )
-    record = Path(__file__).parents[1] / "records" / "ridgecrest2019" / "Ridgecrest2019-CCC.V1"
+    record = Path(__file__).parents[2] / "records" / "ridgecrest2019" / "Ridgecrest2019-CCC.V1"
     words = ("--records", record, "--structures", structures, "--margins", "first")
     assert run("table1", *words, "--output", home / "run") == 0
     assert run("report", home / "run") == 0
@@ -196,7 +196,7 @@ def test_a_damaged_verdict_is_named(folder: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", ["README.md", "docs/theory.md"])
 def test_the_rule_is_stated_in_the_same_words_everywhere(page: str) -> None:
-    stated = (Path(__file__).parents[1] / page).read_text(encoding="utf-8")
+    stated = (Path(__file__).parents[2] / page).read_text(encoding="utf-8")
     assert VERDICT_RULE in " ".join(stated.split())
     assert VERDICT_RULE in " ".join(str(Margin.verdict.__doc__).split())
 
