@@ -137,7 +137,7 @@ class WorkerPool(Executor):
             self._idle.put(worker)
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Schedule a call; function, arguments and results can be pickled.
+        """Schedule a call; function, arguments and result must be picklable.
 
         If the function raises a `RockframeError`, the future raises the same error. If the function
         raises anything else, or the worker ends early, the future raises `WorkerDiedError`.

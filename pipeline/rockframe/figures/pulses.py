@@ -110,8 +110,8 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
         bar.set_label("match index")
     caption = (
         f"Match index of the {wavelet_in(dataset)} wavelet, by PyWavelets, at each period and "
-        "time: the energy-normalised coefficient over the root of the record's energy. Cross: the "
-        f"best match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, T_p = {period:.3f} s at "
+        "time: the energy-normalised coefficient divided by the root of the record's energy. "
+        f"Cross: the best match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, T_p = {period:.3f} s at "
         f"{centre:.2f} s, {tested_in(dataset)}match index {float(dataset['best_match']):.3f}. "
         f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g)."
     )

@@ -84,7 +84,7 @@ NO_OPTIONS: Final = ReadOptions()
 def factor_to_si(
     path: Path, stated: str | None, options: ReadOptions, line: int | None = None
 ) -> float:
-    """Return the size [m s-2] of the units that the file states, otherwise of the user's units.
+    """Return the size [m s-2] of the units: those of the file or, if it states none, the user's.
 
     Parameters
     ----------

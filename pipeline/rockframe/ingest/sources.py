@@ -25,7 +25,7 @@ Catalogue = Mapping[str, CatalogueEntry]
 
 _REQUEST: Final = "request.json"
 #: Notes on files that accompany records and are not read as records.
-_CATALOGUE: Final = "catalogue: metadata of the files beside it."
+_CATALOGUE: Final = "catalogue: states metadata of the files in its folder."
 _BESIDE: Final = {
     _REQUEST: "request of a fetch: not needed to read the records.",
     "event.quakeml": "event from a data centre: the catalogue contains its metadata.",

@@ -142,7 +142,9 @@ def crest_times(
     near: float,
     found: Float,
 ) -> None:
-    """Find the maxima over time near given points, by Taylor series of the inner products.
+    """Find the times near given ones at which a record matches a wavelet best.
+
+    The inner products of the record and both parts of the wavelet are Taylor series in the time.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def crest_times(
     signal : array, shape (bins or more,)
         Spectrum of the signal.
     lines : array, shape (points,)
-        Interval between the lines, in units of 1 / T_p.
+        Interval between the frequencies of the spectra, in units of 1 / T_p.
     energies : array, shape (points, parts)
         Energies of the parts.
     times : array, shape (points,)

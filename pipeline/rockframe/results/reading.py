@@ -248,7 +248,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
             claimed += max(math.prod(one.shape), math.prod(chunk)) * one.dtype.itemsize
         present = self.path.stat().st_size
         if claimed > _MOST_COMPRESSED * present:
-            raise self._refuse(f"states {claimed:.3g} bytes of values in a file of {present}.")
+            raise self._refuse(f"states {claimed:.3g} bytes of values, but has {present}.")
 
 
 def _require_valid(path: Path, one: Variable, dataset: xr.Dataset) -> None:

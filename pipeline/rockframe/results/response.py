@@ -66,7 +66,7 @@ def write_responses(
 
 
 def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
-    """Return the values of a record, with the parts of responses under their own names."""
+    """Return the values of a record by the names of the objects that hold them in its responses."""
     return {
         "record_id": name,
         "row_size": max(response.time.size for response in responses),

@@ -198,6 +198,6 @@ class Fragility(Shown):
 
 
 def _left_open(motions: NDArray[np.intp]) -> Float:
-    """Return the upper bound of the probability of an event that occurred under no motion."""
+    """Return the upper bound of the probability of an event that none of the motions caused."""
     chance = 0.5 * (1.0 - CONFIDENCE)
     return np.where(motions > 0, 1.0 - chance ** (1.0 / np.maximum(motions, 1)), 1.0)

@@ -1,4 +1,4 @@
-"""Limit states: overturning, and user limits of peaks; the peaks, and results of fits in words."""
+"""Limit states (overturning, and limits of peaks), these peaks, and the words for their fits."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def peaks_of_frames(
 
 
 def limited_in(frame: RockingFrame, quantity: str) -> bool:
-    """Return True if a quantity exists for a frame; some need a tendon that yields, or a gap."""
+    """Return True if a frame has a quantity: some need a tendon that yields, or a gap."""
     if quantity == "tendon_ratio":
         return frame.tendon is not None and frame.tendon.yield_force < math.inf
     return quantity != "gap_ratio" or frame.abutment is not None

@@ -121,7 +121,7 @@ _LEVEL: Final = 0.05
 
 @dataclass(frozen=True)
 class Preference:
-    """The measure that predicts overturning better, if one can be named.
+    """The intensity measure that predicts overturning better than the others, if one does.
 
     Parameters
     ----------

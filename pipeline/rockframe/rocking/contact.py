@@ -137,14 +137,15 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Impulses:
-    """Impulses on all columns together, over their mass N m_c [m s-1].
+    """Sums of the impulses on all columns, divided by their mass N m_c [m s-1].
 
     Parameters
     ----------
     base_horizontal, base_vertical : array
-        Impulse of the ground on the columns: against the motion, and upwards.
+        Impulse of the ground on the columns, positive against the motion, and positive upwards.
     top_horizontal, top_vertical : array
-        Impulse of the beam on the columns: with the motion, and downwards; eqs (39) and (40).
+        Impulse of the beam on the columns, positive with the motion, and positive downwards; eqs
+        (39) and (40).
     """
 
     base_horizontal: Float

@@ -13,13 +13,13 @@ from rockframe.rocking.response import Verdict
 #: The rule of `Margin.verdict`, in the words of its docstring. All tables, pages and documents that
 #: show verdicts print it.
 VERDICT_RULE: Final = (
-    "A verdict is undecided if it changes when the amplitude of the motion or the restitution of "
-    "impacts changes by up to 1 % (amplitude, restitution), or when the record is sampled twice "
-    "as finely (sampling). It is also undecided if the robust margin contradicts it (dimensions): "
-    "the structure stands, but 10 % of the ensemble overturn at 1 times the motion or less; or "
-    "the structure overturns, but half of the ensemble overturn only at 1 times the motion or "
-    "more, or not at all. Any other verdict is that of the response to the motion itself: no "
-    "uplift, safe or overturned."
+    "A verdict is undecided for one or more of four reasons. Amplitude or restitution: it "
+    "changes when the amplitude of the motion, or the restitution of impacts, changes by up to 1 "
+    "%. Sampling: it changes when the record is sampled twice as finely. Dimensions: the robust "
+    "margin contradicts it, because the structure stands, but 10 % of the ensemble overturn at a "
+    "multiple of 1 or less; or because it overturns, but half of the ensemble overturn only at a "
+    "multiple of 1 or more, or not at all. Any other verdict is that of the response to the "
+    "motion itself: no uplift, safe or overturned."
 )
 #: Explanation of the values that tables show beside the verdict.
 MARGIN_LEGEND: Final = (
@@ -149,7 +149,7 @@ class Strip:
 
     @property
     def words(self) -> str:
-        """The strip in words.
+        """The intervals that overturn and the robust margin, in words.
 
         Examples
         --------

@@ -243,9 +243,7 @@ def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
 
 
 def _furthest_records(spectrum: xr.Dataset, most: int) -> list[int]:
-    """Return positions of at most `most` records, with the largest rotations without
-    overturning.
-    """
+    """Return positions of at most `most` records: those that rotate most without overturning."""
     stands = spectrum["verdict"] != Verdict.OVERTURNED
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values

@@ -49,7 +49,7 @@ class Verification:
     datasets : mapping of str to Described
         Contents of each valid netCDF file.
     faults : tuple of str
-        All faults, each in one line; empty if the run is complete and unchanged.
+        All problems found, one line each; empty if the run is complete and unchanged.
     same_source : bool
         True if the run was computed with this source code.
     other_versions : mapping of str to str

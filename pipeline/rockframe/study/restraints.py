@@ -156,7 +156,7 @@ class FixedEntry(TableEntry):
     moment_capacity_nm: Annotated[float | None, _for_example(4.0e6)] = None
     """Moment at which both ends of a column yield [N m]; replaces strength_ratio."""
     post_yield_ratio: float = 0.0
-    """Stiffness after yielding over the elastic stiffness."""
+    """Ratio of the stiffness after yielding to the elastic stiffness."""
 
     def made(
         self,

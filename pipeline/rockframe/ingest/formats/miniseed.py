@@ -159,7 +159,7 @@ def _record(
     counts = _counts(path, trace)
     if stats.channel[1:2] == _SEISMOMETER:
         message = f"channel {stats.channel!r} is a velocity, of a seismometer."
-        raise InputError(path, f"{message} Must be an accelerometer's, as 'HNE'.")
+        raise InputError(path, f"{message} Must be of an accelerometer, such as 'HNE'.")
     instrument = find_response(path, trace, options)
     factor_to_si(path, "m/s2", options)
     rate = float(stats.sampling_rate)

@@ -146,7 +146,7 @@ def required_line(
 ) -> re.Match[str]:
     r"""Match the beginning of a header line with a pattern; no match is an error.
 
-    `first_line` is the line number in the file of the first of the lines.
+    `first_line` is the number of the first given line, counted in the whole file.
 
     Examples
     --------

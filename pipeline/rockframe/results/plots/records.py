@@ -216,7 +216,7 @@ def pulse_dataset(record: Record, match: PulseMatch, tested: str = "") -> xr.Dat
 def scalogram_dataset(
     record: Record, match: PulseMatch, options: PulseOptions, tested: str = ""
 ) -> xr.Dataset:
-    """Return wavelet coefficients |C| over the root of the record's energy, by period and time.
+    """Return |C| divided by the root of the record's energy, as a function of period and time.
 
     Parameters
     ----------

@@ -424,7 +424,7 @@ def _bends(pack: Float, j: int, curved: Marker, lifts: Marker, tied: Marker) -> 
 
 @inlined
 def _take_off(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
-    """Start the hops of a pack: series, kind of end, first guesses of peaks and landings."""
+    """Compute the series of a pack's hops, how they end, and first guesses of peak and landing."""
     for j in range(WIDTH):
         theta = pack[j + THETA]
         omega = pack[j + OMEGA]

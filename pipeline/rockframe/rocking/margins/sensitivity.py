@@ -108,7 +108,7 @@ def sensitivities(
 
 
 def _amplitudes(intervals: Sequence[Float], largest: Float) -> tuple[Int, Float]:
-    """Return the scales near 1 that are tried, and the line of each."""
+    """Return the scales near 1 that are tried, and the index of the pair of each."""
     known = [each.size > 0 and each[0, 0] <= 1.0 + AMPLITUDE_PERTURBATION for each in intervals]
     steps = [_steps(_AMPLITUDES if one else _VALUES) for one in known]
     line = np.repeat(np.arange(len(steps)), [each.size for each in steps])

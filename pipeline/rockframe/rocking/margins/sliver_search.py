@@ -74,8 +74,8 @@ class FirstOverturning:
         Ends of the interval of scales that overturn [1]. The frame overturns at both ends. NaN if
         no interval was found. `upper` is the largest scale if the interval reaches it.
     prevails_from : float
-        Least scale from which overturning prevails: of the scales from it up to any larger scale,
-        more than half overturn [1]. NaN if there is none.
+        Least scale s from which overturning prevails: whichever larger scale t is chosen, more than
+        half of the scales from s to t overturn [1]. NaN if there is none.
     share_before : float
         Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if the two
         are equal.

@@ -130,13 +130,15 @@ def scan(
     grounds, frames : sequence
         Ground motions and frames.
     ground, frame : array of int, shape (lines,)
-        Indices of the ground motion and the frame of each line.
+        Indices of the ground motion and the frame of each line. A line is one frame under one
+        ground motion.
     amplitudes : array, shape (amplitudes,) or (lines, amplitudes)
         Factors of the ground motion of each line [1], ascending.
     tolerance : float
         Relative tolerance to which edges are bisected [1].
     unit : array, shape (lines,), optional
-        Factor of the ground motion at amplitude 1 [1]; by default 1.
+        Number by which the ground motion of each line is multiplied at an amplitude of 1; by
+        default 1.
 
     Returns
     -------
