@@ -62,7 +62,7 @@ def test_killed_worker_costs_its_batch(address: str, tmp_path: Path) -> None:
 
 
 def test_batch_that_kills_its_workers_is_named(address: str) -> None:
-    with pytest.raises(EngineError, match="batch 2 ended its worker"):
+    with pytest.raises(EngineError, match="batch 2: its worker"):
         list(map_batches(eval, ["1", DIES], engine=DaskScheduler(address)))
 
 

@@ -92,13 +92,13 @@ def test_killed_worker_costs_its_batch_not_the_run(tmp_path: Path) -> None:
 
 
 def test_batch_that_kills_its_workers_is_named() -> None:
-    with pytest.raises(EngineError, match=r"batch 2 ended its worker 3 times .*signal 9, Killed"):
+    with pytest.raises(EngineError, match=r"batch 2: its worker died 3 times .*signal 9, Killed"):
         list(map_batches(eval, ["1", DIES, "3"], engine=POOL))
 
 
 @pytest.mark.usefixtures("_clock")
 def test_number_of_a_batch_counts_those_done_here() -> None:
-    with pytest.raises(EngineError, match="batch 12 ended"):
+    with pytest.raises(EngineError, match="batch 12: its worker died"):
         list(map_batches(eval, [ASKS] * 11 + [DIES], engine=ProcessPool(2, patience=1.5)))
 
 

@@ -86,8 +86,8 @@ def serve(
                     failed = f"batch {number} failed in its worker:\n{death.said}"
                     raise RuntimeError(failed) from None
                 raise EngineError(
-                    f"the worker died {ATTEMPTS} times on batch {number} (last: {death.how}). Check "
-                    "that there is enough memory, or use fewer workers."
+                    f"batch {number}: its worker died {ATTEMPTS} times (last: {death.how}). "
+                    "Check that there is enough memory, or use fewer workers."
                 ) from None
 
 

@@ -77,7 +77,7 @@ class DaskScheduler(Engine):
             return future.result()
         except KilledWorker as error:
             raise EngineError(
-                f"batch {number} ended its worker at {self.address} repeatedly ({error}). "
+                f"batch {number}: its worker at {self.address} died repeatedly ({error}). "
                 "Check the memory of the workers."
             ) from None
         except CancelledError:

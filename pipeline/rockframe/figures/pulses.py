@@ -111,8 +111,9 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
     caption = (
         f"Match index of the {wavelet_in(dataset)} wavelet, by PyWavelets, at each period and "
         "time: the energy-normalised coefficient divided by the root of the record's energy. "
-        f"Cross: the best match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, T_p = {period:.3f} s at "
-        f"{centre:.2f} s, {tested_in(dataset)}match index {float(dataset['best_match']):.3f}. "
+        f"Cross: the best match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
+        f"T_p = {period:.3f} s at {centre:.2f} s, {tested_in(dataset)}match index "
+        f"{float(dataset['best_match']):.3f}. "
         f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g)."
     )
     return Captioned(figure, "Wavelet transform", caption)
