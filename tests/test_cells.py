@@ -51,6 +51,8 @@ def test_semicolons_allow_decimal_commas() -> None:
     stream = io.StringIO("file;magnitude;event\nA.V1;6,9;Kobe, Japan\n1;,5;-1,e5\n")
     rows = [row for _, row in read_rows(stream)]
     assert rows[1:] == [["A.V1", "6.9", "Kobe, Japan"], ["1", ".5", "-1,e5"]]
+    quoted = io.StringIO('"file";"magnitude"\n"A.V1";"6,9"\n')
+    assert [row for _, row in read_rows(quoted)][1] == ["A.V1", "6.9"]
 
 
 def test_numbers_stay_numbers_and_nan_is_empty() -> None:

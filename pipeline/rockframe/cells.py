@@ -130,7 +130,8 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
     [(1, ['event', 'magnitude']), (3, ['@home', '-0.1'])]
     """
     first = stream.readline()
-    semicolons = ";" in first and not {",", '"'} & {*first}
+    bare = re.sub(r'"[^"]*"', "", first)
+    semicolons = ";" in bare and "," not in bare
     reader = csv.reader(chain([first], stream), strict=True, delimiter=";" if semicolons else ",")
     for row in reader:
         if semicolons:

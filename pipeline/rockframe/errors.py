@@ -67,7 +67,7 @@ def meant(word: str, known: Iterable[str]) -> str:
     """
     from difflib import get_close_matches  # only needed for errors
 
-    return "".join(f" Did you mean {name}?" for name in get_close_matches(word, [*known], 1))
+    return "".join(f" Did you mean {name}?" for name in get_close_matches(word, [*known], 1, 0.7))
 
 
 class InputError(RockframeError):

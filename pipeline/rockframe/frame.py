@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Final, Self
 
 import numpy as np
@@ -175,7 +176,7 @@ class RockingFrame:
         for label in (*_LENGTHS, *ratios, "column_mass"):
             value = getattr(self, label)
             absent = value is None and getattr(RockingFrame, label, 0.0) is None
-            if not (absent or hasattr(value, "__float__")):
+            if not (absent or isinstance(value, Real)):
                 raise self._invalid(label, "a number")
 
     def _invalid(self, quantity: str, allowed: str) -> ParameterError:

@@ -158,7 +158,7 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
         help="folder to write (default: outputs/paper)",
     )
     parser.add_argument("--claim", metavar="NAME", help="print only this claim, and write nothing")
-    arguments.add_records(parser)
+    arguments.add_records(parser, ready=False)
     add_options(parser, PulseOptions, title="pulses")
     arguments.add_reading(parser)
     add_grid(parser)

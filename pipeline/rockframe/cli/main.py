@@ -20,6 +20,7 @@ from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
+from itertools import takewhile
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NoReturn, TextIO
@@ -97,15 +98,18 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         known = self._option_string_actions
-        options = (word.partition("=")[0] for word in self._words if word.startswith("--"))
+        words = takewhile(lambda word: word != "--", self._words)
+        options = (word.partition("=")[0] for word in words if word.startswith("--"))
         unknown = [word for word in options if not any(one.startswith(word) for one in known)]
         choice = re.search(r"COMMAND: invalid choice: '([^']*)'", message)
         if choice:
-            message = f"unknown command {choice[1]!r}.{meant(choice[1], _VERBS)}".rstrip(".")
+            message = f"unknown command {choice[1]!r}.{meant(choice[1], _VERBS)}"
         elif unknown:
             wanted = f" Use {_RENAMED[unknown[0]]}." if unknown[0] in _RENAMED else ""
             message = f"unknown option {unknown[0]}.{wanted or meant(unknown[0], known)}"
-        self.exit(2, f"rockframe: error: {message}. See {self.prog} --help.\n")
+        message = message.rstrip(".")
+        end = "" if message.endswith("?") else "."
+        self.exit(2, f"rockframe: error: {message}{end} See {self.prog} --help.\n")
 
     def _print_message(self, message: str, file: Any = None) -> None:
         (file or sys.stderr).write(message)  # argparse would ignore errors of writing

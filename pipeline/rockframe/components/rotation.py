@@ -165,7 +165,8 @@ def rotd(
         The two recorded components.
     transform : callable, optional
         Linear function of a component and its time step, evaluated once for each component. An
-        example is `rockframe.signals.integrate`, for PGV. The default is the acceleration itself.
+        example is `integrate` of `rockframe.signals.processing`, for PGV. The default is the
+        acceleration itself.
     measure : callable, optional
         Function that returns the measure of the motion toward an azimuth, shape (samples,). The
         default is the largest absolute value. If the measure depends on the sign of the motion,

@@ -189,6 +189,11 @@ class VelocityPulse:
 def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions) -> VelocityPulse:
     """Find the pulse in a record's velocity, and compare the velocity with and without it.
 
+    The ratios and the indicator are those of Baker (2007), Quantitative classification of
+    near-fault ground motions using wavelet analysis, Bull. Seismol. Soc. Am. 97(5), 1486-1501.
+    Baker extracts a Daubechies wavelet. This function extracts the Ricker pulse that explains most
+    of the velocity, so its indicator is an approximation.
+
     Parameters
     ----------
     acceleration : array, shape (samples,)

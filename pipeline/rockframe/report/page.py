@@ -48,11 +48,11 @@ def render(
     Parameters
     ----------
     run : Run
-        As returned by `rockframe.results.read_run`.
+        As returned by `read_run`.
     motions : iterable of (Ground, sequence of History)
-        As returned by `rockframe.results.read_histories` for the histories on the page.
+        As returned by `read_histories` for the histories on the page.
     screening : Dataset, optional
-        As returned by `rockframe.results.read_screening`, if the run has a screening.
+        As returned by `read_screening`, if the run has a screening.
     comparison : sequence of mapping
         As returned by `comparison_rows`, if the run compares bridges.
 

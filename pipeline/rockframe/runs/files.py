@@ -80,7 +80,7 @@ def read_plan(folder: Path) -> Plan:
             {step["name"]: content["keys"][step["name"]] for step in content["steps"]},
             dict(content["files"]),
             str(content["source_code_hash"]),
-            _inputs(content["study_files"]),
+            _inputs(content.get("study_files", ())),
         )
         # a run of another study removes the outputs and stamps that are named here
         names = [n for step in plan.steps for n in (step.name, *step.outputs)]

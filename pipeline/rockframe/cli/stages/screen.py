@@ -42,7 +42,6 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
 
 def run_screen(options: argparse.Namespace) -> int:
     """Run the stage and print the tables."""
-    from rockframe.cli.stages.screen import show
     from rockframe.stages.screening.screen import screen_stage
 
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
@@ -275,7 +274,7 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
             "undecided: small perturbations change them."
         )
     for name, reason in islice(done.left_out.items(), _SHOWN):
-        print(f"rejected: {name}: {reason}")
+        print(f"not screened: {name}: {reason}")
     more = len(done.left_out) - _SHOWN
     if more > 0:
-        print(f"rejected: {more} more; the file's attribute left_out has all")
+        print(f"not screened: {more} more; the file's attribute left_out lists all")

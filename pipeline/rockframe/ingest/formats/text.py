@@ -102,9 +102,10 @@ def sniff(head: bytes) -> bool:
         count = len(fields_of(rows[0]))
         few = count <= (2 if start else 4) or count in _SERIES
         return numeric[0] and few and 2 * sum(numeric) > len(rows)
-    sizes = (len(names), 2 * len(names))  # decimal commas between commas: `read` reports them
+    # twice the columns between commas are numbers with decimal commas, which `read` reports
     return (len(names) <= 2 or any(map(is_known, names))) and any(
-        is_row(row) and len(fields_of(row)) in sizes for row in rows[1:4]
+        is_row(row) and len(fields_of(row)) in (len(names), 2 * len(names) * ("," in row))
+        for row in rows[1:4]
     )
 
 
