@@ -69,6 +69,23 @@ def test_the_same_seed_draws_the_same_surrogates() -> None:
     assert other["symmetric_ricker"].median != judged(record)["symmetric_ricker"].median
 
 
+def test_the_last_bit_of_a_sample_does_not_change_the_noise() -> None:
+    """Processors round the last bits of samples differently."""
+    record = noise(1)
+    nearly = record.copy()
+    nearly[::7] = np.nextafter(record[::7], np.inf)
+    one, other = (judged(each)["symmetric_ricker"] for each in (record, nearly))
+    assert other.p_value == one.p_value
+    assert other.median == pytest.approx(one.median, rel=1e-6)
+
+
+def test_records_of_one_length_have_noise_of_their_own() -> None:
+    record = noise(1)
+    matches = match_pulses(record, STEP, RICKERS)
+    found = [likeness(record, STEP, matches, RICKERS, name) for name in ("CCC-090", "CCC-360")]
+    assert len({one["symmetric_ricker"].median for one in found}) == 2
+
+
 def test_drawing_ends_when_the_verdict_is_certain_and_not_before() -> None:
     """If 5 of 99 surrogates match better than the record, p can no longer reach 0.05."""
     some = judged(noise(1))["symmetric_ricker"]

@@ -107,7 +107,8 @@ def _rickers(record: Record, matching: PulseOptions) -> dict[str, PulseMatch]:
 def _tested(record: Record, matching: PulseOptions, wavelet: str) -> str:
     """Test the match of a wavelet against noise, and return the result as text."""
     matches = match_pulses(record.acceleration, record.time_step, matching)
-    found = likeness(record.acceleration, record.time_step, matches, matching)[wavelet]
+    samples, step = record.acceleration, record.time_step
+    found = likeness(samples, step, matches, matching, record.record_id)[wavelet]
     return pulse_words(found.verdict, found.p_value)
 
 

@@ -111,6 +111,7 @@ def likeness(
     time_step: float,
     matches: Mapping[str, PulseMatch],
     options: PulseOptions,
+    record_id: str = "",
 ) -> dict[str, Likeness]:
     """Compare the matches of a record with those of its surrogates.
 
@@ -123,7 +124,10 @@ def likeness(
     matches : mapping of str to PulseMatch
         Result of `match_pulses` with the same options.
     options : PulseOptions
-        Options of the search, with the number of surrogates.
+        Options of the search, with the number and the seed of the surrogates.
+    record_id : str, optional
+        Identifier of the record. The random phases follow from it, the number of samples, the time
+        step and the seed, so that they are the same on every processor.
 
     Raises
     ------
@@ -146,7 +150,7 @@ def likeness(
     if options.surrogates == 0:
         return {name: _untested() for name in matches}
     allowed = math.floor(LEVEL * (options.surrogates + 1) + 1e-9) - 1
-    source = _Surrogates(samples, time_step, options)
+    source = _Surrogates(samples, time_step, options, record_id)
     first = source.draw(min(_FIRST, options.surrogates))
     whole = _indices(np.concatenate([source.record[None], first]), time_step, options)
     own, drawn = whole[:, :1], whole[:, 1:]
@@ -194,10 +198,14 @@ def _untested() -> Likeness:
 
 
 class _Surrogates:
-    """A source of surrogates of one record; the seed and the record determine all draws."""
+    """A source of surrogates of one record."""
 
-    def __init__(self, samples: Float, time_step: float, options: PulseOptions) -> None:
-        digest = hashlib.sha256(samples.tobytes()).digest()[:16]
+    def __init__(
+        self, samples: Float, time_step: float, options: PulseOptions, record_id: str = ""
+    ) -> None:
+        # The seed must not depend on the samples: their last bits differ between processors.
+        described = f"{record_id} {samples.size} {time_step:.9g}"
+        digest = hashlib.sha256(described.encode()).digest()[:16]
         self._random = np.random.default_rng([options.seed, int.from_bytes(digest, "little")])
         samples = samples / np.abs(samples).max()  # large numbers overflow in single precision
         self.record = samples.astype(np.float32)

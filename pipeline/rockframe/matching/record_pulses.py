@@ -102,7 +102,8 @@ def find_pulses(
         raise ParameterError("Invalid time_step. Must be stated for an array, not for a Record.")
     samples = np.asarray(acceleration if record is None else record.acceleration)
     step = time_step or (record.time_step if record else 0.0)
-    return _pulses_of(samples, step, options or PulseOptions())
+    name = record.record_id if record else ""
+    return _pulses_of(samples, step, options or PulseOptions(), name)
 
 
 def pulses_or_reasons(
@@ -127,12 +128,14 @@ def pulses_or_reasons(
     return found
 
 
-def _pulses_of(acceleration: Float, time_step: float, options: PulseOptions) -> RecordPulses:
+def _pulses_of(
+    acceleration: Float, time_step: float, options: PulseOptions, record_id: str
+) -> RecordPulses:
     matches = match_pulses(acceleration, time_step, options)
     used = options.pulse_wavelet or best_ricker(matches)
     return RecordPulses(
         matches=matches,
-        likeness=likeness(acceleration, time_step, matches, options),
+        likeness=likeness(acceleration, time_step, matches, options, record_id),
         velocity=velocity_pulse(acceleration, time_step, options),
         used=used,
         runners_up=_runners_up(acceleration, time_step, matches[used], options),
