@@ -20,7 +20,7 @@ PYTEST = $(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults test-all check format bench fuzz clean
+.PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -37,6 +37,7 @@ help:
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
 	@echo "make test-faults  kill, starve and damage runs, and see that they resume (10 minutes)"
+	@echo "make test-processors  the tests and table1 with the instructions of other processors (an hour)"
 	@echo "make test-all  every test there is, in one piece (half an hour on two cores)"
 	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
 	@echo "make check    format, lint, strict types, doctests, direction of imports"
@@ -112,6 +113,9 @@ test-workflow: $(MADE) $(WORKFLOW)/.made
 
 test-faults: $(MADE)
 	@$(BIN)/python -m pytest -q -m faults tests
+
+test-processors: $(MADE)
+	@$(BIN)/python -m tests.recorded.processors
 
 test-all: check test test-examples test-browser test-dask test-faults test-workflow
 

@@ -40,14 +40,18 @@ def test_an_ensemble_of_one_structure_overturns_at_its_critical_scale() -> None:
     assert (robust.error10, robust.error25, robust.error50) == (0.0, 0.0, 0.0)
 
 
-def shares(ensemble: Ensemble, powers: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the shares of members that overturn on rough ground, at powers of 1.01."""
+def fallen_members(ensemble: Ensemble, powers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the numbers of members that overturn on rough ground, at negative powers of 1.01.
+
+    The powers are repeated products, because one unit in the last place can change a verdict.
+    """
     family = members(ensemble, SLENDER)
-    scale = np.exp(np.log1p(0.01) * powers)[:, None] * draws(ensemble)[:, 3]
+    scale = (1.0 / np.cumprod(np.full(-powers.min(), 1.01))[-powers - 1])[:, None]
+    scale = scale * draws(ensemble)[:, 3]
     frame = np.tile(np.arange(len(family)), powers.size)
     found = respond_scenarios([ROUGH], family, 0 * frame, frame, scale.ravel())
     fallen = (found.verdict == Verdict.OVERTURNED).reshape(scale.shape)
-    return np.asarray(fallen.mean(axis=1))
+    return np.asarray(fallen.sum(axis=1))
 
 
 def test_shares_are_those_of_the_members() -> None:
@@ -56,7 +60,7 @@ def test_shares_are_those_of_the_members() -> None:
     [[robust]] = robust_margins([ROUGH], [SLENDER], ensemble)
     power = round(np.log(robust.s25) / np.log(1.01))
     powers = np.arange(power - 35, power + 35)
-    mean = np.convolve(shares(ensemble, powers), np.full(9, 1.0 / 9.0), "valid")
+    mean = np.convolve(fallen_members(ensemble, powers), np.ones(9, dtype=int), "valid") / (9 * 40)
     for scale, share in ((robust.s10, 0.10), (robust.s25, 0.25), (robust.s50, 0.50)):
         places = []
         for level in share + np.linspace(-0.03, 0.03, 9):

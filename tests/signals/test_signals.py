@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
@@ -38,6 +44,45 @@ def test_phase_is_kept() -> None:
     signal = burst(1.0)
     corrected, *_ = correct(signal, 0.01, BandPass())
     assert int(np.correlate(corrected, signal, "same").argmax()) == signal.size // 2
+
+
+@pytest.mark.parametrize(("low", "high", "step"), [(0.1, 40.0, 0.005), (0.05, 0.2, 0.01)])
+def test_the_correction_is_that_of_scipy(low: float, high: float, step: float) -> None:
+    noise = np.random.default_rng(1).normal(0.2, 1.0, 9000)
+    corrected, *_ = correct(noise, step, BandPass(low, high))
+    tapered = scipy.signal.detrend(noise) * scipy.signal.windows.tukey(noise.size, 0.04)
+    pad = round(3.0 / (low * step))
+    sections = scipy.signal.butter(4, (low, high), "bandpass", fs=1.0 / step, output="sos")
+    expected = scipy.signal.sosfiltfilt(sections, np.pad(tapered, pad), padtype=None)[pad:-pad]
+    np.testing.assert_allclose(corrected, expected, rtol=0.0, atol=1e-9 * peak(expected))
+
+
+def test_the_bits_of_corrected_records_and_scales_do_not_depend_on_the_processor() -> None:
+    """Switches of numpy and OpenBLAS stand for an older processor."""
+    code = (
+        "import numpy as np\n"
+        "from rockframe.rocking.margins.sliver_search import powers\n"
+        "from rockframe.signals.processing import BandPass, correct\n"
+        "noise = np.random.default_rng(1).normal(size=6000)\n"
+        "corrected = correct(noise, 0.01, BandPass())[0]\n"
+        "scales = powers(1.0001, np.arange(5000))\n"
+    )
+    names: dict[str, NDArray[np.float64]] = {}
+    exec(code, names)  # noqa: S102
+    expected = [
+        hashlib.sha256(names[name].tobytes()).hexdigest() for name in ("corrected", "scales")
+    ]
+    code += "import hashlib; print(*(hashlib.sha256(x).hexdigest() for x in (corrected, scales)))"
+    older = " ".join(np.show_config(mode="dicts")["SIMD Extensions"]["found"])
+    switches = {"NPY_DISABLE_CPU_FEATURES": older, "OPENBLAS_CORETYPE": "Nehalem"}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **switches},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == expected
 
 
 def test_velocity_returns_to_rest() -> None:

@@ -122,13 +122,9 @@ def correct(
     """
     low, high = band.corners(time_step, time_step * (acceleration.size - 1))
     pad = math.ceil(_PAD_PERIODS / (low * time_step))
-    level = scipy.signal.detrend(acceleration, type="linear")
+    level = _level(acceleration)
     tapered = level * scipy.signal.windows.tukey(level.size, 2.0 * _TAPER)
-    sections = scipy.signal.butter(
-        _ORDER, (low, high), btype="bandpass", fs=1.0 / time_step, output="sos"
-    )
-    padded = np.pad(tapered, pad)
-    filtered = scipy.signal.sosfiltfilt(sections, padded, padtype=None)
+    filtered = _both_ways(_butterworth(low * time_step, high * time_step), np.pad(tapered, pad))
     before = integrate(filtered[: pad + 1], time_step)
     start = float(before[-1]), float(integrate(before, time_step)[-1])
     steps = (
@@ -138,6 +134,56 @@ def correct(
         f"backwards, with {pad * time_step:g} s of zeros at each end, cut off again",
     )
     return np.ascontiguousarray(filtered[pad:-pad]), start, steps
+
+
+def _level(series: Float) -> Float:
+    """Subtract the least-squares line.
+
+    The closed form gives the same bits on every processor; a library of linear algebra does not.
+    """
+    place = np.arange(series.size) - 0.5 * (series.size - 1)
+    slope = (place * series).sum() / np.square(place).sum()
+    return np.asarray(series - series.mean() - slope * place)
+
+
+def _butterworth(low: float, high: float) -> Float:
+    """Return second-order sections of a band-pass, shape (_ORDER, 6), as `scipy.signal.sosfilt`.
+
+    The poles are computed in extended precision and then rounded, so that the last bits of a
+    filtered record are the same on every processor. Those of scipy.signal.butter are not, and a
+    rocking response amplifies the difference.
+
+    Parameters
+    ----------
+    low, high : float
+        Corner frequencies over the sampling frequency [1].
+    """
+    wide = np.longdouble
+    half_turn = 4 * np.arctan(wide(1))
+    lower, upper = 2 * np.tan(half_turn * np.array([low, high], dtype=wide))
+    angle = half_turn * (2 * np.arange(_ORDER).astype(wide) + 1 + _ORDER) / (2 * _ORDER)
+    prototype = (np.cos(angle) + 1j * np.sin(angle)) * (upper - lower) / 2
+    root = np.sqrt(prototype**2 - lower * upper)
+    analogue = np.concatenate([prototype + root, prototype - root])
+    poles = (2 + analogue) / (2 - analogue)
+    poles = poles[poles.imag > 0]
+    middle = 2 * np.arctan(np.sqrt(lower * upper) / 2)
+    centre = np.cos(middle) + 1j * np.sin(middle)
+    # zeros at 0 Hz and at the Nyquist frequency; a gain of 1 at the centre of the band
+    gain = np.abs((centre - poles) * (centre - poles.conj()) / (centre**2 - 1))
+    one, nothing = np.ones_like(gain), np.zeros_like(gain)
+    rows = (gain, nothing, -gain, one, -2 * poles.real, np.abs(poles) ** 2)
+    return np.stack(rows, axis=1).astype(np.float64)
+
+
+def _both_ways(sections: Float, series: Float) -> Float:
+    """Filter a series forwards and backwards; a constant before its start leaves no transient."""
+    for _ in range(2):
+        state = np.zeros((len(sections), 2))
+        state[0] = -sections[0, 0] * series[0]
+        filtered, _ = scipy.signal.sosfilt(sections, series, zi=state)
+        series = filtered[::-1]
+    return np.asarray(series)
 
 
 def integrate(series: Float, time_step: float) -> Float:

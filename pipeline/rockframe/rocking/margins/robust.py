@@ -27,6 +27,7 @@ from rockframe.rocking.margins.first_overturning import (
     largest_scale_of,
     least_scale_of,
 )
+from rockframe.rocking.margins.sliver_search import powers
 from rockframe.rocking.response import Verdict, as_ground, refuse_flight, require_some
 from rockframe.rocking.scenario_packing import Prepared
 from rockframe.wavelets.pulse import Pulse
@@ -227,12 +228,14 @@ class _Family:
         shares = _averaged(falls.mean(axis=1))[: AVERAGED + 1]
         return bool((shares >= SHARES[0] - _NEAR).any())
 
-    def _scale(self, power: float) -> float:
+    @staticmethod
+    def _scale(power: float) -> float:
         return math.exp(math.log1p(SCALE_STEP) * power)
 
-    def _tried(self, powers: Int, member: Int) -> _Tried:
+    def _tried(self, power: Int, member: Int) -> _Tried:
         """Request verdicts and peaks |theta| / alpha [1]; return both, shape (powers, members)."""
-        scale = np.exp(math.log1p(SCALE_STEP) * powers)[:, None] * self.amplitude[member]
+        up, down = (powers(1.0 + SCALE_STEP, np.maximum(k, 0)) for k in (power, -power))
+        scale = (up / down)[:, None] * self.amplitude[member]
         self.responses += scale.size
         fallen, peaks = yield np.broadcast_to(member, scale.shape).ravel(), scale.ravel()
         return fallen.reshape(scale.shape), peaks.reshape(scale.shape)
@@ -258,11 +261,11 @@ class _Family:
         count = self.amplitude.size
         some = np.arange(0, count, _EVERY)
         for low in range(start, last + 1, _SOME * step):
-            powers = np.arange(low, min(low + _SOME * step, last + 1), step)
-            falls, peaks = yield from self._tried(powers, (some + powers[:, None]) % count)
+            power = np.arange(low, min(low + _SOME * step, last + 1), step)
+            falls, peaks = yield from self._tried(power, (some + power[:, None]) % count)
             found = (falls | (peaks > peak)).any(axis=1)
             if found.any():
-                return int(powers[found.argmax()])
+                return int(power[found.argmax()])
         return None
 
     def _margin(self, lowest: int, falls: Bool) -> RobustMargin:
@@ -270,8 +273,9 @@ class _Family:
         count = self.amplitude.size
         rng = np.random.default_rng(self.seed)
         again = rng.multinomial(count, np.full(count, 1.0 / count), _RESAMPLED)
-        weights = np.concatenate([np.ones((1, count)), again]) / count
-        shares = _averaged(falls.astype(np.float64) @ weights.T)
+        # counts are exact on every processor; a share may equal one of the levels of a crossing
+        weights = np.concatenate([np.ones((1, count), dtype=np.int64), again])
+        shares = _averaged(falls.astype(np.int64) @ weights.T) / count
         found = []
         for share in SHARES:
             crossing = _crossing(shares, share)
@@ -284,11 +288,11 @@ class _Family:
         return RobustMargin(s10, s25, s50, error10, error25, error50, self.responses)
 
 
-def _averaged(shares: Float) -> Float:
+def _averaged(values: Float | Int) -> Float:
     """Return means over up to AVERAGED neighbours on either side, along the first axis."""
-    total = np.concatenate([np.zeros_like(shares[:1]), np.cumsum(shares, axis=0)])
-    place = np.arange(len(shares))
-    start, end = np.maximum(place - AVERAGED, 0), np.minimum(place + AVERAGED + 1, len(shares))
+    total = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
+    place = np.arange(len(values))
+    start, end = np.maximum(place - AVERAGED, 0), np.minimum(place + AVERAGED + 1, len(values))
     means: Float = ((total[end] - total[start]).T / (end - start)).T
     return means
 

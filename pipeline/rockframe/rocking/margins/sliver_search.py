@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -21,8 +22,9 @@ from rockframe.rocking.kernels.excursions import compare
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-#: All sampled scales are on a lattice: place k is the least scale times exp(k * _LATTICE_STEP).
+#: All sampled scales are on a lattice: place k is the least scale times _LATTICE_RATIO**k.
 _LATTICE_STEP: Final = 1e-4
+_LATTICE_RATIO: Final = math.exp(_LATTICE_STEP)
 #: The search first looks for rocking, a peak |theta| / alpha above `_ROCKS`, in steps of `_OUTSET`
 #: places. It then samples from `_BELOW` of these steps below the first place that rocks.
 _OUTSET: Final = 256
@@ -141,7 +143,7 @@ class SliverSearch:
     responses: int = field(default=0, init=False)
 
     def _scales(self, place: Int) -> Float:
-        scales: Float = np.minimum(self.least * np.exp(_LATTICE_STEP * place), self.largest)
+        scales: Float = np.minimum(self.least * powers(_LATTICE_RATIO, place), self.largest)
         return scales
 
     def _at(self, scales: Float) -> Generator[Float, Answer, Answer]:
@@ -263,8 +265,9 @@ class SliverSearch:
         share = math.nan
         if prevails != 0:
             end = self.largest if prevails is None else prevails_from
-            places = (np.arange(_BETWEEN) + 0.5) / _BETWEEN
-            falls, _, _ = yield from self._at(lower * np.exp(math.log(end / lower) * places))
+            half_step = (end / lower) ** (0.5 / _BETWEEN)
+            scales_between = lower * half_step * powers(half_step**2, np.arange(_BETWEEN))
+            falls, _, _ = yield from self._at(scales_between)
             share = float(falls.mean())
         standing = float(lengths[~fallen].sum()) / span if span > 0.0 else 0.0
         return FirstOverturning(
@@ -276,6 +279,21 @@ class SliverSearch:
             standing,
             self.responses,
         )
+
+
+def powers(ratio: float, exponent: Int) -> Float:
+    """Return the powers of a ratio, with integer exponents of 0 or more.
+
+    They are repeated products, whose last bits are the same on every processor; those of numpy.exp
+    are not, and a rocking response amplifies the difference.
+    """
+    return _table(ratio, int(exponent.max(initial=0)).bit_length())[exponent]
+
+
+@lru_cache(maxsize=8)
+def _table(ratio: float, bits: int) -> Float:
+    """Return the powers with exponents below 2**bits."""
+    return np.cumprod(np.append(1.0, np.full((1 << bits) - 1, ratio)))
 
 
 def _portions(places: Int) -> list[Int]:
