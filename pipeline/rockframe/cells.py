@@ -1,4 +1,4 @@
-"""Cells of CSV tables: decimal numbers, and text that spreadsheets do not treat as a formula."""
+"""Cells of tables: decimal numbers, text that no spreadsheet computes, columns that are printed."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import chain
 from types import MappingProxyType, SimpleNamespace
-from typing import Final, TextIO
+from typing import Any, Final, TextIO
 
 #: A number that all programs read in the same way: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
@@ -150,3 +151,80 @@ def _cell(value: object) -> object:
     if isinstance(value, str):
         return harmless(value)
     return "" if isinstance(value, float) and math.isnan(value) else value
+
+
+Cells = Mapping[str, Any]
+#: Text of an unknown number.
+DASH: Final = "–"
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a printed table.
+
+    Parameters
+    ----------
+    head : str
+        Heading; if it ends in ``>``, the terminal aligns the column to the right.
+    key : str
+        Key of the value in a row.
+    form : str
+        Format of numbers, such as ``.2f``; without a format, values are text.
+    factor : float
+        Conversion of a number to the unit of the column.
+    rule : callable, optional
+        Called with the row and the key; returns the value, or the text of the cell.
+    once : bool
+        The value is printed only in the first row of a record.
+    mark : (str, str), optional
+        Key of a flag, and the text that is appended to the cell if the flag is set.
+    unit : str
+        Unit, which a page prints smaller than the heading.
+    minor : bool
+        The column is left out of narrow tables and pages.
+    wraps : bool
+        The text may take several lines.
+    """
+
+    head: str
+    key: str = ""
+    form: str = ""
+    factor: float = 1.0
+    rule: Callable[[Cells, str], float | str] | None = None
+    once: bool = False
+    mark: tuple[str, str] | None = None
+    unit: str = ""
+    minor: bool = False
+    wraps: bool = False
+
+    def cell(self, row: Cells) -> str:
+        """Return the text of a cell: a dash for an unknown number, empty if the row has no value.
+
+        Examples
+        --------
+        >>> column = Column("u [cm]>", "u_max_m", ".1f", 100.0)
+        >>> [column.cell(row) for row in ({"u_max_m": 0.135}, {"u_max_m": ""}, {})]
+        ['13.5', '–', '']
+        """
+        value = row.get(self.key) if self.rule is None else self.rule(row, self.key)
+        if value is None or not self.form or (self.rule and isinstance(value, str)):
+            return "" if value is None else str(value)
+        mark = self.mark[1] if self.mark and row.get(self.mark[0]) else ""
+        return in_digits(self.factor * number(value), self.form) + mark
+
+    def order(self, row: Cells) -> str:
+        """Return the key that sorts a column of numbers; unknown values come below all others."""
+        if self.rule and self.cell(row).startswith(">"):
+            return "Infinity"
+        value = number(row[self.key])
+        return str(value) if math.isfinite(value) else "-Infinity"
+
+
+def in_digits(value: float, form: str) -> str:
+    """Return a number as text, or a dash if it is unknown."""
+    return format(value, form) if math.isfinite(value) else DASH
+
+
+def number(value: Any) -> float:
+    """Return the number in a cell, which may be text from a CSV file; NaN if it is unknown."""
+    return math.nan if value in ("", None) else float(value)

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from rockframe.cells import Column
 from rockframe.cli.console import show_rows, show_table
-from rockframe.results.tables.columns import Column
 
 NAME = "Ridgecrest2019-CCC-090"
 

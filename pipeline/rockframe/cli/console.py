@@ -15,8 +15,8 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 if TYPE_CHECKING:
+    from rockframe.cells import Column
     from rockframe.ingest import Rejection
-    from rockframe.results.tables.columns import Column
     from rockframe.results.tables.entries import Entry
 
 #: Width of tables that are not printed to a terminal [characters].
@@ -82,9 +82,7 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
 
 def column(head: str, key: str = "", form: str = "", factor: float = 1.0, **others: Any) -> Column:
     """Return a column of a table."""
-    from rockframe.results.tables.columns import (
-        Column,  # slow: it is imported when tables are shown
-    )
+    from rockframe.cells import Column
 
     return Column(head, key, form, factor, **others)
 

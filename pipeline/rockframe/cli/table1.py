@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cells import TABLE_FORMATS
+from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.cli.stages.respond import margin_notes
@@ -18,7 +18,7 @@ from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.paper.pulses import statements
 from rockframe.paper.table1 import BORROWED, QUANTITIES, compare
-from rockframe.results.tables.columns import Column, pulse_mark, titled, wavelet_name
+from rockframe.results.tables.columns import pulse_mark, titled, wavelet_name
 from rockframe.results.tables.rows import Row
 
 if TYPE_CHECKING:

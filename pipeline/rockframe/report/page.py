@@ -15,18 +15,13 @@ import xarray as xr
 from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.cells import Column
 from rockframe.provenance import source_code_hash
 from rockframe.report.payload import checks, payload
 from rockframe.results.compare import COMPARISON
 from rockframe.results.run import Ground, History, Run
 from rockframe.results.screening.tables import screen_rows, screen_summary, with_its_limits
-from rockframe.results.tables.columns import (
-    OVERVIEW,
-    Column,
-    critical_scale,
-    pulse_mark,
-    stated_verdict,
-)
+from rockframe.results.tables.columns import OVERVIEW, critical_scale, pulse_mark, stated_verdict
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import VerdictKind
 from rockframe.web import render_page, strip_svg

@@ -10,11 +10,12 @@ from typing import Any, Final, Unpack
 import numpy as np
 import xarray as xr
 
+from rockframe.cells import Column
 from rockframe.frame import RockingFrame
 from rockframe.oscillators.comparison import Compared
 from rockframe.results.reading import opened, positions
-from rockframe.results.schema import COMPARE, COMPARE_NC
-from rockframe.results.tables.columns import Column
+from rockframe.results.schema import COMPARE
+from rockframe.results.schema.response import COMPARE_NC
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.results.writing import Origin, slices, write_rows
 

@@ -16,7 +16,8 @@ from rockframe.matching.match import PulseMatch
 from rockframe.matching.record_pulses import RecordPulses
 from rockframe.record import Record
 from rockframe.results.reading import opened
-from rockframe.results.schema import PULSES, PULSES_NC
+from rockframe.results.schema import PULSES
+from rockframe.results.schema.pulses import PULSES_NC
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.results.writing import Origin, write_rows
 from rockframe.wavelets.pulse import Pulse

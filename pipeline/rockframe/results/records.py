@@ -14,7 +14,8 @@ import xarray as xr
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Record
 from rockframe.results.reading import damage_named, opened
-from rockframe.results.schema import RECORDS, RECORDS_NC
+from rockframe.results.schema import RECORDS
+from rockframe.results.schema.records import RECORDS_NC
 from rockframe.results.writing import slices, write_rows
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate, peak

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.results.reading import opened, positions
-from rockframe.results.schema import RESPONSE, RESPONSE_NC
-from rockframe.results.schema.response import ABUTMENT, ISLANDS, ROBUST, FateUnderPulse
+from rockframe.results.schema import RESPONSE
+from rockframe.results.schema.response import ABUTMENT, ISLANDS, RESPONSE_NC, ROBUST, FateUnderPulse
 from rockframe.results.writing import Origin, slices, write_rows
 from rockframe.rocking import Margin, ToPulse
 from rockframe.rocking.response import Response

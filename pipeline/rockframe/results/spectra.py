@@ -10,13 +10,8 @@ import numpy as np
 import xarray as xr
 
 from rockframe.results.reading import opened
-from rockframe.results.schema import (
-    ROCKING_SPECTRUM,
-    ROCKING_SPECTRUM_NC,
-    SPECTRUM,
-    SPECTRUM_NC,
-)
-from rockframe.results.schema.response import Overturning
+from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM
+from rockframe.results.schema.response import ROCKING_SPECTRUM_NC, SPECTRUM_NC, Overturning
 from rockframe.rocking.response import Verdict
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum

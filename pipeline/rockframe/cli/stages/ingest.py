@@ -53,7 +53,7 @@ def run_fetch(options: argparse.Namespace) -> int:
 
 
 def _show_coverage(coverage: tuple[Coverage, ...], folder: Path) -> None:
-    from rockframe.results.tables.columns import number
+    from rockframe.cells import number
 
     complete = sum(row.complete for row in coverage)
     columns = [

@@ -15,8 +15,8 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
+    from rockframe.cells import Column
     from rockframe.record import Record
-    from rockframe.results.tables.columns import Column
 
 
 def add_pulse(parser: argparse.ArgumentParser) -> None:

@@ -19,7 +19,7 @@ from rockframe.options.respond import RespondOptions, RockingSpectrumOptions, Sp
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rockframe.results.tables.columns import Column
+    from rockframe.cells import Column
 
 #: Headings of the table of responses, by column of the overview.
 _HEADS: Final = {

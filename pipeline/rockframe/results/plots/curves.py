@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.schema import RESPONSE_NC
 from rockframe.results.schema.plots import RESTITUTION, SIZE, STABILITY
+from rockframe.results.schema.response import RESPONSE_NC
 from rockframe.rocking import GroundAcceleration, respond_many
 from rockframe.rocking.spectra.overturning import increasing
 

@@ -14,9 +14,9 @@ from rockframe.matching.curve import match_curve, scalogram
 from rockframe.matching.match import PulseMatch
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results.schema import RESPONSE_NC
 from rockframe.results.schema.declare import FileKind, variable
 from rockframe.results.schema.plots import JOINTS, MATCH_CURVE, PORTRAIT, PULSE, SCALOGRAM
+from rockframe.results.schema.response import RESPONSE_NC
 from rockframe.rocking import (
     GroundAcceleration,
     Response,

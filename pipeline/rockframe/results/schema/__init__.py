@@ -1,23 +1,41 @@
 """Declarations of the variables of each kind of file, for writing and reading."""
 
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from typing import Final
 
 from rockframe.results.schema.declare import FileKind as FileKind
 from rockframe.results.schema.declare import Variable as Variable
-from rockframe.results.schema.records import PULSES_NC as PULSES_NC
-from rockframe.results.schema.records import RECORDS_NC as RECORDS_NC
-from rockframe.results.schema.response import COMPARE_NC as COMPARE_NC
-from rockframe.results.schema.response import RESPONSE_NC as RESPONSE_NC
-from rockframe.results.schema.response import ROCKING_SPECTRUM_NC as ROCKING_SPECTRUM_NC
-from rockframe.results.schema.response import SPECTRUM_NC as SPECTRUM_NC
-from rockframe.results.schema.screen import SCREEN_NC as SCREEN_NC
 
-#: All kinds of files, by name, in the order of the stages.
-KINDS: Final = {
-    kind.name: kind
-    for kind in (
-        *(RECORDS_NC, PULSES_NC, RESPONSE_NC),
-        *(SCREEN_NC, SPECTRUM_NC, ROCKING_SPECTRUM_NC, COMPARE_NC),
-    )
+#: Module and name of the declaration of each kind of file, in the order of the stages.
+_DECLARATIONS: Final = {
+    "records": ("records", "RECORDS_NC"),
+    "pulses": ("pulses", "PULSES_NC"),
+    "response": ("response", "RESPONSE_NC"),
+    "screen": ("screen", "SCREEN_NC"),
+    "spectrum": ("response", "SPECTRUM_NC"),
+    "rocking_spectrum": ("response", "ROCKING_SPECTRUM_NC"),
+    "compare": ("response", "COMPARE_NC"),
 }
-RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM, COMPARE = KINDS
+RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM, COMPARE = _DECLARATIONS
+
+
+class _Kinds(Mapping[str, FileKind]):
+    """All kinds of files, by name.
+
+    A kind is imported when it is first used: it imports the code whose results it declares.
+    """
+
+    def __getitem__(self, name: str) -> FileKind:
+        module, declaration = _DECLARATIONS[name]
+        kind: FileKind = getattr(import_module(f"{__name__}.{module}"), declaration)
+        return kind
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_DECLARATIONS)
+
+    def __len__(self) -> int:
+        return len(_DECLARATIONS)
+
+
+KINDS: Final = _Kinds()

@@ -133,7 +133,7 @@ class FileKind:
 
         Examples
         --------
-        >>> from rockframe.results.schema import RESPONSE_NC
+        >>> from rockframe.results.schema.response import RESPONSE_NC
         >>> from rockframe import RockingFrame
         >>> RESPONSE_NC.filled("frame", [RockingFrame(height=8.0, width=2.0)])["height"]
         [8.0]

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.results.reading import opened, positions
-from rockframe.results.schema import SCREEN, SCREEN_NC
+from rockframe.results.schema import SCREEN
+from rockframe.results.schema.screen import SCREEN_NC
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
     CHUNK,

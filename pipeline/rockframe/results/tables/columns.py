@@ -3,95 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
+from rockframe.cells import DASH, Cells, Column, number
 from rockframe.matching.likeness import PulseVerdict, pulse_words
 from rockframe.rocking.response import Verdict
 from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict
 
-Cells = Mapping[str, Any]
-_DASH: Final = "–"
 #: Short names of wavelets.
 _SHORT: Final = {
     "symmetric_ricker": "sym",
     "antisymmetric_ricker": "antisym",
     "ricker_any_phase": "any phase",
-    "": _DASH,
+    "": DASH,
 }
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of a printed table.
-
-    Parameters
-    ----------
-    head : str
-        Heading; if it ends in ``>``, the terminal aligns the column to the right.
-    key : str
-        Key of the value in a row.
-    form : str
-        Format of numbers, such as ``.2f``; without a format, values are text.
-    factor : float
-        Conversion of a number to the unit of the column.
-    rule : callable, optional
-        Called with the row and the key; returns the value, or the text of the cell.
-    once : bool
-        The value is printed only in the first row of a record.
-    mark : (str, str), optional
-        Key of a flag, and the text that is appended to the cell if the flag is set.
-    unit : str
-        Unit, which a page prints smaller than the heading.
-    minor : bool
-        The column is left out of narrow tables and pages.
-    wraps : bool
-        The text may take several lines.
-    """
-
-    head: str
-    key: str = ""
-    form: str = ""
-    factor: float = 1.0
-    rule: Callable[[Cells, str], float | str] | None = None
-    once: bool = False
-    mark: tuple[str, str] | None = None
-    unit: str = ""
-    minor: bool = False
-    wraps: bool = False
-
-    def cell(self, row: Cells) -> str:
-        """Return the text of a cell: a dash for an unknown number, empty if the row has no value.
-
-        Examples
-        --------
-        >>> column = Column("u [cm]>", "u_max_m", ".1f", 100.0)
-        >>> [column.cell(row) for row in ({"u_max_m": 0.135}, {"u_max_m": ""}, {})]
-        ['13.5', '–', '']
-        """
-        value = row.get(self.key) if self.rule is None else self.rule(row, self.key)
-        if value is None or not self.form or (self.rule and isinstance(value, str)):
-            return "" if value is None else str(value)
-        mark = self.mark[1] if self.mark and row.get(self.mark[0]) else ""
-        return in_digits(self.factor * number(value), self.form) + mark
-
-    def order(self, row: Cells) -> str:
-        """Return the key that sorts a column of numbers; unknown values come below all others."""
-        if self.rule is critical_scale and self.cell(row).startswith(">"):
-            return "Infinity"
-        value = number(row[self.key])
-        return str(value) if math.isfinite(value) else "-Infinity"
-
-
-def in_digits(value: float, form: str) -> str:
-    """Return a number as text, or a dash if it is unknown."""
-    return format(value, form) if math.isfinite(value) else _DASH
-
-
-def number(value: Any) -> float:
-    """Return the number in a cell, which may be text from a CSV file; NaN if it is unknown."""
-    return math.nan if value in ("", None) else float(value)
 
 
 def stated_verdict(row: Cells) -> StatedVerdict:
@@ -119,7 +46,7 @@ def verdict_words(row: Cells, _key: str = "") -> str:
 
 def standing(row: Cells, key: str) -> float | str:
     """Return a peak, or a dash for structures that overturn, whose peak only describes the fall."""
-    return _DASH if stated_verdict(row).overturns else number(row[key])
+    return DASH if stated_verdict(row).overturns else number(row[key])
 
 
 def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
@@ -145,7 +72,7 @@ def robust_scales(row: Cells, _key: str = "") -> str:
     '1.04 2.61 > 10'
     """
     parts = [_BY_KEY[f"robust_scale_{share}"].cell(row) for share in (10, 25, 50)]
-    return parts[0] if parts[0] == _DASH or parts[0].startswith(">") else " ".join(parts)
+    return parts[0] if parts[0] == DASH or parts[0].startswith(">") else " ".join(parts)
 
 
 def wavelet_name(row: Cells, key: str = "wavelet") -> str:

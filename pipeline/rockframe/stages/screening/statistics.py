@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.results.record_metadata import RecordMetadata
-from rockframe.results.schema import SCREEN_NC
-from rockframe.results.schema.screen import OUTCOMES, UNITS_OF_MEASURES
+from rockframe.results.schema.screen import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
 from rockframe.risk import (
     MEASURES,
     Fragility,
