@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -109,3 +110,10 @@ def test_crossings_lie_between_nodes(level: float, rate: float) -> None:
 def test_a_column_alone_has_no_rivals() -> None:
     with pytest.raises(ParameterError, match="is a column without a beam"):
         Rivals(replace(BENT, mass_ratio=0.0))
+
+
+def test_a_gap_is_closed_by_a_peak_between_two_nodes() -> None:
+    time = np.array([0.0, 0.8, 2.2, 3.0])  # the peak of the parabola is 2.25, at 1.5
+    when, speed = first_crossing(time, time * (3.0 - time), 3.0 - 2.0 * time, 2.0)
+    assert (when, speed) == pytest.approx((1.0, 1.0), rel=1e-12)
+    assert math.isnan(first_crossing(time, time * (3.0 - time), 3.0 - 2.0 * time, 2.26)[0])

@@ -129,13 +129,16 @@ def _root(
 ) -> float:
     """Return the root in [a, b] of the polynomial in a row minus level.
 
-    `low` and `high` are its values at a and b, of opposite signs. Newton's method in a bracket,
-    which is halved if a step would leave it or is slow. The next row contains the derivative.
+    `low` and `high` are its values at a and b, of opposite signs; if their signs are equal, the
+    level was reached at a, to round-off. Newton's method in a bracket, which is halved if a step
+    would leave it or is slow. The next row contains the derivative.
     """
     if low == 0.0:
         return a
     if high == 0.0:
         return b
+    if (low > 0.0) == (high > 0.0):
+        return a
     last = b - a
     enough = _ROOT_TOLERANCE * last
     t = a + last * (low / (low - high))
@@ -633,7 +636,7 @@ def _located(
         d = -value / slope
         d /= 1.0 + 0.5 * d * curve / slope
         t += d
-        if abs(d) <= _NEAR * h:
+        if abs(d) <= _NEAR * h and 0.0 < t < h:
             return t, u + d * (v + 0.5 * d * bend), v + d * (bend + 0.5 * d * jerk)
     return 0.0, 0.0, 0.0
 

@@ -146,16 +146,24 @@ def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tupl
     >>> first_crossing(time, time**2, 2.0 * time, 0.25)
     (0.5, 1.0)
     """
-    beyond = np.flatnonzero(np.abs(u) >= level)
-    if not beyond.size or level <= 0.0:
+    if level <= 0.0:
         return math.nan, math.nan
-    k = int(beyond[0])
-    if k == 0:
+    if abs(u[0]) >= level:
         return float(time[0]), abs(float(velocity[0]))
+    size, speed = np.abs(u), np.abs(velocity)
+    # no Hermite cubic exceeds its larger end by more than 4/27 of this
+    within = (speed[1:] + speed[:-1]) * np.diff(time)
+    near = np.flatnonzero(np.maximum(size[1:], size[:-1]) + 4.0 / 27.0 * within >= level)
+    if not near.size:
+        return math.nan, math.nan
     from scipy.interpolate import CubicHermiteSpline  # takes long to import
 
-    piece = slice(k - 1, k + 1)
-    path = CubicHermiteSpline(time[piece], u[piece], velocity[piece])
-    roots = path.solve(math.copysign(level, u[k]), extrapolate=False)
-    when = float(roots[0]) if roots.size else float(time[k])
-    return when, abs(float(path(when, 1)))
+    for k in near:
+        piece = slice(k, k + 2)
+        path = CubicHermiteSpline(time[piece], u[piece], velocity[piece])
+        side = u[k] if size[k] > size[k + 1] else u[k + 1]
+        roots = path.solve(math.copysign(level, side), extrapolate=False)
+        if roots.size or size[k + 1] >= level:
+            when = float(roots[0]) if roots.size else float(time[k + 1])
+            return when, abs(float(path(when, 1)))
+    return math.nan, math.nan

@@ -248,9 +248,10 @@ def flight(
     ):
         return ALOFT, h, theta_h, omega_h, abs(theta_h), h, abs(omega_h)
     if start == MOVING and c[0] == 0.0 and s * theta_h < 0.0 and s * bend_0 < 0.0 > s * bend_h:
-        # a bounce: theta is concave and lands once, at about twice the time of the peak
+        # a bounce: theta is concave and lands once, at about twice the time of the peak; where a
+        # dissipater has changed its branch at theta = 0, theta decreases and there is no peak
         crest = -c[1] / (2.0 * c[2])
-        if s * c[1] * h <= peak_so_far and crest < h and s * derivatives(c, crest)[0] > 0.0:
+        if s * c[1] * h <= peak_so_far and 0.0 < crest < h and s * derivatives(c, crest)[0] > 0.0:
             t = root(c, 0, 0.0, crest, h, 2.0 * crest)
             omega = derivatives(c, t)[1]
             return LANDED, t, 0.0, omega, 0.0, 0.0, abs(omega)

@@ -57,8 +57,11 @@ def stretch(theta: float) -> float:
 
 @compiled
 def _level(x: float) -> float:
-    """Return the |theta| of a stretch: infinite if above pi/2, NEVER if the stretch is negative."""
-    if x < 0.0:
+    """Return the |theta| of a stretch: infinite if above pi/2, NEVER unless it is positive.
+
+    |theta| cannot fall below zero: the frame lands there. Round-off must not change a branch first.
+    """
+    if x <= 0.0:
         return NEVER
     return 2.0 * math.asin(0.5 * x) if x < math.sqrt(2.0) else math.inf
 
@@ -157,7 +160,8 @@ def _left(tie: Tie, state: TieState, theta: float) -> tuple[TieState, float]:
     _, _, upper, lower = _linear(tie, now)
     if branch == _HIGHEST:
         return (_LINEAR, now, abs(theta), lower), limit * (now - plastic)
-    return (_LINEAR, now, upper, abs(theta)), limit * (now - plastic)
+    lower = abs(theta) if theta != 0.0 else NEVER
+    return (_LINEAR, now, upper, lower), limit * (now - plastic)
 
 
 @compiled
