@@ -58,6 +58,41 @@ def test_ends_of_the_half_cycles_are_flagged() -> None:
     assert not match_pulse(record, 0.01, wavelet, most_half_cycles=4.0).at_half_cycle_bound
 
 
+@pytest.mark.parametrize(
+    ("half_cycles", "centre", "phase"),
+    [(1.05, 9.0, 0.8), (1.05, 9.0, 1.57), (1.05, 1.0, 1.57), (1.1, 0.5, 0.8)],
+)
+def test_a_maximum_near_two_bounds_is_found(
+    half_cycles: float, centre: float, phase: float
+) -> None:
+    """A pulse cut by the record's end has its maximum at one half cycle and T_p below 5 s.
+
+    A fine grid of T_p and times, with sums over the samples, has no larger coefficient.
+    """
+    time = 0.02 * np.arange(500)
+    shape = {"wavelet": "mavroeidis_papageorgiou", "a_p": 1.0}
+    planted = Pulse(**shape, T_p=4.95, time=centre, half_cycles=half_cycles, phase=phase)
+    record = planted.acceleration(time)
+    match = match_pulse(record, 0.02, "mavroeidis_papageorgiou")
+    long = 0.02 * np.arange(-1000, 1500)
+    grid = []
+    for period in np.arange(4.85, 5.0, 0.01):
+        for t in match.pulse.time + np.arange(-0.05, 0.06, 0.01):
+            parts = [
+                Pulse(**shape, T_p=period, time=t, half_cycles=1.0, phase=part)
+                for part in (0.0, 0.5 * math.pi)
+            ]
+            squares = [
+                (record @ part.acceleration(time)) ** 2 / (part.acceleration(long) ** 2).sum()
+                for part in parts
+            ]
+            grid.append((sum(squares) / (record**2).sum(), period))
+    largest, period = max(grid)
+    assert match.match_index**2 == pytest.approx(largest, rel=1e-5)
+    assert match.pulse.T_p == pytest.approx(period, abs=0.01)
+    assert not match.at_period_bound
+
+
 def test_a_range_of_less_than_an_octave_is_searched() -> None:
     planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.003, time=10.0)
     match = match_pulse(

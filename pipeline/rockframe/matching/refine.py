@@ -290,12 +290,19 @@ def _newton_move(
     move = _uphill(slope, bend)
     target = np.minimum(np.maximum(x + move, low), high)
     held = target != x + move
-    if held.any() and not held.all():  # slide along the bound
-        free = ~held
-        rest = slope[free] + bend[np.ix_(free, held)] @ (target - x)[held]
-        move[free] = _uphill(rest, bend[np.ix_(free, free)])
-        move[held] = (target - x)[held]
+    if held.any() and x.size == 2:  # at a corner, leave it along the bound that leads uphill
+        slides = [_slide(slope, bend, target - x, k) for k in np.flatnonzero(held)]
+        slides = [np.minimum(np.maximum(x + one, low), high) - x for one in slides]
+        move = max(slides, key=lambda one: float(one @ (slope + 0.5 * bend @ one)))
     return move + x - start, (x, slope), bend
+
+
+def _slide(slope: Float, bend: Float, target: Float, held: int) -> Float:
+    """Return the step that leads one of two variables to its target, and the other uphill."""
+    free, move = 1 - held, target.copy()
+    rest = slope[free] + bend[free, held] * target[held]
+    move[free] = _uphill(np.array([rest]), bend[[free]][:, [free]])[0]
+    return move
 
 
 def _uphill(slope: Float, bend: Float) -> Float:
