@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from numpy.testing import assert_allclose
+from scipy.stats import norm
 from tests.screening import sine, stored, structures
 
 from rockframe.figures.captioned import Captioned, save_captioned
@@ -42,7 +43,7 @@ def axes_of(drawn: Captioned) -> list[Axes]:
     return [axes for axes in drawn.figure.axes if axes.get_visible()]
 
 
-def test_curve_is_logistic_in_the_logarithm(screening: xr.Dataset) -> None:
+def test_curve_is_the_lognormal_one_of_the_caption(screening: xr.Dataset) -> None:
     one = screening.sel(structure="slender")
     panel = axes_of(draw_fragility(one))[0]
     assert panel.get_xlabel() == "PGA  [g]"
@@ -51,8 +52,18 @@ def test_curve_is_logistic_in_the_logarithm(screening: xr.Dataset) -> None:
     (curve,) = (line for line in panel.get_lines() if line.get_linestyle() == "-")
     x, y = (np.asarray(values, dtype=np.float64) for values in curve.get_data())
     median = float(fit["fragility_median"]) / GRAVITY
-    power = (median / x) ** (1.0 / float(fit["fragility_logistic_scale"]))
-    assert_allclose(y, 1.0 / (1.0 + power), rtol=1e-9)
+    assert_allclose(y, norm.cdf(np.log(x / median) / float(fit["fragility_lognormal_beta"])))
+    caption = draw_fragility(one).caption
+    assert "lognormal in the intensity" in caption
+    assert "logistic" not in caption
+
+
+def test_curves_of_older_files_are_logistic(screening: xr.Dataset) -> None:
+    """Files without the form of the curves are of versions that knew only logistic ones."""
+    older = screening.sel(structure="slender").drop_vars("fragility_curve")
+    caption = draw_fragility(older).caption
+    assert "logistic in the intensity" in caption
+    assert "(logistic scale " in caption
 
 
 def test_dots_are_shares_of_all_observations(screening: xr.Dataset) -> None:

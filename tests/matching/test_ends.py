@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -70,8 +71,8 @@ def test_a_maximum_near_two_bounds_is_found(
     A fine grid of T_p and times, with sums over the samples, has no larger coefficient.
     """
     time = 0.02 * np.arange(500)
-    shape = {"wavelet": "mavroeidis_papageorgiou", "a_p": 1.0}
-    planted = Pulse(**shape, T_p=4.95, time=centre, half_cycles=half_cycles, phase=phase)
+    pulse = partial(Pulse, wavelet="mavroeidis_papageorgiou", a_p=1.0)
+    planted = pulse(T_p=4.95, time=centre, half_cycles=half_cycles, phase=phase)
     record = planted.acceleration(time)
     match = match_pulse(record, 0.02, "mavroeidis_papageorgiou")
     long = 0.02 * np.arange(-1000, 1500)
@@ -79,7 +80,7 @@ def test_a_maximum_near_two_bounds_is_found(
     for period in np.arange(4.85, 5.0, 0.01):
         for t in match.pulse.time + np.arange(-0.05, 0.06, 0.01):
             parts = [
-                Pulse(**shape, T_p=period, time=t, half_cycles=1.0, phase=part)
+                pulse(T_p=period, time=t, half_cycles=1.0, phase=part)
                 for part in (0.0, 0.5 * math.pi)
             ]
             squares = [

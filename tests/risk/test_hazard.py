@@ -18,12 +18,13 @@ from rockframe.risk import (
     overturning_rate,
     read_hazard,
 )
+from rockframe.risk.fragility import Curve
 
 #: k x^-2 over eighteen decades; intensities beyond them add nothing to a rate.
 POWER = HazardCurve("pga", np.array([1e-9, 1e9]), np.array([1e14, 1e-22]))
 
 
-def curve_of(median: float, slope: float) -> Fragility:
+def curve_of(median: float, slope: float, curve: Curve = "logistic") -> Fragility:
     return Fragility(
         Outcome.FITTED,
         motions=20,
@@ -34,6 +35,7 @@ def curve_of(median: float, slope: float) -> Fragility:
         covariance=np.zeros((2, 2)),
         lowest=1e-9,
         highest=1e9,
+        curve=curve,
     )
 
 
@@ -46,6 +48,37 @@ def test_rate_under_a_power_law_has_a_closed_form(median: float, slope: float) -
     angle = 2.0 * math.pi / slope
     expected = 1e-4 * median**-2.0 * angle / math.sin(angle)
     assert_allclose(overturning_rate(curve, curve_of(median, slope)).rate, expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("beta", [0.2, 0.64])
+@pytest.mark.parametrize("power", [1.0, 3.0])
+def test_lognormal_rate_under_a_power_law_has_a_closed_form(beta: float, power: float) -> None:
+    """With P lognormal: int P d(k x^-a) = k m^-a exp(a^2 beta^2 / 2) (Cornell)."""
+    points = np.geomspace(1e-6, 1e6, 200)
+    curve = HazardCurve("pga", points, 1e-4 * points**-power)
+    expected = 1e-4 * 0.5**-power * math.exp(0.5 * (power * beta) ** 2)
+    found = overturning_rate(curve, curve_of(0.5, 1.0 / beta, "lognormal"))
+    assert_allclose(found.rate, expected, rtol=1e-6)
+
+
+def test_the_tail_decides_the_rate_of_a_logistic_curve() -> None:
+    """Its tail falls as x^(1.81 / beta), slower than x^3: the rate depends on the first point.
+
+    The lognormal curve with the same median and beta has the same rate from 0.03 m/s and from
+    0.003 m/s. Of the logistic rate most is from intensities that were not tried, and this is said.
+    """
+    tried = {"lowest": 0.1, "highest": 3.0}
+    rates = {}
+    for curve, slope in (("lognormal", 1.0 / 0.64), ("logistic", math.pi / math.sqrt(3.0) / 0.64)):
+        fit = Fragility(**(vars(curve_of(0.6, slope, curve)) | tried))  # type: ignore[arg-type]
+        for first in (0.003, 0.03):
+            points = np.geomspace(first, 30.0, 60)
+            rates[curve, first] = overturning_rate(
+                HazardCurve("pgv", points, 1e-5 * points**-3), fit
+            )
+    assert_allclose(rates["lognormal", 0.003].rate, rates["lognormal", 0.03].rate, rtol=0.01)
+    assert rates["logistic", 0.003].rate > 1.5 * rates["logistic", 0.03].rate
+    assert rates["logistic", 0.003].extrapolated > 0.5
 
 
 def test_a_steep_curve_is_the_rate_of_its_median() -> None:

@@ -127,6 +127,18 @@ def test_slivers_are_found(
     assert first.responses < 1500
 
 
+def test_a_sliver_between_two_excursions_that_have_counterparts_is_found(
+    ridgecrest: dict[str, Record],
+) -> None:
+    """The response is regular on both sides of this sliver, but close to the separatrix."""
+    height, slenderness = 3.784993696130941, 0.14224387154105694
+    frame = RockingFrame(height=height, width=height * math.tan(slenderness))
+    record = ridgecrest["Ridgecrest2019-CLC-360"]
+    within = np.linspace(0.97672, 0.97687, 9)
+    assert (respond_many([record], [frame], within).verdict == Verdict.OVERTURNED).all()
+    assert margins(record, frame).critical_scale == pytest.approx(0.97671, abs=1e-5)
+
+
 def test_an_overturning_that_is_regular_prevails_from_the_first() -> None:
     """Under this pulse the samples show a single interval of overturning."""
     first = margin(BENT, PULSE).first

@@ -108,6 +108,24 @@ def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.Monkey
     assert shares == found["design_share"].values.ravel().tolist()
 
 
+@pytest.mark.parametrize("curve", ["lognormal", "logistic"])
+def test_a_rate_from_outside_the_range_tried_is_noted(tmp_path: Path, curve: str) -> None:
+    """With hazard as steep as x^-10, a logistic tail x^9 has most of its rate in weak motions."""
+    hazard = tmp_path / "hazard.csv"
+    lines = [f"{x:.6g},{1e-16 * x**-10:.6g}" for x in np.geomspace(0.02, 2.0, 20)]
+    hazard.write_text("\n".join(["pga_g,annual_rate", *lines]) + "\n", encoding="utf-8")
+    screened(tmp_path, hazard=hazard, fragility_curve=curve)
+    found = read_screening(tmp_path / "screen.nc").sel(structure="slender")
+    (row,) = (r for r in rows_of(tmp_path / "rates.csv") if r["structure"] == "slender")
+    share = 100.0 * found["annual_rate_extrapolated"].item()
+    assert found["fragility_curve"].item() == curve
+    if curve == "lognormal":
+        assert share < 10.0
+        assert row["note"] == ""
+    else:
+        assert row["note"].startswith(f"{share:.0f} % is from intensities outside the range tried")
+
+
 def test_tables_of_another_screening_have_its_name(tmp_path: Path) -> None:
     done = screen_stage(
         stored(site(2), tmp_path),

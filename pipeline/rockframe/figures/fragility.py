@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
-from rockframe.results.screening.tables import with_its_limits
+from rockframe.results.screening.tables import fragility_curve, with_its_limits
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 
 
@@ -98,17 +98,18 @@ def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
 
 
 def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Measure]) -> list[str]:
-    told = []
+    told, logistic = [], fragility_curve(screening) == "logistic"
     for measure in known:
         fit = screening.sel(measure=measure.name, limit_state=limit.name)
         outcome = Outcome(int(fit["fragility_outcome"]))
         words = limit.words if limit.quantity else ""
         if outcome is Outcome.FITTED:
+            scale = f" (logistic scale {float(fit['fragility_logistic_scale']):.3g})"
             told.append(
                 f"{measure.symbol}: half {f'reach {words}' if words else 'overturn'} at "
                 f"{float(fit['fragility_median']) / measure.printed:.3g} {measure.unit}, "
-                f"lognormal β {float(fit['fragility_lognormal_beta']):.3g} (logistic scale "
-                f"{float(fit['fragility_logistic_scale']):.3g}), pseudo R² "
+                f"lognormal β {float(fit['fragility_lognormal_beta']):.3g}"
+                f"{scale if logistic else ''}, pseudo R² "
                 f"{float(fit['fragility_pseudo_r2']):.2f}"
             )
         else:
@@ -123,12 +124,12 @@ def _caption(screening: xr.Dataset, structure: str, told: list[str]) -> str:
     better = str(screening["better_measure"].item())
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
-        f"Probability that {structure} {overturns}, by logistic regression over the logarithm of "
-        f"the intensity, from {screening.sizes['record']} motions of {recordings} recordings at "
-        f"{scales.size} scales from {scales[0]:g} to {scales[-1]:g}; shaded, 90 % confidence with "
-        "all scales and components of a recording as one observation, or what is left open where "
-        f"there is no curve; dots, observed shares in classes of equal numbers. {'; '.join(told)}. "
-        f"{named}: {screening['better_measure_reason'].item()}."
+        f"Probability that {structure} {overturns}, {fragility_curve(screening)} in the intensity, "
+        f"of maximum likelihood, from {screening.sizes['record']} motions of {recordings} "
+        f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}; shaded, 90 % "
+        "confidence with all scales and components of a recording as one observation, or what is "
+        "left open where there is no curve; dots, observed shares in classes of equal numbers. "
+        f"{'; '.join(told)}. {named}: {screening['better_measure_reason'].item()}."
     )
 
 

@@ -291,7 +291,7 @@ def _newton_move(
     target = np.minimum(np.maximum(x + move, low), high)
     held = target != x + move
     if held.any() and x.size == 2:  # at a corner, leave it along the bound that leads uphill
-        slides = [_slide(slope, bend, target - x, k) for k in np.flatnonzero(held)]
+        slides = [_slide(slope, bend, target - x, k) for k in np.flatnonzero(held).tolist()]
         slides = [np.minimum(np.maximum(x + one, low), high) - x for one in slides]
         move = max(slides, key=lambda one: float(one @ (slope + 0.5 * bend @ one)))
     return move + x - start, (x, slope), bend

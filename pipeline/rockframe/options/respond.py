@@ -151,6 +151,9 @@ class ScreenOptions(Options):
     """Limits of the force of a tendon over its yield force: at 1 it yields."""
     limit_gap_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
     """Limits of the drift over the gap at the abutment: at 1 the gap closes."""
+    fragility_curve: Literal["lognormal", "logistic"] = "lognormal"
+    """Form of the fragility curves: lognormal, or logistic over the logarithm of the intensity. The
+    tails of the logistic curve are longer and can decide the annual rate."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
     pgv_m_s, a_p_g, L_p_m, sa_1s_g; or a file of OpenQuake or of the USGS."""

@@ -20,7 +20,12 @@ from rockframe.provenance import source_code_hash
 from rockframe.report.payload import checks, payload
 from rockframe.results.compare import COMPARISON
 from rockframe.results.run import Ground, History, Run
-from rockframe.results.screening.tables import screen_rows, screen_summary, with_its_limits
+from rockframe.results.screening.tables import (
+    fragility_curve,
+    screen_rows,
+    screen_summary,
+    with_its_limits,
+)
 from rockframe.results.tables.columns import OVERVIEW, critical_scale, pulse_mark, stated_verdict
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import VerdictKind
@@ -209,6 +214,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "reference": float(screening["reference_scale"]),
         "structures": structures,
         "summary": screen_summary(screening),
+        "curve": fragility_curve(screening),
         "fragility": [
             (name, _fragility(with_its_limits(screening.sel(structure=name))))
             for name in structures

@@ -1,17 +1,17 @@
-"""Fit of a fragility by logistic regression over the logarithm of the intensity."""
+"""Fit of a fragility over the logarithm of the intensity, by probit or logistic regression."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.risk.fragility import Fragility
+from rockframe.risk.fragility import Curve, Fragility
 from rockframe.risk.limits import Outcome
 
 Float = NDArray[np.float64]
@@ -22,8 +22,14 @@ def fit_fragility(
     scales: ArrayLike | None = None,
     overturned: ArrayLike | None = None,
     clusters: ArrayLike | None = None,
+    *,
+    curve: Curve = "lognormal",
 ) -> Fragility:
     """Fit the probability of overturning over the logarithm of an intensity.
+
+    The fit has the maximum of the likelihood. The lognormal curve is the one of hazard and risk
+    analyses. The tails of the logistic curve fall only as a power of the intensity, so they can
+    decide the annual rate.
 
     Parameters
     ----------
@@ -37,18 +43,22 @@ def fit_fragility(
         (motions,), and it may be the second argument: ``fit_fragility(intensity, overturned)``.
     clusters : array_like of int, shape (motions,), optional
         Motions with the same number are not independent, for example azimuths of one record.
+    curve : {"lognormal", "logistic"}
+        Form of the curve.
 
     Raises
     ------
     ParameterError
-        If the shapes do not fit.
+        If the shapes do not fit, or the curve is not one of these.
 
     Examples
     --------
     >>> fragility = fit_fragility([1.0, 2.0, 3.0, 4.0], [False, True, False, True])
     >>> fragility.outcome.name, round(fragility.median, 3)
-    ('FITTED', 2.264)
+    ('FITTED', 2.279)
     """
+    if curve not in get_args(Curve):
+        raise ParameterError(f"Invalid curve {curve!r}. Must be lognormal or logistic.")
     if scales is None or overturned is None:
         alone = scales if overturned is None else overturned
         scales, overturned = (1.0,), np.reshape(np.asarray(alone, dtype=bool), (-1, 1))
@@ -64,10 +74,10 @@ def fit_fragility(
     strength, fell = strength[known], fell[known]
     _, belongs = np.unique(belongs[known], return_inverse=True)
     x = np.log(strength)[:, None] + np.log(factors)
-    tried = _tried(x, fell, belongs)
+    tried = replace(_tried(x, fell, belongs), curve=curve)
     if tried.outcome is not Outcome.FITTED:
         return tried
-    fit = maximum_likelihood(x, fell, belongs)
+    fit = maximum_likelihood(x, fell, belongs, curve)
     if not fit.slope > 0.0:
         return replace(tried, outcome=Outcome.NOT_RISING)
     return replace(
@@ -141,8 +151,8 @@ _ENOUGH: Final = 1e-12
 
 
 @dataclass(frozen=True)
-class LogisticFit:
-    """The curve P = 1 / (1 + exp(-(intercept + slope x))), with fields as in `Fragility`."""
+class CurveFit:
+    """The curve P = F(intercept + slope x), with fields as in `Fragility`."""
 
     intercept: float
     slope: float
@@ -152,8 +162,8 @@ class LogisticFit:
 
 
 def maximum_likelihood(
-    x: Float, happened: NDArray[np.bool_], clusters: NDArray[np.intp]
-) -> LogisticFit:
+    x: Float, happened: NDArray[np.bool_], clusters: NDArray[np.intp], curve: Curve
+) -> CurveFit:
     """Return the curve of maximum likelihood. It exists only if the outcomes overlap in x.
 
     Parameters
@@ -165,6 +175,8 @@ def maximum_likelihood(
     clusters : array of int, shape (rows,)
         Number of the cluster of each row, from 0 without gaps. Rows of one cluster are not
         independent.
+    curve : {"lognormal", "logistic"}
+        Form of the curve.
 
     Notes
     -----
@@ -174,12 +186,12 @@ def maximum_likelihood(
     centre, spread = float(x.mean()), float(x.std())
     z = (x - centre) / spread
     where = np.zeros(2)
-    total, gradient, curvature = _terms(z, happened, where)
+    total, gradient, curvature = _terms(z, happened, where, curve)
     for _ in range(_STEPS):
         step = np.linalg.solve(curvature, gradient)
         length = 1.0
         while True:
-            there = _terms(z, happened, where + length * step)
+            there = _terms(z, happened, where + length * step, curve)
             if there[0] >= total or length < 1e-10:
                 break
             length *= 0.5
@@ -187,27 +199,51 @@ def maximum_likelihood(
         where, (total, gradient, curvature) = where + length * step, there
         if gain <= _ENOUGH * (1.0 + abs(total)):
             break
-    return _described(z, happened, clusters, where, np.linalg.inv(curvature), (centre, spread))
+    fit = _described(z, happened, clusters, where, np.linalg.inv(curvature), curve)
+    # back from the standardised values
+    back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
+    intercept, slope = back @ where
+    return replace(
+        fit,
+        intercept=float(intercept),
+        slope=float(slope),
+        covariance=back @ fit.covariance @ back.T,
+    )
 
 
-def _terms(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[float, Float, Float]:
+def _terms(
+    z: Float, happened: NDArray[np.bool_], where: Float, curve: Curve
+) -> tuple[float, Float, Float]:
     """Return the log-likelihood, its gradient, and its curvature times -1."""
     total, gradient, curvature = 0.0, np.zeros(2), np.zeros((2, 2))
     for rows in _blocks(z):
-        part, missed, weight = _of_block(z[rows], happened[rows], where)
+        part, score, weight, _ = _of_block(z[rows], happened[rows], where, curve)
         total += float(part.sum())
         moments = [float((weight * z[rows] ** power).sum()) for power in range(3)]
-        gradient += [float(missed.sum()), float((missed * z[rows]).sum())]
+        gradient += [float(score.sum()), float((score * z[rows]).sum())]
         curvature += [[moments[0], moments[1]], [moments[1], moments[2]]]
     return total, gradient, curvature
 
 
-def _of_block(z: Float, happened: NDArray[np.bool_], where: Float) -> tuple[Float, Float, Float]:
-    """Return log-likelihood, observed minus expected outcome, and variance of each observation."""
-    logit = where[0] + where[1] * z
-    probability = scipy.special.expit(logit)
-    likelihood = scipy.special.log_expit(np.where(happened, logit, -logit))
-    return likelihood, happened - probability, probability * scipy.special.expit(-logit)
+def _of_block(
+    z: Float, happened: NDArray[np.bool_], where: Float, curve: Curve
+) -> tuple[Float, Float, Float, Float]:
+    """Return values of each observation: log-likelihood, its slope, its curvature times -1, and P.
+
+    Slope and curvature are over the argument of F.
+    """
+    argument = where[0] + where[1] * z
+    signed = np.where(happened, argument, -argument)
+    if curve == "logistic":
+        probability = scipy.special.expit(argument)
+        weight = probability * scipy.special.expit(-argument)
+        return scipy.special.log_expit(signed), happened - probability, weight, probability
+    # density over distribution, as 1 / erfcx, which is exact in both tails
+    steepness = math.sqrt(2.0 / math.pi) / scipy.special.erfcx(-signed / math.sqrt(2.0))
+    # the curvature is between 0 and 1; far from the data round-off may leave this range
+    weight = np.clip(steepness * (steepness + signed), 0.0, 1.0)
+    score = np.where(happened, steepness, -steepness)
+    return scipy.special.log_ndtr(signed), score, weight, scipy.special.ndtr(argument)
 
 
 def _blocks(z: Float) -> list[slice]:
@@ -221,25 +257,22 @@ def _described(
     clusters: NDArray[np.intp],
     where: Float,
     inverse: Any,
-    scaling: tuple[float, float],
-) -> LogisticFit:
+    curve: Curve,
+) -> CurveFit:
     count = int(clusters.max()) + 1
     likelihood, scores, squares = np.zeros(count), np.zeros((count, 2)), 0.0
     for rows in _blocks(z):
-        part, missed, _ = _of_block(z[rows], happened[rows], where)
+        part, score, _, probability = _of_block(z[rows], happened[rows], where, curve)
         np.add.at(likelihood, clusters[rows], part.sum(axis=1))
-        both = np.stack([missed.sum(axis=1), (missed * z[rows]).sum(axis=1)], axis=1)
+        both = np.stack([score.sum(axis=1), (score * z[rows]).sum(axis=1)], axis=1)
         np.add.at(scores, clusters[rows], both)
-        squares += float((missed**2).sum())
+        squares += float(((happened[rows] - probability) ** 2).sum())
     # scores add up to zero, so with two clusters they are opposite, and their covariance singular
     spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 2 else np.nan)
-    centre, spread = scaling
-    back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
-    intercept, slope = back @ where
-    return LogisticFit(
-        intercept=float(intercept),
-        slope=float(slope),
-        covariance=back @ inverse @ spread_of_scores @ inverse @ back.T,
+    return CurveFit(
+        intercept=float(where[0]),
+        slope=float(where[1]),
+        covariance=inverse @ spread_of_scores @ inverse,
         log_likelihood=likelihood,
         brier=squares / z.size,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 import scipy
@@ -18,9 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
+#: Distribution of the logarithm of the intensity at overturning: normal or logistic.
+Curve: TypeAlias = Literal["lognormal", "logistic"]
 
 #: Confidence level of the bands.
 CONFIDENCE: Final = 0.9
+#: Standard deviation of the logistic distribution of scale 1.
+_UNIT: Final = math.pi / math.sqrt(3.0)
 _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.SEPARATED)
 
 
@@ -28,7 +32,8 @@ _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.
 class Fragility(Shown):
     """Share of motions that overturn a structure, as a function of an intensity measure.
 
-    P = 1 / (1 + exp(-(intercept + slope ln x))).
+    P = F(intercept + slope ln x). F is the standard normal distribution for a lognormal curve (a
+    probit model), and 1 / (1 + exp(-y)) for a logistic curve.
 
     Parameters
     ----------
@@ -42,7 +47,7 @@ class Fragility(Shown):
     safe_to, overturned_from : float
         Strongest observation that stands, and weakest that overturns.
     intercept, slope : float
-        Coefficients of the logit over the logarithm of the intensity.
+        Coefficients of the argument of F over the logarithm of the intensity.
     covariance : array, shape (2, 2)
         Covariance of intercept and slope, with scales and azimuths of one motion as one cluster;
         NaN for one or two motions, which do not determine it.
@@ -54,6 +59,8 @@ class Fragility(Shown):
     pseudo_r2, concordance, brier : float
         Goodness of fit: McFadden's 1 - ln L / ln L_0; the share of pairs (one overturns, one
         stands) in which the overturning motion is stronger; the mean squared error of P.
+    curve : {"lognormal", "logistic"}
+        The form of the curve.
 
     Examples
     --------
@@ -63,7 +70,7 @@ class Fragility(Shown):
     ('SEPARATED', nan)
     >>> fit = fit_fragility([1.0, 2.0, 3.0], [1.0, 2.0], [[0, 1], [0, 1], [0, 1]])
     >>> fit.outcome.name, round(fit.median, 2)
-    ('FITTED', 2.6)
+    ('FITTED', 2.57)
     """
 
     outcome: Outcome
@@ -83,6 +90,7 @@ class Fragility(Shown):
     pseudo_r2: float = math.nan
     concordance: float = math.nan
     brier: float = math.nan
+    curve: Curve = "lognormal"
 
     def facts(self) -> dict[str, str]:
         """Return median, spread and counts, for the table in notebooks."""
@@ -96,7 +104,7 @@ class Fragility(Shown):
         return {
             "median": f"{self.median:.4g} ({low:.4g} to {high:.4g})",
             "lognormal β": f"{self.lognormal_beta:.3g} ({least:.3g} to {most:.3g})",
-            "logistic scale": f"{self.logistic_scale:.3g}",
+            "curve": self.curve,
             **counts,
         }
 
@@ -128,18 +136,23 @@ class Fragility(Shown):
         return math.exp(-self.intercept / self.slope) if self.slope > 0.0 else math.nan
 
     @property
-    def logistic_scale(self) -> float:
-        """Scale of the logistic distribution of ln x at overturning, 1 / slope [1]."""
-        return 1.0 / self.slope if self.slope > 0.0 else math.nan
+    def lognormal_beta(self) -> float:
+        """Standard deviation of ln x at overturning [1]: that of F over the slope."""
+        return self._deviation / self.slope if self.slope > 0.0 else math.nan
 
     @property
-    def lognormal_beta(self) -> float:
-        """Standard deviation of ln x at overturning [1]: pi / sqrt(3) times the logistic scale.
+    def logistic_scale(self) -> float:
+        """Scale of the logistic distribution that has this standard deviation of ln x [1].
 
-        The lognormal curve with this beta and the same median has the same mean and standard
-        deviation of ln x; the two curves differ by at most 0.023.
+        A lognormal and a logistic curve with the same median and standard deviation differ by at
+        most 0.023, but their tails differ by orders of magnitude.
         """
-        return math.pi / math.sqrt(3.0) * self.logistic_scale
+        return self.lognormal_beta / _UNIT
+
+    @property
+    def _deviation(self) -> float:
+        """Standard deviation of F."""
+        return 1.0 if self.curve == "lognormal" else _UNIT
 
     @property
     def median_band(self) -> tuple[float, float]:
@@ -157,8 +170,7 @@ class Fragility(Shown):
         if not self.slope > 0.0:
             return math.nan, math.nan
         error = self._quantile * math.sqrt(self.covariance[1, 1])
-        unit = math.pi / math.sqrt(3.0)
-        least = self.slope - error
+        least, unit = self.slope - error, self._deviation
         return unit / (self.slope + error), unit / least if least > 0.0 else math.inf
 
     @property
@@ -167,8 +179,12 @@ class Fragility(Shown):
 
     def probability(self, intensity: ArrayLike) -> Float:
         """Return the probability of overturning [1]; NaN without a curve."""
-        logit = self.intercept + self.slope * np.log(np.asarray(intensity, np.float64))
-        return np.asarray(scipy.special.expit(logit))
+        return self._of(self.intercept + self.slope * np.log(np.asarray(intensity, np.float64)))
+
+    def _of(self, argument: Float) -> Float:
+        """Return F of an argument."""
+        form = scipy.special.ndtr if self.curve == "lognormal" else scipy.special.expit
+        return np.asarray(form(argument))
 
     def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
         """Return the 90 % confidence bounds of the probability [1].
@@ -186,8 +202,8 @@ class Fragility(Shown):
             terms = np.stack([one, np.log(x)])
             variance = np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
             error = self._quantile * np.sqrt(variance)
-            logit = self.intercept + self.slope * terms[1]
-            return scipy.special.expit(logit - error), scipy.special.expit(logit + error)
+            middle = self.intercept + self.slope * terms[1]
+            return self._of(middle - error), self._of(middle + error)
         if self.outcome in _WITHOUT_MAXIMUM:
             stand = (self.stood >= x[..., None]).sum(axis=-1)
             fall = (self.fell <= x[..., None]).sum(axis=-1)

@@ -166,7 +166,8 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
         if fit.outcome in (Outcome.FITTED, Outcome.SEPARATED)
     }
     if len(useful) < 2:
-        return Preference("", f"{len(useful)} measures have a fit: there is nothing to compare")
+        number = "only one measure has" if useful else "no measure has"
+        return Preference("", f"{number} a fragility; two are needed for a comparison")
     motions = next(iter(useful.values())).motions
     if motions < FEWEST_MOTIONS:
         return Preference(

@@ -72,8 +72,6 @@ def run_screen(options: argparse.Namespace) -> int:
 
 #: Largest number of scales, motions and recordings in a table; the CSV file has all motions.
 _SHOWN: Final = 10
-#: A share of the rate from above the hazard curve is named if it is larger [1].
-_NOTED: Final = 0.1
 
 
 def show(output: Path, done: Screening, *, as_json: bool) -> None:
@@ -101,7 +99,7 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
     _show_verdicts(screening)
     _show_ranking(screening)
     _show_azimuths(screening)
-    _show_fragility(summary)
+    _show_fragility(screening, summary)
     _show_rates(summary)
     _show_design(screening, summary)
     _show_notes(screening, done)
@@ -175,7 +173,11 @@ def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, An
             yield {"structure": structure["structure"], **one}
 
 
-def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
+def _show_fragility(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
+    from rockframe.results.screening.tables import fragility_curve
+
+    logistic = [console.column("logistic scale>", "logistic_scale", ".3f")]
+    form = fragility_curve(screening)
     columns = (
         console.column("structure", "structure"),
         console.column("limit state", "words"),
@@ -183,12 +185,12 @@ def _show_fragility(summary: Sequence[dict[str, Any]]) -> None:
         console.column("median>", "median", ".3f"),
         console.column("", "unit"),
         console.column("lognormal β>", "lognormal_beta", ".3f"),
-        console.column("logistic scale>", "logistic_scale", ".3f"),
+        *(logistic if form == "logistic" else ()),
         console.column("pseudo R²>", "pseudo_r2", ".2f"),
         console.column("concordance>", "concordance", ".2f"),
     )
     known = [fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown"]
-    console.show_rows("Fragility", columns, known, group="structure")
+    console.show_rows(f"Fragility ({form} curves)", columns, known, group="structure")
     for fit in known:
         if fit["said"]:
             print(f"{fit['structure']}, {fit['words']}, {fit['symbol']}: {fit['said']}.")
@@ -223,12 +225,8 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
     )
     console.show_rows("Mean annual rates", columns, _each(summary, "rates"))
     for rate in _each(summary, "rates"):
-        last = rate["disaggregation"][-1]
-        if last["rate_per_year"] > _NOTED * rate["rate_per_year"]:
-            share = 100.0 * last["rate_per_year"] / rate["rate_per_year"]
-            above = f"{last['intensity']}, the last point of the hazard curve"
-            said = f"{share:.0f} % of the rate is from intensities {above}"
-            print(f"{rate['structure']}, {rate['words']}: {said}.")
+        if rate["note"]:
+            print(f"{rate['structure']}, {rate['words']}: of the rate, {rate['note']}.")
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
 

@@ -79,6 +79,13 @@ def _words(row: dict[str, Any]) -> str:
     return f"undecided, {words}" if undecided else words
 
 
+def fragility_curve(screening: xr.Dataset) -> str:
+    """Return the form of the fragility curves; files of older versions have logistic ones."""
+    return (
+        str(screening["fragility_curve"].item()) if "fragility_curve" in screening else "logistic"
+    )
+
+
 def with_its_limits(one: xr.Dataset) -> xr.Dataset:
     """Return one structure of a screening, without limits of restraints that it does not have."""
     has = (one["fragility_outcome"] != Outcome.ABSENT).all("measure")
@@ -144,6 +151,10 @@ def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
     }
 
 
+#: Shares of a rate above this one, from where data are missing, are stated in its note [1].
+_NOTED: Final = 0.1
+
+
 def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
     one = structure.sel(limit_state=limit)
     measure = measure_of(str(one["hazard_measure"].item()))
@@ -160,11 +171,36 @@ def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
         "return_period_years": 1.0 / rate if rate > 0.0 else math.nan,
         "extrapolated_share": float(one["annual_rate_extrapolated"]),
         "main_intensity": main,
+        "note": _note(one, measure),
         "disaggregation": [
             {"intensity": _range(intensity, k, measure), "rate_per_year": float(part)}
             for k, part in enumerate(parts)
         ],
     }
+
+
+def _note(one: xr.Dataset, measure: Measure) -> str:
+    """Return in words the large shares of a rate from intensities without data; or nothing."""
+    fit, unit = one.sel(measure=measure.name), measure.unit
+    least = float(fit["fragility_lowest"]) / measure.printed
+    most = float(fit["fragility_highest"]) / measure.printed
+    last = float(one["hazard_intensity"][-1]) / measure.printed
+    rate, above = float(one["annual_rate"]), float(one["disaggregation"][-1])
+    shares = (
+        (
+            float(one["annual_rate_extrapolated"]),
+            f"outside the range tried, {least:.3g} to {most:.3g} {unit}",
+        ),
+        (
+            above / rate if rate > 0.0 else 0.0,
+            f"above {last:.3g} {unit}, the last point of the hazard curve",
+        ),
+    )
+    return "; ".join(
+        f"{100.0 * share:.0f} % is from intensities {where}"
+        for share, where in shares
+        if share > _NOTED
+    )
 
 
 def _range(intensity: NDArray[np.float64], k: int, measure: Measure) -> str:

@@ -68,9 +68,10 @@ class RobustMargin:
     Parameters
     ----------
     s10, s25, s50 : float
-        Least multiple of the motion at which 10, 25 and 50 % overturn [1]. The share is averaged
-        over scales within 4 %, and the scale over shares within 3 % of the members. NaN if the
-        share is not reached at any scale.
+        Least multiple of the motion at which 10, 25 and 50 % overturn [1]. Two averages reduce the
+        sampling error: the share at a scale is the mean over the scales from 4 % below to 4 %
+        above it, and `s25` is the mean of the scales at which nine shares from 22 to 28 % are
+        reached. NaN if the share is not reached at any scale.
     error10, error25, error50 : float
         Relative sampling errors of these scales [1]: half the width of the central 68 % interval
         over ensembles drawn again from the members (bootstrap). NaN where the scale is NaN.

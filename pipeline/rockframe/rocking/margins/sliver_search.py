@@ -38,7 +38,7 @@ _COARSE_STEPS_ABOVE: Final = 256
 #: this width [places] is halved if an excursion without a counterpart, in it or in one of the given
 #: number of intervals on either side, begins above the distance [alpha] from the separatrix. One
 #: of the two conditions is enough. The values were chosen on 860 pairs, 8 lattices each;
-#: `tests/benchmarks/margins.py` measures which share of the slivers is found.
+#: `tests/benchmarks/margins.py` counts the pairs in which the lowest sliver is missed.
 _LEVELS: Final = (
     (64, (-0.05, 36), (-0.18, 1)),
     (32, (-0.15, 44), (-0.20, 1)),
@@ -47,6 +47,9 @@ _LEVELS: Final = (
     (4, (-0.22, 22), (-0.35, 0)),
     (2, (0.00, 1), (-0.18, 0)),
 )
+#: An interval is also halved if an excursion with a counterpart may reach the separatrix within it:
+#: if the distance, raised by its change over the interval, is above this one [alpha].
+_PAIRED: Final = -0.03
 #: Number of excursions of each response that are compared; more do not change the result.
 KEPT: Final = 12
 #: Two excursions are counterparts if they are on the same side, begin within `_SAME_TIME` / p_hat
@@ -205,7 +208,7 @@ class SliverSearch:
         window = _SAME_TIME / self.frequency_parameter
         compare(samples.excursions, window, _SAME_DISTANCE, single, paired)
         single[samples.fallen[1:]] = np.inf
-        chosen = paired > 0.0
+        chosen = paired > _PAIRED
         for distance, around in limits:
             near = np.convolve(single > distance, np.ones(2 * around + 1))
             chosen |= near[around : around + single.size] > 0.0

@@ -25,6 +25,7 @@ from rockframe.risk import (
     peak_distribution,
     period_of,
 )
+from rockframe.risk.fragility import Curve
 from rockframe.risk.limits import QUANTITIES, limited_in
 from rockframe.rocking import Design, Verdict, smallest
 from rockframe.stages.screening.run import ScreeningRun
@@ -66,8 +67,10 @@ def statistics(
     spectra = [name for name in numbers if period_of(name)]
     intensities = {name: numbers[name] for name in (*MEASURES, *spectra)}
     reached = _reached(run)
+    form = request.options.fragility_curve
     fits = [
-        [_fits(intensities, request.scales, fell, clusters) for fell in each] for each in reached
+        [_fits(intensities, request.scales, fell, clusters, form) for fell in each]
+        for each in reached
     ]
     values = {
         "record_id": [motion.name for motion in motions],
@@ -78,6 +81,7 @@ def statistics(
         "limit_state": [limit.name for limit in run.limits],
         **SCREEN_NC.filled("frame", list(request.frames)),
         **_demand_values(run, clusters),
+        "fragility_curve": form,
         **_fragility_values(fits, _grid(intensities, request.scales)),
         **_preferences(run, intensities, clusters),
         **_observed_values(reached, intensities, request.scales),
@@ -143,11 +147,12 @@ def _fits(
     scales: Float,
     overturned: NDArray[np.bool_] | None,
     clusters: NDArray[np.int64],
+    form: Curve,
 ) -> dict[str, Fragility]:
     if overturned is None:
         return dict.fromkeys(intensities, Fragility(Outcome.ABSENT, 0, 0, 0))
     return {
-        name: fit_fragility(values, scales, overturned, clusters)
+        name: fit_fragility(values, scales, overturned, clusters, curve=form)
         for name, values in intensities.items()
     }
 
@@ -201,8 +206,9 @@ def _preferences(
     """Return the better measure for each structure, from motions that have all measures."""
     both = compared_motions(intensities)
     some = {name: values[both] for name, values in intensities.items()}
+    scales, form = run.request.scales, run.request.options.fragility_curve
     found = [
-        better_measure(_fits(some, run.request.scales, fell[both], clusters[both]))
+        better_measure(_fits(some, scales, fell[both], clusters[both], form))
         for fell in run.reached[0].swapaxes(0, 1)
     ]
     return {
