@@ -11,12 +11,13 @@ import platform
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final
 
 from rockframe.errors import InputError
+from rockframe.interruption import check, undoing
 
 #: Suffixes of the package's own files.
 _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
@@ -54,6 +55,7 @@ def sha256_of(path: Path) -> str:
     Traceback (most recent call last):
     rockframe.errors.InputError: no-such-file: cannot be read: No such file or directory.
     """
+    check()
     try:
         if not (path.is_file() or path.is_dir()) and path.exists():  # reading a pipe would hang
             raise InputError(path, "is not a regular file. Must be one.")
@@ -173,6 +175,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     ...     [entry.name for entry in Path(folder).iterdir()]
     ['note.txt']
     """
+    check()
+    refuse_obstacles([path])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(
@@ -183,8 +187,9 @@ def whole_file(path: Path) -> Iterator[Path]:
     os.close(handle)
     partial = Path(name)
     try:
-        yield partial
-        _settle(partial, path)
+        with undoing(lambda: partial.unlink(missing_ok=True)):
+            yield partial
+            _settle(partial, path)
     except OSError as error:
         raise InputError(path, f"cannot be written: {_why(error, partial)}.") from error
     finally:
@@ -207,17 +212,41 @@ def _settle(partial: Path, path: Path) -> None:
     partial.replace(path)
 
 
+def refuse_obstacles(files: Iterable[Path]) -> None:
+    """Raise an error if a folder is in the place of a file to write, or a file in that of a folder.
+
+    Raises
+    ------
+    InputError
+        If there is such an obstacle.
+
+    Examples
+    --------
+    >>> refuse_obstacles([Path("/table.csv")])
+    """
+    for path in files:
+        if path.is_dir():
+            raise InputError(
+                path, "is a folder, in the place of a file to write. Move it, or use another name."
+            )
+        above = next((one for one in path.parents if one.exists() or one.is_symlink()), path.parent)
+        if above.exists() and not above.is_dir():
+            raise InputError(
+                above, f"is a file, in the place of the folder of {path.name}. Move it elsewhere."
+            )
+
+
 def refuse_overwriting(
     outputs: Iterable[Path], inputs: Iterable[Path], beside: Path | None = None
 ) -> None:
-    """Raise an error if an output would overwrite an input.
+    """Raise an error if an output would overwrite an input, or cannot take its place.
 
     `beside` is the output that the user named, if other files are written beside it.
 
     Raises
     ------
     InputError
-        If an output is one of the inputs, even under another path.
+        If an output is one of the inputs, even under another path, or a folder.
 
     Examples
     --------
@@ -226,6 +255,8 @@ def refuse_overwriting(
     rockframe.errors.InputError: motion.csv: is an input of this command. Must be another file.
     """
     read = {path.resolve() for path in inputs}
+    outputs = list(outputs)
+    refuse_obstacles(outputs)
     for output in outputs:
         if output.resolve() in read:
             said = "Must be another file."
@@ -235,26 +266,49 @@ def refuse_overwriting(
 
 
 @contextmanager
-def whole_folder(folder: Path) -> Iterator[Path]:
+def whole_folder(folder: Path, names: Iterable[str]) -> Iterator[Path]:
     """Yield a temporary folder for a run; if the block succeeds, move its files to `folder`.
 
     Until then, an older run in the folder does not change. Then the files listed in its manifest
     are replaced or removed. ``manifest.json`` is removed first and written last, so a folder
-    without it is an incomplete run. A missing folder is created.
+    without it is an incomplete run. A missing folder is created. `names` are files that the block
+    writes.
 
     Raises
     ------
     InputError
-        If the folder cannot be created or written to.
+        If the folder cannot be created or written to, or if a folder is in the place of a file.
     """
+    refuse_obstacles(folder / name for name in (*names, MANIFEST))
     with _partial_folder(folder, folder, ".partial-") as partial:
-        yield partial
+        with _removed(partial):
+            yield partial
         _move_in(partial, folder)
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Yield a temporary folder, which is removed at the end of the block.
+
+    Examples
+    --------
+    >>> with scratch_folder() as folder:
+    ...     folder.is_dir()
+    True
+    """
+    with tempfile.TemporaryDirectory() as name, _removed(Path(name)):
+        yield Path(name)
+
+
+def _removed(folder: Path) -> AbstractContextManager[None]:
+    """Remove a temporary folder also if the process is forced to end within the block."""
+    return undoing(lambda: shutil.rmtree(folder, ignore_errors=True))
 
 
 @contextmanager
 def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -> Iterator[Path]:
     """Yield a temporary folder in `parent`; errors name `folder`, the final place."""
+    check()
     is_new = not parent.exists()
     try:
         parent.mkdir(parents=True, exist_ok=True)
@@ -274,8 +328,9 @@ def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -
 def _move_in(partial: Path, folder: Path) -> None:
     manifest = folder / MANIFEST
     old = listed_outputs(manifest)
-    manifest.unlink(missing_ok=True)
     new = sorted(path.relative_to(partial) for path in partial.rglob("*") if path.is_file())
+    refuse_obstacles(folder / name for name in new)
+    manifest.unlink(missing_ok=True)
     for name in sorted(old - set(new)):
         (folder / name).unlink(missing_ok=True)
     for name in sorted(new, key=lambda path: path.name == MANIFEST):
@@ -320,7 +375,8 @@ def replaced_folder(folder: Path) -> Iterator[Path]:
     with _partial_folder(folder, folder.parent, f".{folder.name}-", ".partial") as partial:
         new = partial / "new"
         new.mkdir()
-        yield new
+        with _removed(partial):
+            yield new
         if folder.exists():
             folder.replace(partial / "old")
         new.replace(folder)

@@ -275,7 +275,7 @@ def test_an_interrupted_run_leaves_nothing(
     folder = tmp_path / "run"
     words = ("--units", "g", "--time-step", "0.01", "--output", folder)
     assert run("table1", "--records", motion, *words) == 130
-    assert capsys.readouterr().err == "rockframe: interrupted; nothing was written.\n"
+    assert capsys.readouterr().err == "rockframe: interrupted; no incomplete file is left.\n"
     assert not folder.exists()
 
 

@@ -36,6 +36,8 @@ pytestmark = [
     pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see processes"),
 ]
 KILLS = 30
+#: Interruptions of runs in one process, and as many of runs in a pool.
+INTERRUPTIONS = 100
 
 
 @pytest.fixture(scope="module")
@@ -129,6 +131,41 @@ def test_interrupt_is_one_line(home: Path, tmp_path: Path, pool: bool) -> None:
     assert not (tmp_path / "run" / "manifest.json").exists()
     resumed(home / "small.toml", tmp_path / "run")
     require_whole(tmp_path / "run", home)
+
+
+@pytest.mark.parametrize("pool", [False, True], ids=["one process", "pool"])
+def test_interrupted_a_hundred_times_at_random_moments(
+    home: Path, tmp_path: Path, pool: bool
+) -> None:
+    """Each interruption ends the run with status 130 and one line; resumed, the bytes are equal."""
+    chance = random.Random(2027)  # noqa: S311 - moments, no secrets
+    study, interrupted, runs = home / "small.toml", 0, 0
+    folder = tmp_path / "run-0"
+    while interrupted < INTERRUPTIONS:
+        process = start(study, folder, pool=pool)
+        lock = folder / ".rockframe" / "lock"
+        wait_until(lock.exists, process)  # before it, Python itself starts and may be interrupted
+        if wait_for_stamps(folder, stamps(folder) + chance.choice((0, 0, 1, 2, 4)), process):
+            time.sleep(chance.uniform(0.0, 1.0))
+        if process.poll() is None:
+            below = list(children(process.pid))
+            os.killpg(process.pid, signal.SIGINT)
+            status, said = finished(process)
+            interrupted += 1
+            if status == 0:  # Python was ending already
+                continue
+            assert (status, said.count("\n")) == (130, 1), said
+            assert said.startswith("rockframe: interrupted; ")
+            assert all_gone(below)
+            assert not list(folder.rglob("*partial*"))
+        else:
+            assert finished(process) == (0, "")
+            require_whole(folder, home)
+            shutil.rmtree(folder)
+            runs += 1
+            folder = tmp_path / f"run-{runs}"
+    resumed(study, folder)
+    require_whole(folder, home)
 
 
 def test_second_run_is_refused_while_the_first_lives(home: Path, tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -16,6 +15,7 @@ from rockframe.cli.options import Once, add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.execution import ExecutionOptions, ReadingOptions
 from rockframe.options.ingest import IngestOptions
+from rockframe.provenance import scratch_folder
 
 if TYPE_CHECKING:
     from rockframe.engines.engine import Engine
@@ -139,8 +139,8 @@ def records_file(
             )
         yield given[0], 0
         return
-    with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "records.nc"
+    with scratch_folder() as folder:
+        made = folder / "records.nc"
         ingested = ingest_stage(given, made, ingest, workers=workers)
         yield made, show_rejections(ingested.rejections)
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 from rockframe.cli import arguments, console
 from rockframe.cli.options import whole_number
 from rockframe.errors import ParameterError, RockframeWarning
+from rockframe.interruption import raising
 
 if TYPE_CHECKING:
     from rockframe.explorer.answer import Motion
@@ -70,9 +71,10 @@ def run_explore(options: argparse.Namespace) -> None:
             print(f"{address}\n{len(motions)} records; Ctrl-C stops the explorer.")
         sys.stdout.flush()
         try:
-            if not options.no_browser:
-                webbrowser.open(address)
-            serve(app, listening)
+            with raising():
+                if not options.no_browser:
+                    webbrowser.open(address)
+                serve(app, listening)
         except KeyboardInterrupt:
             print("rockframe: explorer stopped.", file=sys.stderr)
 

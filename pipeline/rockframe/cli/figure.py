@@ -15,6 +15,7 @@ from rockframe.errors import require_known
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
+from rockframe.provenance import refuse_obstacles
 
 if TYPE_CHECKING:
     from rockframe.figures.captioned import Captioned
@@ -90,9 +91,10 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
-    from rockframe.figures.captioned import save_captioned
+    from rockframe.figures.captioned import caption_file_of, save_captioned
 
     output: Path = options.output
+    refuse_obstacles([output, caption_file_of(output)])
     drawn, status = FIGURES[options.figure].draw(options)
     caption_file = save_captioned(drawn, output)
     if options.json:
@@ -146,6 +148,7 @@ FIGURES: Final[Mapping[str, Drawing]] = {
 
 
 #: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
+_PAGE: Final = "paper-checked.md"
 _BENT: Final = ("--spacing", "12", "--beam-centre", "1")
 
 
@@ -166,7 +169,7 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
 
 def run_paper(options: argparse.Namespace) -> int:
     """Check the claims, draw the figures, write the page and its manifest."""
-    from rockframe.cli.table1 import finish
+    from rockframe.cli.table1 import STAGE_FILES, finish
     from rockframe.paper.claims import all_claims
     from rockframe.paper.pulses import record_claims
     from rockframe.provenance import whole_folder
@@ -180,7 +183,7 @@ def run_paper(options: argparse.Namespace) -> int:
         return 0
     folder: Path = options.output
     arguments.refuse_folder_of_records(options)
-    with whole_folder(folder) as partial:
+    with whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial:
         ingested, rows = _respond_for_paper(options, partial)
         claims = all_claims() + record_claims(rows, pulse_rows(partial / "pulses.nc"))
         _write_page(claims, _draw_all(partial, options.grid), rows, partial)
@@ -190,7 +193,7 @@ def run_paper(options: argparse.Namespace) -> int:
         console.show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:
         _show_claims(claims, False)
-        print(f"{folder / 'paper-checked.md'}")
+        print(f"{folder / _PAGE}")
     return console.show_rejections(ingested.rejections)
 
 
@@ -233,7 +236,7 @@ def _write_page(
     records = f"{len(own)} of the paper's {len(paper_records())} records were found by name"
     if not own:
         records += ": claims about its records are not checked, and figures show other records"
-    with whole_file(folder / "paper-checked.md") as partial:
+    with whole_file(folder / _PAGE) as partial:
         partial.write_text(checked_page(claims, figures, f"{records}."), encoding="utf-8")
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -22,6 +20,7 @@ from rockframe.figures.margins import draw_stability_map
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions
 from rockframe.paper.table1 import paper_record_of
+from rockframe.provenance import scratch_folder
 from rockframe.record import Record
 from rockframe.results.plots.curves import restitution_dataset, size_dataset, stability_dataset
 from rockframe.results.plots.records import joints_dataset, portrait_dataset
@@ -132,7 +131,7 @@ def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
     frame = structure_of(options)
     with (
         arguments.stated_records(options) as (given, status),
-        tempfile.TemporaryDirectory() as folder,
+        scratch_folder() as folder,
     ):
         with open_records(given) as file:
             names = chosen_records(options, file)
@@ -142,7 +141,7 @@ def draw_11(options: argparse.Namespace) -> tuple[Captioned, int]:
                     "choose with --record."
                 )
             records = [file.read(name) for name in names]
-        response_file = Path(folder) / "response.nc"
+        response_file = folder / "response.nc"
         rejections = respond_stage(
             given,
             response_file,

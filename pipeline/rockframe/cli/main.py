@@ -9,10 +9,8 @@ import io
 import os
 import re
 import shutil
-import signal
 import sys
 import tempfile
-import threading
 import traceback
 import warnings
 from collections.abc import Callable, Sequence
@@ -22,9 +20,9 @@ from importlib import import_module
 from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
-from types import FrameType
 from typing import Any, Final, NoReturn, TextIO
 
+from rockframe import interruption
 from rockframe.errors import RockframeError, RockframeWarning, meant
 
 #: The commands in the order of the help, each with its module and summary.
@@ -150,11 +148,6 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     return whole
 
 
-def _terminated(_signal: int, _frame: FrameType | None) -> NoReturn:
-    """Handle SIGTERM like Ctrl-C, so that partial files are removed."""
-    raise KeyboardInterrupt
-
-
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Errors are raised, not printed.
 
@@ -204,12 +197,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 1 done with rejected records, 2 an error that the user can correct, 70
         an internal error, with its traceback, 130 interrupted.
     """
+    atexit.register(interruption.ignore)  # nothing is left to interrupt while Python ends
+    with interruption.noting() as noted:
+        status = _main(arguments)
+        if noted() and status != interruption.STATUS:  # too late to stop anything
+            _say(interruption.said("the command had finished"))
+            return interruption.STATUS
+        return status
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     _open_closed_streams()
     _move_cache_from_full_disk()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that cannot show theta prints "?"
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _terminated)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("default", RockframeWarning)
@@ -220,8 +221,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say(f"rockframe: error: {error}")
         return 2
     except KeyboardInterrupt as interrupt:
-        _say(f"rockframe: interrupted; {str(interrupt) or 'nothing was written'}.")
-        return 130
+        _say(interruption.said(str(interrupt)))
+        return interruption.STATUS
     except BrokenPipeError:  # the output is closed, as in `rockframe ... | head`
         _discard(sys.stdout)
         return 0

@@ -6,15 +6,18 @@ import argparse
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import InputError, ParameterError, require_known
+from rockframe.interruption import keeping
 from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
     from rockframe.runs.plan import Plan
+
+_RESUMES: Final = "finished steps are kept; the same command resumes"
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -44,19 +47,15 @@ def run_run(options: argparse.Namespace) -> int:
     if options.plan:
         _write_plan(plan, options)
         return 0
-    try:
-        with console.progress_of_steps(study.name) as on_step:
-            done, faults = run_plan(
-                plan,
-                options.output,
-                engine=arguments.chosen_engine(options),
-                replace=options.replace,
-                on_fault=_warn,
-                on_step=on_step,
-            )
-    except KeyboardInterrupt:
-        again = "finished steps are kept; the same command resumes"
-        raise KeyboardInterrupt(again) from None
+    with keeping(_RESUMES), console.progress_of_steps(study.name) as on_step:
+        done, faults = run_plan(
+            plan,
+            options.output,
+            engine=arguments.chosen_engine(options),
+            replace=options.replace,
+            on_fault=_warn,
+            on_step=on_step,
+        )
     rejected = rejections_of(options.output)
     if options.json:
         console.show_json(
@@ -212,7 +211,7 @@ def run_init(options: argparse.Namespace) -> None:
     from pydantic import TypeAdapter, ValidationError
 
     from rockframe.options.fields import Name
-    from rockframe.provenance import whole_file
+    from rockframe.provenance import refuse_obstacles, whole_file
     from rockframe.study.study import SCHEMA, commented_study, schema
 
     try:
@@ -225,6 +224,7 @@ def run_init(options: argparse.Namespace) -> None:
     study, schema_file = Path(f"{name}.toml"), Path(SCHEMA)
     if study.exists():
         raise InputError(study, "exists already. Choose another name.")
+    refuse_obstacles([schema_file])
     for file, text in ((study, commented_study(name)), (schema_file, schema())):
         with whole_file(file) as partial:
             partial.write_text(text, encoding="utf-8")

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from rockframe.ingest import Rejection
     from rockframe.stages.acceptance import Ingested
 
+#: Outputs of ingest, pulse and respond.
+STAGE_FILES: Final = ("records.nc", "pulses.nc", "response.nc")
+
 
 def add_table1(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the folder to write."""
@@ -53,7 +56,7 @@ def run_table1(options: argparse.Namespace) -> int:
 
     folder: Path = options.output
     _validate(options)
-    with whole_folder(folder) as partial:
+    with whole_folder(folder, _files(options.format)) as partial:
         ingested, rejections, files = run_stages(
             options,
             partial,
@@ -91,6 +94,14 @@ def run_table1(options: argparse.Namespace) -> int:
     return console.show_rejections(rejections)
 
 
+def _files(table_format: str) -> list[str]:
+    """Return the files that the command writes, except figures."""
+    tables = [
+        f"{n}{e}" for n in ("records", "table") for e in {".csv", TABLE_FORMATS[table_format]}
+    ]
+    return [*STAGE_FILES, *tables, "paper.csv"]
+
+
 def _validate(options: argparse.Namespace) -> None:
     """Validate all options and the structures before anything is computed."""
     from rockframe.results.tables.formats import require_format
@@ -121,7 +132,7 @@ def run_stages(
     from rockframe.stages.respond import respond_stage
     from rockframe.study.structures import bundled_records
 
-    files = [folder / name for name in ("records.nc", "pulses.nc", "response.nc")]
+    files = [folder / name for name in STAGE_FILES]
     records, pulses, response = files
     with console.progress_names("reading") as reading:
         ingested = ingest_stage(

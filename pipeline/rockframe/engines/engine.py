@@ -10,9 +10,10 @@ from functools import partial
 from time import perf_counter
 from typing import Any, Final, TypeVar
 
-from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool
+from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
 from rockframe.engines.threads import cores
 from rockframe.errors import EngineError, ParameterError
+from rockframe.interruption import check
 
 Batch = TypeVar("Batch")
 Result = TypeVar("Result")
@@ -80,7 +81,7 @@ def serve(
         futures = in_order(partial(pool.submit, function), ((b,) for b in batches), 2 * workers)
         for number, future in enumerate(futures, first):
             try:
-                yield future.result()
+                yield awaited(future)
             except WorkerDiedError as death:
                 if death.said:
                     failed = f"batch {number} failed in its worker:\n{death.said}"
@@ -116,6 +117,7 @@ class OneProcess(Engine):
     ) -> Generator[Result, None, None]:
         """Yield the results of a function in the order of the batches."""
         for batch in batches:
+            check()
             yield function(batch)
 
 
@@ -160,6 +162,7 @@ class ProcessPool(Engine):
         rest, spent, done = iter(batches), 0.0, 0
         while workers == 1 or not self._worthwhile(spent, done, total):
             for batch in rest:
+                check()
                 begin = perf_counter()
                 result = function(batch)
                 spent, done = spent + perf_counter() - begin, done + 1

@@ -8,14 +8,15 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from queue import SimpleQueue
 from threading import Lock
-from typing import Any, Final, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, Self, TypeVar
 
 from rockframe.errors import ParameterError
+from rockframe.interruption import check, undoing
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -32,6 +33,8 @@ _KILLED: Final = -getattr(signal, "SIGKILL", 9)
 #: Number of attempts at a call whose worker dies: the cause may lie outside the call.
 ATTEMPTS: Final = 3
 _LONGEST_REASON: Final = 200
+#: Interval at which signals are looked for while a result is awaited [s].
+_PAUSE: Final = 0.1
 #: Each worker uses one thread: more threads in libraries would only compete for the cores.
 _ONE_THREAD: Final = {
     "NUMBA_NUM_THREADS": "1",
@@ -130,6 +133,7 @@ class WorkerPool(Executor):
     """
 
     def __init__(self, workers: int, limits: Limits | None = None) -> None:
+        self._forced_end = undoing(self._kill)
         self._threads = ThreadPoolExecutor(workers)
         self._team = [_Worker(limits) for _ in range(workers)]
         self._idle: SimpleQueue[_Worker] = SimpleQueue()
@@ -164,8 +168,26 @@ class WorkerPool(Executor):
             worker.close()
         self._threads.shutdown(wait=wait)
 
-    def __exit__(self, *_: object) -> None:
+    def __enter__(self) -> Self:
+        self._forced_end.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
         self.shutdown(cancel_futures=True)
+        self._forced_end.__exit__(*error)
+
+    def _kill(self) -> None:
+        for worker in self._team:
+            worker.kill()
+
+
+def awaited(future: Future[T]) -> T:
+    """Return the result of a call in a worker; while it is awaited, signals are acted on."""
+    while not future.done():
+        check()
+        wait([future], timeout=_PAUSE)
+    check()
+    return future.result()
 
 
 class _Worker:
@@ -200,6 +222,12 @@ class _Worker:
                 values.append(value)
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             raise WorkerDiedError(process.wait(), values=values) from None
+
+    def kill(self) -> None:
+        """Kill the process, without waiting for anything."""
+        process = self._process
+        if process is not None:
+            process.kill()
 
     def close(self) -> None:
         """End the process permanently; a call that waits for it ends."""

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from rockframe.engines.engine import Engine, OneProcess, ProcessPool, in_order
 from rockframe.errors import EngineError, ParameterError
+from rockframe.interruption import check
 from rockframe.provenance import source_code_hash
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class DaskScheduler(Engine):
         """Wait for a result while there are workers; without workers Dask would wait for ever."""
         seen = monotonic()
         while not future.done():
+            check()
             try:
                 future.exception(timeout=_PAUSE)
             except TimeoutError:

@@ -27,6 +27,7 @@ from rockframe.errors import RockframeError
 
 def main() -> None:
     """Serve until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 0.0
     requests: SimpleQueue[bytes] = SimpleQueue()
     replies = os.fdopen(os.dup(1), "wb")

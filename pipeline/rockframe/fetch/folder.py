@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from rockframe.errors import InputError
 from rockframe.fetch.answers import ServiceReply
-from rockframe.provenance import read_json, sha256_of, whole_file
+from rockframe.provenance import read_json, refuse_obstacles, sha256_of, whole_file
 
 #: File with the request and the SHA-256 of everything received.
 REQUEST: Final = "request.json"
@@ -141,4 +141,5 @@ def _ledger(path: Path, document: Any, request: dict[str, Any]) -> Ledger:
         key = different[0]
         message = f"contains another request: {key} {before.get(key)!r}, now {request.get(key)!r}."
         raise InputError(path, f"{message} Use the same request, or another folder.")
+    refuse_obstacles(path.parent / name for name in (EVENT, CHANNELS, *document["files"]))
     return Ledger(path.parent, request, *(document[part] for part in parts[1:]))

@@ -19,6 +19,7 @@ from obspy.clients.fdsn.header import FDSNException
 
 from rockframe.errors import ParameterError
 from rockframe.fetch.answers import Kind, Problem, ServiceReply, judge, slow, unreachable
+from rockframe.interruption import raising
 
 #: Number of attempts at one request.
 ATTEMPTS: Final = 4
@@ -159,14 +160,16 @@ class Service:
             if problem is None or not problem.passing or problem.wait > LONGEST_PAUSE:
                 break
             if attempt < ATTEMPTS:
-                self.sleep(max(pause, problem.wait))
+                with raising():
+                    self.sleep(max(pause, problem.wait))
                 pause *= 2.0
         return reply
 
     def _ask_once(self, request: Callable[[Client, BytesIO], None]) -> ServiceReply:
         reason = "nothing was received"
         try:
-            request(self.client, BytesIO())
+            with raising():
+                request(self.client, BytesIO())
         except (FDSNException, HTTPException, OSError, NotImplementedError) as error:
             reason = str(error)
         return self.witness.take() or ServiceReply(

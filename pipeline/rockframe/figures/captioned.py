@@ -77,10 +77,21 @@ def save_captioned(drawn: Captioned, path: Path) -> Path:
     metadata = {**_METADATA[kind], "Title": drawn.title, _CAPTION_KEY[kind]: drawn.caption}
     with styled(), whole_file(path) as partial:
         drawn.figure.savefig(partial, format=kind[1:], dpi=_PRINT, metadata=metadata)
-    beside = path.with_suffix(".caption.txt")
+    beside = caption_file_of(path)
     with whole_file(beside) as partial:
         partial.write_text(f"{drawn.title}. {drawn.caption}\n", encoding="utf-8")
     return beside
+
+
+def caption_file_of(path: Path) -> Path:
+    """Return the file of the caption beside a figure.
+
+    Examples
+    --------
+    >>> caption_file_of(Path("figure.png")).name
+    'figure.caption.txt'
+    """
+    return path.with_suffix(".caption.txt")
 
 
 def require_format(path: Path) -> None:

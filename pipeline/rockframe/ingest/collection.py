@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.engines.engine import in_order
-from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool
+from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool, awaited
 from rockframe.engines.threads import cores
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest.catalogue import facts_of
@@ -19,6 +19,7 @@ from rockframe.ingest.identify import other_ids
 from rockframe.ingest.members import printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.sources import Catalogue, Source, sources_of
+from rockframe.interruption import check
 from rockframe.record import Record
 
 #: File and SHA-256 of the record, by identifier in lower case.
@@ -154,6 +155,7 @@ def _outcomes(
     """Yield the outcomes of each file, in order."""
     if workers == 0:
         for path in files:
+            check()
             yield list(read_outcomes(path, options))
         return
     calls = [(path, options) for path in files]
@@ -213,7 +215,7 @@ def serve(
     with WorkerPool(workers, limits) as pool:
         for future in in_order(partial(pool.submit, function), calls, workers * _AHEAD):
             try:
-                yield Served(tuple(future.result()))
+                yield Served(tuple(awaited(future)))
             except WorkerDiedError as death:
                 yield Served(death.values, death.reason(limits))
 

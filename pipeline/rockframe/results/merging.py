@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.interruption import check
 from rockframe.results.reading import opened
 from rockframe.results.writing import growing, named, put, slices
 
@@ -81,6 +82,7 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
     for number, path in enumerate(parts, 1):
+        check()
         with opened(path, kind, empty=True) as part:
             stated, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
             if stated != wanted:
@@ -121,6 +123,7 @@ def _samples(
     parts: Sequence[Path], kind: str, series: Mapping[str, xr.Variable]
 ) -> Iterator[dict[str, Any]]:
     for path in parts:
+        check()
         with opened(path, kind, empty=True) as part:
             if "record_id" in part:
                 yield {name: part[name].to_numpy() for name in series}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from rockframe.options.respond import (
     ScreenOptions,
     SpectrumOptions,
 )
-from rockframe.provenance import sha256_of
+from rockframe.provenance import scratch_folder, sha256_of
 from rockframe.runs.files import finish, read_plan
 from rockframe.runs.plan import KEPT
 from rockframe.runs.state import stamp
@@ -243,12 +242,12 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     steps = {step.stage: step for step in reversed(read_plan(folder).steps)}
     done: list[str] = []
     faults: list[str] = []
-    with tempfile.TemporaryDirectory() as elsewhere:
+    with scratch_folder() as elsewhere:
         for stage in (*_SAMPLED, *_WHOLE):
             if stage not in steps:
                 continue
             try:
-                what, found = _recomputed(steps[stage], folder.resolve(), Path(elsewhere), sample)
+                what, found = _recomputed(steps[stage], folder.resolve(), elsewhere, sample)
             except RockframeError as error:  # an input is missing
                 faults.append(f"{folder}: {stage} cannot be recomputed: {error}")
                 continue

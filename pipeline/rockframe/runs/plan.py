@@ -16,6 +16,7 @@ from rockframe.cells import write_rows
 from rockframe.errors import InputError
 from rockframe.ingest import folder_names, is_catalogue, printable, read_catalogue
 from rockframe.provenance import (
+    refuse_obstacles,
     refuse_overwriting,
     sha256_of,
     source_code_hash,
@@ -152,6 +153,7 @@ def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
     """Refuse to overwrite an input, even with ``--replace``."""
     read = [*(file.path for file in plan.inputs), study.path, study.structures]
     folders = sorted(name for name in plan.written if name.endswith("/"))
+    refuse_obstacles(folder / name / "figures.csv" for name in folders)
     refuse_overwriting((folder / name for name in sorted(plan.written - set(folders))), read)
     for name in folders:
         for path in read:

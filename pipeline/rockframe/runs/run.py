@@ -11,7 +11,8 @@ from typing import Final
 from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches
 from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import InputError
-from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs
+from rockframe.interruption import check
+from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs, refuse_obstacles
 from rockframe.runs.files import locked, read_plan, write_plan
 from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
@@ -120,6 +121,8 @@ def prepare(
     InputError
         If the folder contains other files.
     """
+    stamps = (Path(KEPT, "steps", f"{step.name}.json") for step in plan.steps)
+    refuse_obstacles(folder / name for name in (*stamps, Path(KEPT, "plan.json")))
     former = _clear_folder(plan, folder, replace, on_fault)
     remove_partials(plan, folder)
     corrupted = _corrupted(plan, former, folder)
@@ -159,6 +162,7 @@ def _perform(
     for tasks in _parallel_work(plan, todo, folder, engine):
         alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
         where = OneProcess() if alone else engine
+        check()
         for task, _ in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
             done += 1
             on_step(task.step.name, done, len(todo))

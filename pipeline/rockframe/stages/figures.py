@@ -18,7 +18,7 @@ from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
 from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
 from rockframe.options.execution import FigureOptions
-from rockframe.provenance import replaced_folder
+from rockframe.provenance import refuse_obstacles, replaced_folder
 from rockframe.results.compare import furthest_pairs, read_histories
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import kind_of
@@ -91,6 +91,7 @@ def figures_stage(
 def _require_own_folder(folder: Path) -> None:
     """Refuse to replace a folder that contains other files than figures."""
     index = folder / _INDEX
+    refuse_obstacles([index])
     figures = [folder / row["file"] for row in rows_of(index) if row.get("file")]
     ours = {index, *figures, *(figure.with_suffix(".caption.txt") for figure in figures)}
     for file in sorted(folder.rglob("*")):

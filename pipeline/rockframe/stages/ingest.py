@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -21,6 +22,7 @@ from rockframe.ingest import (
     read_catalogue,
     sources_of,
 )
+from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.results.records import open_records, write_records
@@ -169,7 +171,7 @@ def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
         )
     except OSError as error:
         raise InputError(output, f"cannot be written: {error.strerror}.") from None
-    with folder as name:
+    with folder as name, undoing(lambda: shutil.rmtree(name, ignore_errors=True)):
         yield Path(name, "recorded.nc")
 
 

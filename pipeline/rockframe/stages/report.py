@@ -13,6 +13,7 @@ from rockframe.options.execution import ReportOptions
 from rockframe.provenance import (
     MANIFEST,
     processor,
+    refuse_obstacles,
     refuse_overwriting,
     sha256_of,
     source_code_hash,
@@ -233,6 +234,7 @@ def report_stage(
         If the run is incomplete or changed, or the page cannot be written.
     """
     limits, output = options or ReportOptions(), output or folder / PAGE
+    refuse_obstacles([output])
     found = verify_run(folder)
     if found.faults:
         raise InputError(folder, f"is not a complete run: {found.faults[0]}")

@@ -10,7 +10,7 @@ import numpy as np
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError, require_known
 from rockframe.options.respond import RockingSpectrumOptions, SpectrumOptions
-from rockframe.provenance import refuse_overwriting
+from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.records import open_records
 from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM
 from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
@@ -54,6 +54,8 @@ def spectrum_stage(
     >>> float(spectrum["minimum_overturning_amplitude"].squeeze().round(3))
     2.704
     """
+    output = Path(output)
+    refuse_obstacles([output])
     phase, half_cycles = math.radians(options.phase_degree), options.half_cycles
     found = overturning_spectrum(
         [
@@ -68,7 +70,7 @@ def spectrum_stage(
     )
     write(
         spectrum_dataset(found),
-        Path(output),
+        output,
         SPECTRUM,
         input_sha256={},
         parameters=options.stated(),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rockframe.ingest import CATALOGUE, CatalogueEntry, Rejection, write_catalogue
 from rockframe.options.ingest import FetchOptions
 from rockframe.paper.table1 import with_paper_facts
-from rockframe.provenance import refuse_overwriting
+from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.merging import merge
 from rockframe.results.reading import kind_of
 from rockframe.results.tables.formats import write_rows_as
@@ -106,6 +106,7 @@ def fetch_stage(
     """
     from rockframe.fetch.run import fetch
 
+    refuse_obstacles([Path(folder, CATALOGUE)])
     fetched = fetch(options, Path(folder), progress=progress)
     entries = [CatalogueEntry(**facts) for facts in fetched.facts()]
     write_catalogue(Path(folder, CATALOGUE), entries)

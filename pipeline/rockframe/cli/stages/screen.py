@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, path
+from rockframe.interruption import keeping
 from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.respond import ScreenOptions
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rockframe.stages.screening.screen import Screening
+
+_RESUMES: Final = "finished batches are kept; the same command resumes"
 
 
 def add_screen(parser: argparse.ArgumentParser) -> None:
@@ -47,25 +49,19 @@ def run_screen(options: argparse.Namespace) -> int:
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
     engine, workers = arguments.chosen_engine(options), chosen(options, ExecutionOptions).workers
     given = arguments.records_file(options.records, chosen(options, IngestOptions), workers)
-    try:
-        with given as (records, status), console.progress_bar("screening") as progress:
-            done = screen_stage(
-                records,
-                options.output,
-                screening,
-                structures_path=arguments.chosen_structures(options),
-                pulses_path=options.pulses,
-                filters=filters,
-                engine=engine,
-                progress=progress,
-                table_format=options.format,
-            )
-    except KeyboardInterrupt:
-        print(
-            "rockframe: interrupted; finished batches are kept, and the same command resumes.",
-            file=sys.stderr,
+    bar = console.progress_bar("screening")
+    with keeping(_RESUMES), given as (records, status), bar as progress:
+        done = screen_stage(
+            records,
+            options.output,
+            screening,
+            structures_path=arguments.chosen_structures(options),
+            pulses_path=options.pulses,
+            filters=filters,
+            engine=engine,
+            progress=progress,
+            table_format=options.format,
         )
-        return 130
     show(options.output, done, as_json=options.json)
     return console.show_rejections(done.rejections) or status
 
