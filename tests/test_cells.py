@@ -130,3 +130,8 @@ def test_the_list_of_an_ingest_without_records_may_be_replaced(tmp_path: Path) -
     path.with_suffix(".nc").touch()
     with pytest.raises(InputError, match=r"z\.csv: is in the place of the table of the screening"):
         refuse_other_table(path, ("record_id",), "the table of the screening")
+
+
+def test_an_error_of_csv_names_its_line() -> None:
+    with pytest.raises(csv.Error, match=r"^line 2: unexpected end of data$"):
+        list(read_rows(io.StringIO('a,b\n"1,2')))

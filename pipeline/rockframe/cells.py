@@ -134,7 +134,13 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
     bare = re.sub(r'"[^"]*"', "", first)
     semicolons = ";" in bare and "," not in bare
     reader = csv.reader(chain([first], stream), strict=True, delimiter=";" if semicolons else ",")
-    for row in reader:
+    while True:
+        try:
+            row = next(reader)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            raise csv.Error(f"line {reader.line_num}: {error}") from None
         if semicolons:
             row = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row]
         if row:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Final
+
+#: Longest message of an `InputError` [characters]; the middle of a longer one is left out.
+_LONGEST: Final = 600
 
 
 class RockframeError(Exception):
@@ -92,6 +96,8 @@ class InputError(RockframeError):
     def __init__(self, path: str | Path, message: str, line: int | None = None) -> None:
         self._stated = path
         self.path = Path(path)
+        if len(message) > _LONGEST:  # a foreign file may have a line of a million characters
+            message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"
         self.reason = message
         self.line = line
         where = str(path) if line is None else f"{path}:{line}"

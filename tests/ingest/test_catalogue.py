@@ -98,3 +98,11 @@ def test_the_site_may_be_stated(tmp_path: Path) -> None:
     assert read_catalogue(tmp_path / "again.csv")["B.V1"].site_type is SiteType.STRUCTURE
     with pytest.raises(InputError, match=r":2: site 'roof'\. Must be one of: unknown, free-field"):
         read(tmp_path, "file,site\nA.V1,roof\n")
+
+
+def test_a_foreign_file_of_one_long_line_has_a_short_message(tmp_path: Path) -> None:
+    path = tmp_path / "catalogue.csv"
+    path.write_text("x" * 100_000, encoding="utf-8")
+    with pytest.raises(InputError, match=r"column 'xxx.* \.\.\. .*component") as caught:
+        read_catalogue(path)
+    assert len(caught.value.reason) < 700

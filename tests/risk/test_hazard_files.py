@@ -70,7 +70,7 @@ def test_sample_of_openquake() -> None:
             (-64.5, 0.51),
             r"nearest to -64.5 0.51 is 1.11 km away, at -64.5 0.5. Must be within 1 km",
         ),
-        ((-63.0, 2.0), "fewer than two different rates at this site"),
+        ((-63.0, 2.0), ":5: 0 different rates at this site. Must be two or more"),
     ],
 )
 def test_site_that_has_no_curve(site: tuple[float, float] | None, message: str) -> None:
@@ -92,9 +92,9 @@ def test_measures_of_openquake(tmp_path: Path, imt: str, measure: str, unit: flo
 @pytest.mark.parametrize(
     ("imt", "poe", "message"),
     [
-        ("CAV", [0.1, 0.01], "is of CAV. Must be of PGA, PGV or SA"),
+        ("CAV", [0.1, 0.01], ":1: is of imt 'CAV'. Must be PGA, PGV or SA"),
         ("PGA", [1.1, 0.01], ":3: probability 1.1. Must be from 0 to 1"),
-        ("PGA", [0.01, 0.1], "rates .* Must be decreasing"),
+        ("PGA", [0.01, 0.1], ":3: annual_rate .* after .*. Must be smaller"),
         ("SA(0)", [0.1, 0.01], "period must be above 0 s"),
     ],
 )

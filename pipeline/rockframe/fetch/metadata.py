@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -145,7 +146,8 @@ Must be an event.
     if not _QUAKEML.search(body):  # obspy would raise a bare Exception
         raise ServiceError(url, message)
     try:
-        events = read_events(BytesIO(body), format="QUAKEML")
+        with warnings.catch_warnings(action="ignore"):  # of values that are checked below
+            events = read_events(BytesIO(body), format="QUAKEML")
     except _UNREADABLE:
         raise ServiceError(url, message) from None
     if len(events) != 1:
@@ -198,7 +200,8 @@ def read_stations(url: str, body: bytes) -> Inventory:
 Must be of stations.
     """
     try:
-        return read_inventory(BytesIO(body), format="STATIONXML")
+        with warnings.catch_warnings(action="ignore"):  # of single entries; stations lack them
+            return read_inventory(BytesIO(body), format="STATIONXML")
     except _UNREADABLE:
         message = f"answer of {len(body)} bytes is no StationXML. Must be of stations."
         raise ServiceError(url, message) from None

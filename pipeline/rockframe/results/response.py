@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Final, Unpack
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.results.reading import opened, positions
+from rockframe.results.reading import damage_named, opened, positions
 from rockframe.results.schema import RESPONSE
 from rockframe.results.schema.response import ABUTMENT, ISLANDS, RESPONSE_NC, ROBUST, FateUnderPulse
 from rockframe.results.writing import Origin, slices, write_rows
@@ -127,9 +128,10 @@ class ResponseFile:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._context = opened(self.path, RESPONSE)
-        self.dataset = self._context.__enter__()
-        self._rows = slices(self.dataset["row_size"].values)
+        with ExitStack() as stack:
+            self.dataset = stack.enter_context(opened(self.path, RESPONSE))
+            self._rows = slices(self.dataset["row_size"].values)
+            self._open = stack.pop_all()
 
     def __enter__(self) -> ResponseFile:
         return self
@@ -139,7 +141,7 @@ class ResponseFile:
 
     def close(self) -> None:
         """Close the file."""
-        self._context.__exit__(None, None, None)
+        self._open.close()
 
     @cached_property
     def records(self) -> list[str]:
@@ -153,14 +155,15 @@ class ResponseFile:
 
     def kept(self, record: str) -> list[str]:
         """Return the names of the structures whose histories under a record are in the file."""
-        kept = self.dataset["history"][positions(self.dataset, record=record)].values
+        with self._damage_named():
+            kept = self.dataset["history"][positions(self.dataset, record=record)].values
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 
     def strips(self, record: str) -> dict[str, Strip]:
         """Return the strip of each structure under a record; empty without margins."""
-        return {
-            structure: strip for (_, structure), strip in strips_of(self.dataset, [record]).items()
-        }
+        with self._damage_named():
+            strips = strips_of(self.dataset, [record])
+        return {structure: strip for (_, structure), strip in strips.items()}
 
     def sel(self, *, record: str, structure: str) -> xr.Dataset:
         """Return the histories of one record and structure on ``time``, with their verdict.
@@ -170,15 +173,19 @@ class ResponseFile:
         ParameterError
             If there is no such record or structure, or if the history was not kept.
         """
-        where = positions(self.dataset, record=record, structure=structure)
-        if not self.dataset["history"][where]:
-            raise ParameterError(
-                f"no history of {structure!r} under {record!r} was kept. Compute it with "
-                "--histories all."
-            )
-        obs = self._rows[where["record"]]
-        chosen = self.dataset.isel({**where, "obs": obs}).drop_vars("row_size")
-        return chosen.load().swap_dims(obs="time").set_coords("record_id")
+        with self._damage_named():
+            where = positions(self.dataset, record=record, structure=structure)
+            if not self.dataset["history"][where]:
+                raise ParameterError(
+                    f"no history of {structure!r} under {record!r} was kept. Compute it with "
+                    "--histories all."
+                )
+            obs = self._rows[where["record"]]
+            chosen = self.dataset.isel({**where, "obs": obs}).drop_vars("row_size").load()
+        return chosen.swap_dims(obs="time").set_coords("record_id")
+
+    def _damage_named(self) -> AbstractContextManager[None]:
+        return damage_named(self.path, RESPONSE)
 
 
 def open_response(path: str | Path) -> ResponseFile:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.cells import decimal, read_rows
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError
 from rockframe.risk.hazard import HazardCurve
 from rockframe.risk.measures import COLUMNS, MEASURES, Measure, measure_of_column, spectral
 
@@ -49,13 +49,16 @@ _GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
 _IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
 _NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
 _VELOCITY: Final = 0.01  # both have velocities in cm/s
+#: Number of characters of an invalid row that messages show.
+_SHOWN: Final = 80
 #: Largest distance of a site from the requested place, and the earth's radius [km].
 _NEAR, _EARTH = 1.0, 6371.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Points:
-    """Points of a curve in a file: intensities in SI units, and rates or probabilities.
+    """Points of a curve in a file: intensities in the unit of the measure's column, and rates or
+    probabilities.
 
     `years` is the time of the probabilities, or 0 for annual rates.
     """
@@ -128,7 +131,7 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
     strong = [i for i, measure in enumerate(measures) if measure is not None]
     if len(header) != 2 or len(often) != 1 or len(strong) != 1:
         known = ", ".join((*COLUMNS, "sa_1s_g"))
-        stated = ", ".join(header) or "missing"
+        stated = ", ".join(header)[:_SHOWN] or "missing"
         raise InputError(path, f"columns {stated}. Must be {_RATE} and one of {known}.", line=line)
     measure, years = measures[strong[0]], _years(header[often[0]])
     assert measure is not None  # noqa: S101  `strong` has only such columns
@@ -136,7 +139,7 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
     return _Points(
         measure,
         [at for at, _ in lines[1:]],
-        rows[:, strong[0]] * measure.printed,
+        rows[:, strong[0]],
         rows[:, often[0]],
         years or 0.0,
     )
@@ -146,7 +149,7 @@ def _years(heading: str) -> float | None:
     """Return the years of a column of probabilities, 0 for rates, None for another column."""
     stated = _PROBABILITY.fullmatch(heading)
     if stated:
-        return float(stated[1])
+        return float(stated[1]) or None
     return 0.0 if heading == _RATE or _USGS.search(heading) else None
 
 
@@ -155,21 +158,29 @@ def _at_site(
 ) -> _Points:
     """Read the row of a site from a table of OpenQuake (``poe-0.1``) or the USGS (``0.1``)."""
     imt, years = re.search(r"imt=['\"]([^'\"]+)", comment), 0.0
-    measure = _measure_of(path, imt[1]) if imt else _named_by(path)
+    measure = _measure_of(path, imt[1], 1) if imt else _named_by(path)
     if imt:
-        stated = re.search(r"investigation_time=([0-9.eE+]+)", comment)
-        if stated is None or not float(stated[1]) > 0.0:
-            raise InputError(path, "states no investigation_time. Must be the file of OpenQuake.")
-        years = float(stated[1])
+        years = _investigation_time(path, comment, line=lines[0][0] - 1)
     columns = {i: _intensity(name, "poe-" if imt else "") for i, name in enumerate(header)}
     found = {i: level for i, level in columns.items() if level is not None}
     line, row = _nearest(path, lines, header, site)
-    try:
-        values = np.array([decimal(row[i]) for i in found])
-    except (ValueError, IndexError) as error:
-        raise InputError(path, f"{error}. Must be numbers.", line=line) from None
-    unit = _VELOCITY if measure.name == "pgv" else measure.printed
+    values = np.array([_cell(path, row, i, header[i], line) for i in found])
+    unit = _VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
     return _Points(measure, [line] * len(found), np.array([*found.values()]) * unit, values, years)
+
+
+def _investigation_time(path: Path, comment: str, line: int) -> float:
+    """Return the years of the probabilities in a file of OpenQuake."""
+    stated = re.search(r"investigation_time=([^,\s]*)", comment)
+    text = stated[1] if stated else ""
+    try:
+        years = decimal(text)
+    except ValueError:
+        years = 0.0
+    if not years > 0.0:
+        what = f"investigation_time {text!r}" if stated else "no investigation_time"
+        raise InputError(path, f"{what}. Must be a number of years above 0.", line=line)
+    return years
 
 
 def _intensity(heading: str, before: str) -> float | None:
@@ -188,7 +199,10 @@ def _nearest(
         try:
             places.append((decimal(row[header.index("lon")]), decimal(row[header.index("lat")])))
         except (ValueError, IndexError):
-            raise InputError(path, "no longitude and latitude.", line=line) from None
+            shown = ", ".join(row)[:_SHOWN]
+            raise InputError(
+                path, f"{shown!r} without longitude and latitude. Must be degrees.", line=line
+            ) from None
     if site is None and len(places) != 1:
         raise InputError(path, f"has {len(places)} sites. Choose one with --hazard-site LON LAT.")
     if site is None:
@@ -210,16 +224,16 @@ def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
     return 2.0 * _EARTH * math.asin(min(1.0, math.sqrt(share)))
 
 
-def _measure_of(path: Path, imt: str) -> Measure:
+def _measure_of(path: Path, imt: str, line: int | None = None) -> Measure:
     """Return the measure with this name in files of OpenQuake and the USGS."""
     stated = _IMT.fullmatch(imt)
     if stated is None:
-        raise InputError(path, f"is of {imt}. Must be of PGA, PGV or SA(T).")
+        raise InputError(path, f"is of imt {imt!r}. Must be PGA, PGV or SA(T).", line)
     period = stated[1] or (f"{stated[2]}.{stated[3]}" if stated[2] else "")
     if not period:
         return MEASURES[imt.lower()]
     if not float(period) > 0.0:
-        raise InputError(path, f"is of {imt}. The period must be above 0 s.")
+        raise InputError(path, f"is of {imt}. The period must be above 0 s.", line)
     return spectral(float(period))
 
 
@@ -239,7 +253,7 @@ def _named_by(path: Path) -> Measure:
 def _curve(path: Path, points: _Points) -> HazardCurve:
     """Return the curve of rates, without points that have no information."""
     measure, rates = points.measure, points.values
-    printed = points.intensity / measure.printed
+    printed = points.intensity
     if points.years:
         wrong = np.flatnonzero(~((rates >= 0.0) & (rates <= 1.0)))
         if wrong.size:
@@ -253,25 +267,51 @@ def _curve(path: Path, points: _Points) -> HazardCurve:
         kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
         if kept.sum() < 2:
             raise InputError(
-                path, "has fewer than two different rates at this site. Must have at least two."
+                path,
+                f"{kept.sum()} different rates at this site. Must be two or more.",
+                line=points.lines[-1] if points.lines else 1,
             )
     for line, x, rate in zip(np.array(points.lines)[kept], printed[kept], rates[kept], strict=True):
         _require_possible(path, int(line), measure, float(x), float(rate))
+    lines = np.array(points.lines, dtype=int)[kept]
+    _require_monotone(path, lines, measure.column, printed[kept], rates[kept])
     if not points.years:
-        _refuse_probabilities(path, np.stack([printed[kept], rates[kept]], axis=1))
-    try:
-        return HazardCurve(measure.name, points.intensity[kept], rates[kept])
-    except ParameterError as error:
-        raise InputError(path, str(error)) from None
+        _refuse_probabilities(path, lines, np.stack([printed[kept], rates[kept]], axis=1))
+    return HazardCurve(measure.name, printed[kept] * measure.printed, rates[kept])
+
+
+def _require_monotone(
+    path: Path, lines: NDArray[np.int_], column: str, intensity: Float, rates: Float
+) -> None:
+    """Require two points or more, with increasing intensities and decreasing, positive rates."""
+    if rates.size < 2:
+        line = int(lines[-1]) if lines.size else 1
+        raise InputError(path, f"{rates.size} points. Must be two or more.", line=line)
+    for values, name, sign, must in (
+        (intensity, column, 1.0, "larger"),
+        (rates, _RATE, -1.0, "smaller"),
+    ):
+        wrong = np.flatnonzero(sign * np.diff(values) <= 0.0)
+        if wrong.size:
+            one, other = values[wrong[0] : wrong[0] + 2]
+            raise InputError(
+                path,
+                f"{name} {other:g} after {one:g}. Must be {must}.",
+                line=int(lines[wrong[0] + 1]),
+            )
+    if rates[-1] <= 0.0:
+        raise InputError(path, f"{_RATE} {rates[-1]:g}. Must be above 0.", line=int(lines[-1]))
 
 
 def _require_possible(
     path: Path, line: int, measure: Measure, intensity: float, rate: float
 ) -> None:
-    if intensity > measure.largest:
-        message = f"{measure.column} {intensity:g}. Must be at most {measure.largest:g}."
+    if not 0.0 < intensity <= measure.largest:
+        message = (
+            f"{measure.column} {intensity:g}. Must be above 0 and at most {measure.largest:g}."
+        )
         raise InputError(path, message, line=line)
-    if intensity > 0.0 and rate * (intensity / measure.yearly) ** _FALL > 1.0:
+    if rate * (intensity / measure.yearly) ** _FALL > 1.0:
         most = (measure.yearly / intensity) ** _FALL
         raise InputError(
             path,
@@ -281,16 +321,15 @@ def _require_possible(
         )
 
 
-def _refuse_probabilities(path: Path, values: Float) -> None:
+def _refuse_probabilities(path: Path, lines: NDArray[np.int_], values: Float) -> None:
     """Reject a curve that starts just below 1 and stays there."""
-    if len(values) < 2 or not (values[:2] > 0.0).all():
-        return
     (weak, often), (strong, less) = values[:2]
     if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
         raise InputError(
             path,
             f"{_RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
             f"Must be rates. {_CONVERT}.",
+            line=int(lines[1]),
         )
 
 
@@ -299,5 +338,16 @@ def _numbers(path: Path, row: list[str], line: int) -> list[float]:
     with suppress(ValueError):
         numbers = [decimal(cell) for cell in row]
     if len(numbers) != 2:
-        raise InputError(path, f"{', '.join(row)!r}. Must be two numbers.", line=line)
+        shown = ", ".join(row)[:_SHOWN]
+        raise InputError(path, f"{shown!r}. Must be two numbers.", line=line)
     return numbers
+
+
+def _cell(path: Path, row: list[str], index: int, column: str, line: int) -> float:
+    """Return the number in a cell of the row of a site."""
+    cell = row[index] if index < len(row) else ""
+    try:
+        return decimal(cell)
+    except ValueError:
+        message = f"column {column!r}: {cell[:_SHOWN]!r}. Must be a number."
+        raise InputError(path, message, line=line) from None
