@@ -103,6 +103,6 @@ def test_the_site_may_be_stated(tmp_path: Path) -> None:
 def test_a_foreign_file_of_one_long_line_has_a_short_message(tmp_path: Path) -> None:
     path = tmp_path / "catalogue.csv"
     path.write_text("x" * 100_000, encoding="utf-8")
-    with pytest.raises(InputError, match=r"column 'xxx.* \.\.\. .*component") as caught:
+    with pytest.raises(InputError, match=r"column 'xxx.* \.\.\. ") as caught:
         read_catalogue(path)
     assert len(caught.value.reason) < 700
