@@ -20,7 +20,7 @@ from rockframe.results.screening.tables import screen_rows, screen_summary
 from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
 
 #: Number of places in each file.
-PLACES: Final = 60
+PLACES: Final = 24
 
 
 def _records(path: Path) -> None:
