@@ -225,11 +225,15 @@ def refuse_obstacles(files: Iterable[Path]) -> None:
     >>> refuse_obstacles([Path("/table.csv")])
     """
     for path in files:
-        if path.is_dir():
+        try:
+            is_folder = path.is_dir()
+            above = next((one for one in path.parents if one.exists()), path.parent)
+        except OSError as error:  # such as a name that is too long
+            raise InputError(path, f"cannot be written: {error.strerror}.") from None
+        if is_folder:
             raise InputError(
                 path, "is a folder, in the place of a file to write. Move it, or use another name."
             )
-        above = next((one for one in path.parents if one.exists() or one.is_symlink()), path.parent)
         if above.exists() and not above.is_dir():
             raise InputError(
                 above, f"is a file, in the place of the folder of {path.name}. Move it elsewhere."

@@ -100,6 +100,13 @@ def test_an_output_below_a_file_names_the_file(tmp_path: Path, capsys: Any) -> N
     assert capsys.readouterr().err == f"rockframe: error: {said}Move it elsewhere.\n"
 
 
+def test_a_name_that_is_too_long_is_one_line(tmp_path: Path, capsys: Any) -> None:
+    assert main(["figure", "7", "--output", str(tmp_path / f"{'x' * 300}.png")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "cannot be written: File name too long." in said
+
+
 def test_once_the_folder_is_moved_the_run_goes_on(made: Path, tmp_path: Path, capsys: Any) -> None:
     """The obstacle replaced a finished file: the run makes that file again."""
     study, folder = made / "small.toml", tmp_path / "run"
