@@ -106,6 +106,30 @@ def test_the_division_of_intervals_does_not_matter(model: IsolatedDeck | FixedFr
     assert ours.peak_force_ratio >= np.abs(other.force_ratio).max() * (1.0 - 1e-14)
 
 
+@each_model
+@pytest.mark.parametrize("seed", [14, 15, 16])
+def test_the_peak_force_is_that_of_the_spring(model: IsolatedDeck | FixedFrame, seed: int) -> None:
+    """Without damping it is (q + k u) / m at the largest u; and always the most of the history."""
+    undamped = replace(model, damping_ratio=0.0)
+    k, _, q, _ = undamped.constants
+    found = respond_oscillator(undamped, rough(seed))
+    bound = (q + k * found.peak_displacement) / GRAVITY
+    assert found.yields > 0
+    assert found.peak_force_ratio == pytest.approx(bound, rel=1e-12)
+    fine = divided(rough(seed), 64).followed_by_rest(10.0)
+    other = respond_oscillator(model, fine)
+    reached = np.abs(other.force_ratio).max()
+    assert reached * (1.0 - 1e-14) <= other.peak_force_ratio <= reached * (1.0 + 1e-3)
+
+
+def test_a_pendulum_that_the_first_ground_moves_bears_its_friction() -> None:
+    """Friction limits the force also at the first node, where the ground already exceeds it."""
+    push = GroundAcceleration(np.full((10, 1), 0.5 * GRAVITY), 0.01)
+    found = respond_oscillator(PENDULUM, push)
+    assert found.force_ratio[0] == pytest.approx(-0.06, rel=1e-14)
+    assert found.peak_force_ratio >= np.abs(found.force_ratio).max()
+
+
 @pytest.mark.parametrize("model", [RUBBER, PENDULUM, PERFECT], ids=lambda m: f"{m.period:.2f}")
 def test_energy_balance(model: IsolatedDeck | FixedFrame) -> None:
     """The work of constant ground acceleration in an interval is exactly -a (u_2 - u_1)."""

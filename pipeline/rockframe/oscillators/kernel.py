@@ -217,6 +217,15 @@ def _yields(summary: Float, time: float) -> None:
 
 
 @compiled
+def _held_force(ground: float, spring: float, q: float) -> float:
+    """Return the force on a stuck oscillator, which friction limits to q about that of its spring.
+
+    Where it starts to slide at once, as after a reversal, the ground alone exceeds that limit.
+    """
+    return min(max(-ground, spring - q), spring + q)
+
+
+@compiled
 def _stick(
     degree: int,
     oscillator: Constants,
@@ -247,10 +256,10 @@ def _stick(
             if n >= 0:
                 low, high = before - level, ground - level
                 end = _root(work, _U, degree, level, left, right, low, high)
-            _note(summary, u, _value(work, _U, degree, end), time)
+            _note(summary, u, _held_force(_value(work, _U, degree, end), k * u, q), time)
             _yields(summary, time + end)
             return -math.copysign(1.0, push), end
-        _note(summary, u, ground, time)
+        _note(summary, u, _held_force(ground, k * u, q), time)
         left, before = right, ground
     return STUCK, h
 
@@ -808,7 +817,7 @@ def integrate(  # noqa: C901  one loop, see above
     if histories.shape[1] > 0:
         histories[:, 0] = 0.0
         if rigid:
-            histories[2, 0] = -scale * rows[0, 0]
+            histories[2, 0] = _held_force(scale * rows[0, 0], 0.0, q)
     i = int(np.int64(0))  # numba would compile `_run` a second time for a literal
     while i < rows.shape[0]:
         mode, u, v, z = state
@@ -846,7 +855,7 @@ def integrate(  # noqa: C901  one loop, see above
             mode, u, v, z = state
             force = k * u + z + c * v
             if mode == STUCK:
-                force = -scale * _value(rows, i - 1, degree, h)
+                force = _held_force(scale * _value(rows, i - 1, degree, h), k * u, q)
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
     _settle(time + rows.shape[0] * h, oscillator, state, summary, work)
 
