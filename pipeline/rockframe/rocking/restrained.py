@@ -36,13 +36,13 @@ class RestraintResponse:
     tendon_yields, dissipater_yields : float
         Time at which the yield force is first reached [s]; NaN if never.
     tendon_force_left : float
-        Force of a tendon when the frame stands again [N], less than the prestress if the tendon has
-        yielded; NaN if the frame overturns.
+        Force of a tendon when the frame has come to rest [N]: less than the prestress if the tendon
+        has yielded, more if dissipaters keep the joints open; NaN if the frame overturns.
     dissipated_energy : float
         Energy dissipated by yielding in one column, over the weight of the column [m].
     residual_rotation : float
         The |theta| at which the frame comes to rest [rad]; above zero if dissipaters keep the
-        joints open.
+        joints open. The moments of gravity, tendon and yielded dissipaters then balance.
     """
 
     tendon_force: Float
@@ -112,12 +112,10 @@ def restraint_response(
     tendon_force = dissipater_force = nothing
     if tendon is not None:
         tendon_force = forces[:, 0] / frame.tie_moment(1.0, frame.tie_lever)
-        per_stretch = tendon.stiffness * frame.tie_lever
-        left = (
-            math.nan
-            if math.isnan(log[0, ties.REST])
-            else max(0.0, tendon.prestress - per_stretch * float(log[0, ties.PLASTIC_STRETCH]))
-        )
+        rest = float(log[0, ties.REST])
+        if not math.isnan(rest):
+            stretched = ties.stretch(rest) - float(log[0, ties.PLASTIC_STRETCH])
+            left = max(0.0, tendon.prestress + tendon.stiffness * frame.tie_lever * stretched)
     if dissipater is not None:
         dissipater_force = forces[:, 1] / frame.tie_moment(frame.joints, dissipater.lever_arm)
     return RestraintResponse(

@@ -31,6 +31,7 @@ from rockframe.rocking.kernels.ties import (
     begun,
     both_held,
     changed,
+    elastic_moment,
     landed,
     next_change,
     uplift_hold,
@@ -41,6 +42,8 @@ Float = NDArray[np.float64]
 #: The frame is at rest after an impact slower than this times p_hat, if the ground is too weak to
 #: uplift it. The rates of impacts form a geometric series, so their number depends on this value.
 REST_VELOCITY_RATIO: Final = 1e-10
+#: The ties are elastic if no plastic stretch changes by more than this from turn to turn [rad].
+_SETTLED: Final = 1e-12
 #: Largest number of steps. A frame that still balances on the barrier then counts as overturned,
 #: without a time.
 _MAX_TAIL: Final = 100_000
@@ -133,8 +136,9 @@ def tied_tail(  # noqa: C901  one loop
     """Follow the frame over still ground as `tail` does, and fill in the log of the ties.
 
     Ties that do not yield conserve energy, so the first peak is the largest and the first landing
-    the fastest. A frame with dissipaters is followed until it rests, or swings about a residual
-    rotation without yielding. A frame that still bounces after the largest number of steps stands.
+    the fastest. A frame with dissipaters is followed until it rests, or until nothing yields from
+    turn to turn; a landing counts as a turn. It then swings without end, or bounces ever more
+    slowly, about the rotation at which it would come to rest.
     """
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     yields = ties[0][4] == PLASTIC or ties[1][4] == PLASTIC
@@ -145,28 +149,21 @@ def tied_tail(  # noqa: C901  one loop
     landing_time = math.nan
     turns = 0
     stood = False
-    one = 0.0
-    other = 0.0
+    high_turn = 0.0
+    low_turn = 0.0
+    settled = states
     done = 0.0
     for i in range(_MAX_TAIL):
         if s == 0.0 or turns > 3 or (stood and hardest > 0.0 and not yields):
-            rest = 0.0 if s == 0.0 or not yields else _balance(alpha, ties, states, one, other)
-            for k in range(2):
-                tie_log[k, PLASTIC_STRETCH] = states[k][1]
-                tie_log[k, REST] = rest
+            if s == 0.0 or not yields:
+                high_turn = low_turn = 0.0
+            _note_rest(alpha, ties, states, high_turn, low_turn, tie_log)
             return False, math.nan, peak, fastest, math.nan, hardest
         elapsed = 0.0
         while elapsed < stride and s != 0.0:
             pull = both_held(ties, states)
             c = taylor(theta, omega, s, zero, zero, alpha, p_hat * p_hat, MOVING, pull)
             ended, t, theta, omega, high, _, fast = flight(c, s, stride - elapsed, MOVING, peak)
-            if s * c[1] > 0.0 >= s * omega and ended != LANDED:
-                turns += 1
-                stood = True
-                one = abs(theta)
-            elif s * c[1] < 0.0 <= s * omega:
-                turns += 1
-                other = abs(theta)
             which, when, level = next_change(ties, states, c, s, t)
             if which >= 0:
                 ended, t, theta, omega, high, _, fast = flight(c, s, when, MOVING, peak)
@@ -174,7 +171,13 @@ def tied_tail(  # noqa: C901  one loop
                 theta, omega, states = changed(
                     theta, omega, s, level, which, ties, states, tie_log, time + done + elapsed + t
                 )
-                turns = 0
+            outwards = s * c[1] > 0.0 >= s * omega and ended != LANDED
+            turned = outwards or ended == LANDED or s * c[1] < 0.0 <= s * omega
+            if outwards:
+                stood = True
+                high_turn = abs(theta)
+            elif turned:
+                low_turn = abs(theta)
             peak = max(peak, high)
             fastest = max(fastest, fast)
             elapsed += t
@@ -182,10 +185,7 @@ def tied_tail(  # noqa: C901  one loop
                 for k in range(2):
                     tie_log[k, PLASTIC_STRETCH] = states[k][1]
                 return True, done + elapsed, HALF_PI, fastest, landing_time, landing
-            if ended == ALOFT:
-                break
             if ended == LANDED:
-                turns = 0
                 if math.isnan(landing_time):
                     landing_time = done + elapsed
                     landing = omega
@@ -197,32 +197,44 @@ def tied_tail(  # noqa: C901  one loop
                     alpha, ties, states
                 ) >= -math.tan(alpha):
                     s = 0.0
+            if turned:
+                turns = turns + 1 if _same_stretches(states, settled) else 0
+                settled = states
+            if ended == ALOFT:
+                break
         done = (i + 1) * stride
     if stood:
-        for k in range(2):
-            tie_log[k, PLASTIC_STRETCH] = states[k][1]
-            tie_log[k, REST] = abs(theta)
+        _note_rest(alpha, ties, states, high_turn, low_turn, tie_log)
         return False, math.nan, peak, fastest, math.nan, hardest
     return True, math.nan, HALF_PI, fastest, landing_time, landing
 
 
 @compiled
-def _balance(
-    alpha: float,
-    ties: Pair,
-    states: States,
-    high: float,
-    low: float,
-) -> float:
-    """Return the |theta| of equilibrium between two rotations, by bisection."""
-    k, f = both_held(ties, states)
+def _same_stretches(one: States, other: States) -> bool:
+    """Return True if the plastic stretches of both ties are equal, to round-off."""
+    return abs(one[0][1] - other[0][1]) <= _SETTLED and abs(one[1][1] - other[1][1]) <= _SETTLED
+
+
+@compiled
+def _note_rest(
+    alpha: float, ties: Pair, states: States, high: float, low: float, tie_log: Float
+) -> None:
+    """Log the plastic stretches, and the |theta| between two turns at which the frame rests.
+
+    The restoring moment of gravity and ties vanishes there and grows with |theta|; it is found by
+    bisection. With closed joints the frame rests at 0 unless the ties push them open.
+    """
     for _ in range(100):
         middle = 0.5 * (high + low)
-        if math.sin(alpha - middle) + k * math.sin(middle) + f * math.cos(0.5 * middle) > 0.0:
+        if math.sin(alpha - middle) + elastic_moment(ties, states, middle) > 0.0:
             high = middle
         else:
             low = middle
-    return 0.5 * (high + low)
+    if low == 0.0 and math.sin(alpha) + elastic_moment(ties, states, 0.0) >= 0.0:
+        high = 0.0
+    for k in range(2):
+        tie_log[k, PLASTIC_STRETCH] = states[k][1]
+        tie_log[k, REST] = 0.5 * (high + low)
 
 
 @compiled

@@ -181,6 +181,16 @@ def both_held(ties: Pair, states: States) -> tuple[float, float]:
 
 
 @compiled
+def elastic_moment(ties: Pair, states: States, theta: float) -> float:
+    """Return the moment of both ties at a rotation that they reach without yielding."""
+    total = 0.0
+    for k in range(2):
+        stiffness, force, _, lowest, _ = ties[k]
+        total += max(lowest, force + stiffness * (stretch(theta) - states[k][1]))
+    return total * math.cos(0.5 * theta)
+
+
+@compiled
 def uplift_hold(alpha: float, ties: Pair, states: States) -> float:
     """Return what both ties add to the ground acceleration that uplifts the frame [g]."""
     return both_held(ties, states)[1] / math.cos(alpha)
