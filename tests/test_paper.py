@@ -49,12 +49,18 @@ def row(number: int, **changed: Any) -> Row:
         ("1.40", 1.381, Finding.DIFFERS),
         ("54.73", 54.7356, Finding.AGREES),
         ("5", 6.01, Finding.DIFFERS),
-        ("5", 4.0, Finding.AGREES),
+        ("5", 4.0, Finding.DIFFERS),
+        ("5", 4.51, Finding.AGREES),
+        ("0.9", 0.949, Finding.AGREES),
+        ("0.9", 0.951, Finding.DIFFERS),
+        ("-20", -20.9, Finding.AGREES),
+        ("-20", -21.1, Finding.DIFFERS),
     ],
 )
-def test_agreement_is_within_a_unit_of_the_last_digit(
+def test_agreement_is_rounding_or_a_unit_of_the_last_digit_within_five_percent(
     printed: str, ours: float, finding: Finding
 ) -> None:
+    """What rounds to a printed number agrees with it; one unit of one digit may be 20 % of it."""
     assert agrees_to_last_digit(printed, ours) is finding
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Final
 
 
 class Finding(StrEnum):
@@ -54,8 +54,14 @@ class Claim:
         return self.command or f"rockframe paper --claim {self.name}"
 
 
+#: Largest relative difference of a number that does not round to the printed one.
+TOLERANCE: Final = 0.05
+
+
 def agrees_to_last_digit(printed: str, ours: float) -> Finding:
-    """Return AGREES if a number is within one unit of the last digit of a printed number.
+    """Return AGREES if a number rounds to a printed number, or is one unit of its last digit off.
+
+    Such a unit may be a fifth of a number of one digit, so the difference must also be at most 5 %.
 
     Parameters
     ----------
@@ -69,9 +75,10 @@ def agrees_to_last_digit(printed: str, ours: float) -> Finding:
     >>> agrees_to_last_digit("1.4", 1.381).value, agrees_to_last_digit("1.40", 1.381).value
     ('agrees', 'differs')
     """
-    decimals = len(printed.partition(".")[2])
-    near = abs(ours - float(printed)) <= 10.0**-decimals * (1.0 + 1e-9)
-    return judged(near)
+    unit = 10.0 ** -len(printed.partition(".")[2])
+    difference, exact = abs(ours - float(printed)), 1.0 + 1e-9
+    allowed = max(0.5 * unit, min(unit, TOLERANCE * abs(float(printed))))
+    return judged(difference <= allowed * exact)
 
 
 def judged(holds: bool) -> Finding:
