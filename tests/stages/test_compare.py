@@ -18,7 +18,7 @@ from rockframe.results.compare import comparison_rows, read_histories
 from rockframe.results.screening.screen import read_screening
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking.design import Design
-from rockframe.study.structures import read_structures
+from rockframe.study.structures import read_bridges, read_structures
 from rockframe.units import GRAVITY
 
 BENT = """
@@ -139,6 +139,7 @@ PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
          "14: key 'compare.isolated.period_s' missing. Must be stated, or effective_period_s and "),
         (RIVALS.replace("3.0\n", "3.0\neffective_period_s = 2.5\n"),
          "15: compare.isolated.period_s 3.0. Must be absent where effective_period_s is stated"),
+        (RIVALS + "limit_ductility = 0.5\n", "19: compare.fixed.limit_ductility 0.5. Must be at"),
         (RIVALS + "strength_ratio = 0.0\n", "19: compare.fixed.strength_ratio 0.0. Must be"),
         (RIVALS.replace("period_s", "radius_m"),
          "16: compare.isolated.strength_ratio 0.05. Must be absent where a pendulum is"),
@@ -153,6 +154,8 @@ PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
          "design_displacement_m = 0.2\n", "9: a value of this table is too large or too small"),
         ("[structure.fixed]\nmodulus_pa = 1e-308\ncracked_stiffness_ratio = 1e-308\n",
          "9: a value of this table is too large or too small"),
+        (DISSIPATER.replace("0.8", "0.01") + PIVOT,
+         "13: structure.dissipater.lever_arm_m 0.01. Must be above 0.0"),
         ("[structure.abutment]\ngap_m = 0.0\n", "10: structure.abutment.gap_m 0.0. Must be pos"),
         (PIVOT.replace("30.0e6", "1.0e6"),
          "10: structure.pivot.compressive_strength_pa 1000000.0. Must be larger; 2.48e+06 Pa is "
@@ -185,9 +188,10 @@ def test_ties_without_a_mass_are_refused(tmp_path: Path) -> None:
 def test_a_column_yields_where_both_its_ends_reach_their_moment(
     records: Path, tmp_path: Path
 ) -> None:
-    """The shear of the column is then 2 M / H and stays constant, because nothing hardens."""
+    """Without P-delta its shear is then 2 M / H and stays constant, because nothing hardens."""
     fixed = (
         "[compare.fixed]\nmodulus_pa = 30.0e9\ndamping_ratio = 0.0\nmoment_capacity_nm = 1.5e6\n"
+        "p_delta = false\n"
     )
     output = tmp_path / "compare.nc"
     bridge = structures(tmp_path, BENT + fixed)
@@ -198,6 +202,22 @@ def test_a_column_yields_where_both_its_ends_reach_their_moment(
     of_deck = 2.0 * 1.5e6 / 9.6 / (5.0 * bent.column_mass * GRAVITY)
     assert row["ductility"] > 1.0
     assert row["base_shear"] == pytest.approx(of_deck, abs=0.4 * 22.0 / 35.0 / 5.0)
+
+
+def test_options_of_the_fixed_bridge_reach_its_model(tmp_path: Path) -> None:
+    """P-delta is on by default, hardening off, and the ductility limited to 5."""
+    options = "post_yield_ratio = 0.03\np_delta = false\nlimit_ductility = 3.0\n"
+    plain, changed = (
+        read_bridges(structures(tmp_path, BENT + RIVALS + text))[1].fixed for text in ("", options)
+    )
+    assert plain is not None
+    assert changed is not None
+    size = {"height": 9.6, "width": 1.6, "column_mass": 48e3, "deck_mass": 192e3}
+    one, other = plain.made(**size), changed.made(**size)
+    assert (one.post_yield_ratio, one.limit_ductility) == (0.0, 5.0)
+    assert one.stability_coefficient > 0.0
+    assert (other.post_yield_ratio, other.limit_ductility) == (0.03, 3.0)
+    assert other.stability_coefficient == 0.0
 
 
 def test_structures_with_other_rivals_do_not_share_a_table(
@@ -261,6 +281,20 @@ def test_pivots_move_inwards_by_half_the_block(tmp_path: Path) -> None:
     assert bent.width == pytest.approx(1.6 - 5.0 * weight / (30.0e6 * 1.2), rel=1e-14)
     assert bent.slenderness < whole.slenderness
     assert bent.restitution > whole.restitution
+
+
+def test_crushed_edges_shorten_the_lever_of_bars_as_that_of_tendons(tmp_path: Path) -> None:
+    """Bars on the axis stay there: their lever is half the width, at base and top on average."""
+    text = BENT + DISSIPATER + TENDON + PIVOT
+    (bent,) = read_structures(structures(tmp_path, text))
+    assert bent.dissipater is not None
+    assert bent.dissipater.lever_arm < 0.79
+    half = 0.25 * (bent.width + bent.top_contact_width)
+    assert bent.dissipater.lever_arm == pytest.approx(half, rel=1e-14)
+    assert bent.tie_lever == pytest.approx(2.0 * bent.dissipater.lever_arm, rel=1e-14)
+    (alone,) = read_structures(structures(tmp_path, text.replace("= 4.0", "= 0.0")))
+    assert alone.dissipater is not None
+    assert alone.dissipater.lever_arm == pytest.approx(0.5 * alone.width, rel=1e-14)
 
 
 def test_edges_that_do_not_crush_change_nothing() -> None:

@@ -37,6 +37,7 @@ class Validity(IntEnum):
     TENDON_YIELDS = 2
     GAP_CLOSES = 3
     LIFT_EXCEEDED = 4
+    DUCTILITY_EXCEEDED = 5
 
 
 @dataclass(frozen=True)
@@ -98,14 +99,16 @@ class Compared:
     model : str
         Name of the model: free, restrained, hybrid, isolated or fixed.
     time, u, v : array, shape (nodes,)
-        Time [s], drift and lift of the deck [m]; NaN after overturning.
+        Time [s], drift and lift of the deck [m]; NaN after overturning or collapse.
     base_shear : array, shape (nodes,)
         Force of the ground to the right, including that of tendons, over the weight of deck and
         columns [1].
     peak_u, peak_v, residual_u : float
-        Largest drift, largest lift, and residual drift [m]; infinite if the frame overturns.
+        Largest drift, largest lift, and residual drift [m]; infinite if the frame overturns or
+        collapses.
     peak_base_shear : float
-        Largest base shear at the nodes [1], until overturning.
+        Largest base shear at the nodes [1], until overturning or collapse; without the impulses of
+        impacts, which are instantaneous in the model.
     peak_rotation_ratio, ductility : float
         Largest |theta| / alpha of rocking frames; largest drift over yield drift of others [1].
     peak_tendon_force : float
@@ -232,13 +235,18 @@ def _oscillating(
     gamma = frame.mass_ratio
     moved = gamma + (COLUMN_SHARE if isinstance(response.model, FixedFrame) else 0.0)
     shear = (ground * (1.0 + gamma - moved) - moved * response.force_ratio) / (1.0 + gamma)
-    closed = closing = until = math.nan
-    validity = Validity.HOLDS
+    closed = closing = math.nan
+    ends: dict[Validity, float] = {}
+    history = response.time, response.u, response.velocity
     if frame.abutment is not None:
-        gap = frame.abutment.gap
-        closed, closing = first_crossing(response.time, response.u, response.velocity, gap)
-        if response.peak_displacement >= gap:
-            validity, until = Validity.GAP_CLOSES, closed
+        closed, closing = first_crossing(*history, frame.abutment.gap)
+        if response.peak_displacement >= frame.abutment.gap:
+            ends[Validity.GAP_CLOSES] = _known(closed)
+    if isinstance(response.model, FixedFrame):
+        limit = response.model.limit_ductility * response.model.yield_displacement
+        if response.peak_displacement >= limit:
+            ends[Validity.DUCTILITY_EXCEEDED] = _known(first_crossing(*history, limit)[0])
+    validity, until = _first(ends)
     return Compared(
         model=name,
         time=response.time,
@@ -248,7 +256,7 @@ def _oscillating(
         peak_u=response.peak_displacement,
         peak_v=0.0,
         residual_u=abs(response.residual_displacement),
-        peak_base_shear=float(np.abs(shear).max()),
+        peak_base_shear=float(np.nanmax(np.abs(shear))),
         ductility=response.ductility,
         validity=validity,
         valid_until=until,

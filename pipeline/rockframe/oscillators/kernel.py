@@ -5,12 +5,13 @@ Per unit mass, with u relative to the ground, which has the acceleration a:
 u'' + c u' + k u + z = -a,   |z| <= q,   z' = k_z u' while |z| < q or u' reduces |z|, else 0.
 
 So an oscillator is on one of four branches: elastic (stiffness k + k_z), yielding in the direction
-+1 or -1 (stiffness k, z = +-q), or, if k_z is infinite, stuck (u' = 0). On each branch the equation
-is linear, and in each interval the ground is a polynomial in time. `_run` advances by whole
-intervals with the exact transition of a branch, as long as bounds show that the branch does not
-change and that there is no new peak between the nodes. `_kink` advances through a single change of
-branch under a straight line of ground acceleration. `_cross` advances through all other intervals:
-it locates changes of branch and peaks as roots of the Taylor series.
++1 or -1 (stiffness k, z = +-q), or, if k_z is infinite, stuck (u' = 0). k is negative if P-delta
+exceeds hardening; k + k_z is positive. On each branch the equation is linear, and in each interval
+the ground is a polynomial in time. `_run` advances by whole intervals with the exact transition of
+a branch, as long as bounds show that the branch does not change and that there is no new peak
+between the nodes. `_kink` advances through a single change of branch under a straight line of
+ground acceleration. `_cross` advances through all other intervals: it locates changes of branch and
+peaks as roots of the Taylor series.
 
 The file is long because numba's cache does not detect changes of functions in other files.
 """
@@ -35,9 +36,9 @@ ELASTIC: Final = 0.0
 STUCK: Final = 2.0
 
 # Slots of the summary array.
-PEAK: Final = 0  # largest |u| [m]
+PEAK: Final = 0  # largest |u| [m], infinite after a collapse, as is the residual
 PEAK_TIME: Final = 1  # time of the largest |u| [s], NaN if the oscillator never moves
-PEAK_FORCE: Final = 2  # largest |k u + z + c u'| [m s-2]
+PEAK_FORCE: Final = 2  # largest |k u + z + c u'| [m s-2], NaN after a collapse
 RESIDUAL: Final = 3  # u at rest after the motion [m]
 FIRST_YIELD: Final = 4  # time of the first yielding [s], NaN if never
 YIELDS: Final = 5  # number of excursions into yielding
@@ -331,7 +332,7 @@ def _piece(  # noqa: C901  one branch, step by step
     _, k_z, q, c = oscillator
     mode, u, v, z = state
     rest = push, _, stiffness = _branch(oscillator, state)
-    rate = math.sqrt(stiffness) + c
+    rate = math.sqrt(abs(stiffness)) + c
     h = min(h, _STRIDE / rate) if rate > 0.0 else h
     order = _order(rate * h, degree)
     _series(work, degree, u, v, rest, order)
@@ -439,10 +440,10 @@ def _transition(
     polynomial; the rows give u and v at the end of the interval. The share is a lower bound used
     for the bounds of rates in `_run` and `_sure`.
     """
-    share = 1.0 - h * (c + 0.5 * h * stiffness)
+    share = 1.0 - h * (c + 0.5 * h * abs(stiffness))
     if share < _LEAST_SHARE:
         return 0.0
-    order = _order(h * (math.sqrt(stiffness) + c), degree)
+    order = _order(h * (math.sqrt(abs(stiffness)) + c), degree)
     for n in range(degree + 3):
         work[_GROUND, : degree + 1] = 0.0
         if n >= 2:
@@ -477,9 +478,9 @@ def _sure(
     push, c, k, k_z, elastic = linear
     q, peak, peak_force = limits
     u, v = old
-    size, h2 = abs(scale), 0.125 * h * h
+    size, h2, most = abs(scale), 0.125 * h * h, abs(k)
     bend = abs(scale * rows[i, 0] + push + c * v + k * u)
-    jerk = share * (size * bounds[i, 1] + c * bend + k * (abs(v) + h * bend))
+    jerk = share * (size * bounds[i, 1] + c * bend + most * (abs(v) + h * bend))
     bend += h * jerk
     spring = max(abs(push + k_z * u), abs(push + k_z * new[0]))
     monotone = v * new[1] > 0.0 and min(abs(v), abs(new[1])) > h2 * jerk
@@ -490,15 +491,15 @@ def _sure(
         return False
     force = push + k * new[0] + c * new[1]
     strong = max(abs(push + k * u + c * v), abs(force))
-    if strong + h2 * (c * jerk + k * bend) <= peak_force:
+    if strong + h2 * (c * jerk + most * bend) <= peak_force:
         return True
     if c == 0.0:
         return monotone
     before = k * v - c * (scale * rows[i, 0] + push + c * v + k * u)
     after = k * new[1] - c * (scale * _value(rows, i, rows.shape[1] - 1, h) + force)
-    snap = size * bounds[i, 2] + c * jerk + k * bend
+    snap = size * bounds[i, 2] + c * jerk + most * bend
     near = min(abs(before), abs(after)) if before * after > 0.0 else 0.0
-    return bool(near > h2 * (c * snap + k * jerk))
+    return bool(near > h2 * (c * snap + most * jerk))
 
 
 @compiled
@@ -526,8 +527,9 @@ def _run(  # noqa: C901  one loop, without calls
     elastic = mode == ELASTIC
     k_z = k_z if elastic else 0.0
     curved = rows.shape[1] > 2
-    size, damped = abs(scale), c + h * k
-    close, jerk = 1.0 / (1.0 - 0.125 * h * h * k), 0.0
+    most = abs(k)
+    size, damped = abs(scale), c + h * most
+    close, jerk = 1.0 / (1.0 - 0.125 * h * h * most), 0.0
     peak, peak_time, peak_force = summary[PEAK], summary[PEAK_TIME], summary[PEAK_FORCE]
     u_u, u_v, u_0, u_1 = moves[0, 0], moves[0, 1], moves[0, 2], moves[0, 3]
     v_u, v_v, v_0, v_1 = moves[1, 0], moves[1, 1], moves[1, 2], moves[1, 3]
@@ -553,21 +555,21 @@ def _run(  # noqa: C901  one loop, without calls
         signed = size * bounds[i, 0] + abs(force) if curved else (a_0 - push) + h * a_1 + force
         at_end = abs(signed)
         if c > 0.0 or curved:
-            jerk = share * (size * bounds[i, 1] + damped * at_end + k * speed)
+            jerk = share * (size * bounds[i, 1] + damped * at_end + most * speed)
             bend = at_end + h * jerk
         else:
             bend = close * max(abs(a_0 + k * u), at_end)
         if speed <= h * bend or (  # u or the force may not be monotone
             c > 0.0
-            and (k * speed - c * at_end if curved else abs(k * new_v - c * signed))
-            <= h * (k * bend + c * jerk)
+            and (most * speed - c * at_end if curved else abs(k * new_v - c * signed))
+            <= h * (most * bend + c * jerk)
         ):
             reach = h * (speed + h * bend)
             if (
                 not elastic
                 or spring + k_z * reach > q
                 or far + reach > peak
-                or abs(force) + (h * c * bend + k * reach) > peak_force
+                or abs(force) + (h * c * bend + most * reach) > peak_force
             ):
                 linear, limits = (push, c, k, k_z, elastic), (q, peak, peak_force)
                 old, new = (u, v), (new_u, new_v)
@@ -676,9 +678,9 @@ def _kink(  # noqa: C901  one change of branch, step by step
     new_u = (moves[0, 0] * u + moves[0, 1] * v) + (moves[0, 2] * a_0 + moves[0, 3] * a[1])
     new_v = (moves[1, 0] * u + moves[1, 1] * v) + (moves[1, 2] * a_0 + moves[1, 3] * a[1])
     bend = abs(a_0 + c * v + k * u)
-    jerk = share * (abs(a[1]) + c * bend + k * (abs(v) + h * bend))
+    jerk = share * (abs(a[1]) + c * bend + abs(k) * (abs(v) + h * bend))
     rate = abs(k * v - c * (a_0 + c * v + k * u))  # rate of the force; it may change its sign
-    steady = rate > h * (k * (bend + h * jerk) + c * jerk)
+    steady = rate > h * (abs(k) * (bend + h * jerk) + c * jerk)
     fast = max(abs(v), abs(new_v))
     level = 0.0
     if elastic:
@@ -712,9 +714,9 @@ def _kink(  # noqa: C901  one change of branch, step by step
     rest = push, _, k = _branch(oscillator, after)
     end_u, end_v = _ahead(a_1, rest, at_u, at_v, left, top)
     bend_1 = abs(a_1[0] + push + c * at_v + k * at_u)
-    jerk_1 = share_after * (abs(a[1]) + c * bend_1 + k * (abs(at_v) + left * bend_1))
+    jerk_1 = share_after * (abs(a[1]) + c * bend_1 + abs(k) * (abs(at_v) + left * bend_1))
     rate = abs(k * at_v - c * (a_1[0] + push + c * at_v + k * at_u))
-    steady = steady and rate > left * (k * (bend_1 + left * jerk_1) + c * jerk_1)
+    steady = steady and rate > left * (abs(k) * (bend_1 + left * jerk_1) + c * jerk_1)
     if elastic:
         sure = at_v * end_v > 0.0 and min(abs(at_v), abs(end_v)) > 0.125 * left * left * jerk_1
     else:
@@ -726,7 +728,7 @@ def _kink(  # noqa: C901  one change of branch, step by step
     if c > 0.0 and not steady:
         strong = max(abs(force), abs(at_force), abs((z + k_0 * u) + c * v))
         fast = max(fast, abs(end_v))
-        rise = (k_0 + k_z) * fast + c * (max(bend, bend_1) + h * max(jerk, jerk_1))
+        rise = (abs(k_0) + k_z) * fast + c * (max(bend, bend_1) + h * max(jerk, jerk_1))
         if strong + 0.5 * h * rise > summary[PEAK_FORCE]:
             return False, state
     _note(summary, at_u, at_force, time + end)
@@ -740,8 +742,37 @@ def _kink(  # noqa: C901  one change of branch, step by step
 
 
 @compiled
-def _settle(time: float, oscillator: Constants, state: State, summary: Float, work: Float) -> None:
-    """Follow the oscillator over still ground until neither a new peak nor yielding can occur."""
+def _collapses(oscillator: Constants, state: State, strongest: float) -> bool:
+    """Return True if no ground acceleration up to a strongest one can bring the oscillator back.
+
+    Its negative stiffness then drives it outwards, and it does not move inwards. Numbers that have
+    overflowed count too.
+    """
+    k, _, q, _ = oscillator
+    _, u, v, _ = state
+    return k < 0.0 and not (u * v < 0.0 or -k * abs(u) <= q + strongest)
+
+
+@compiled
+def _note_collapse(
+    oscillator: Constants, strongest: float, histories: Float, summary: Float
+) -> None:
+    """Make the peaks infinite, and the histories NaN from the node at which collapse is sure."""
+    summary[PEAK] = summary[RESIDUAL] = math.inf
+    summary[PEAK_TIME] = summary[PEAK_FORCE] = math.nan
+    for n in range(histories.shape[1]):
+        state = (ELASTIC, histories[0, n], histories[1, n], 0.0)
+        if _collapses(oscillator, state, strongest):
+            histories[:, n:] = math.nan
+            break
+
+
+@compiled
+def _settle(time: float, oscillator: Constants, state: State, summary: Float, work: Float) -> bool:
+    """Follow the oscillator over still ground until neither a new peak nor yielding can occur.
+
+    Returns True if it collapses.
+    """
     k, k_z, q, c = oscillator
     still = np.zeros((1, 2))
     until = math.inf
@@ -749,7 +780,9 @@ def _settle(time: float, oscillator: Constants, state: State, summary: Float, wo
         mode, u, v, z = state
         if mode == STUCK and abs(k * u) <= q:
             summary[RESIDUAL] = u
-            return
+            return False
+        if _collapses(oscillator, state, 0.0):
+            return True
         stiffness = k + k_z if mode == ELASTIC else k
         if mode == ELASTIC:
             centre = (k_z * u - z) / stiffness + 0.0
@@ -758,17 +791,19 @@ def _settle(time: float, oscillator: Constants, state: State, summary: Float, wo
             room = q - abs(z + k_z * (centre - u))
             if k_z * reach <= room * _BEYOND:
                 if until == math.inf:
-                    until = time + math.tau / math.sqrt(stiffness - 0.25 * c * c)
+                    swings = max(stiffness - 0.25 * c * c, 0.01 * stiffness)
+                    until = time + math.tau / math.sqrt(swings)
                 force = stiffness * reach * (1.0 + c / math.sqrt(stiffness))
                 quiet = abs(centre) + reach <= summary[PEAK] and force <= summary[PEAK_FORCE]
                 if quiet or time >= until:
-                    return
-        rate = math.sqrt(stiffness) + c
+                    return False
+        rate = math.sqrt(abs(stiffness)) + c
         if rate == 0.0:
             rate = math.sqrt(k + k_z)
         step = _STRIDE / rate
         state = _cross(still, 0, 0.0, step, time, oscillator, state, summary, work)
         time += step
+    return False
 
 
 @compiled
@@ -794,7 +829,8 @@ def integrate(  # noqa: C901  one loop, see above
     oscillator : tuple
         Constants of the oscillator.
     histories : array, shape (3, intervals + 1) or (3, 0)
-        Filled with displacement, velocity and k u + z + c u' at the nodes, unless it is empty.
+        Filled with displacement, velocity and k u + z + c u' at the nodes, unless it is empty; NaN
+        once collapse is sure.
     summary : array, shape (SUMMARY_SIZE,)
         Filled with the values of the named slots above.
     """
@@ -809,7 +845,8 @@ def integrate(  # noqa: C901  one loop, see above
         0.0 if rigid else _transition(h, degree, k + k_z, c, work, moves[0]),
         _transition(h, degree, k, c, work, moves[1]),
     )
-    rate = h * (math.sqrt(k if rigid else k + k_z) + c)
+    rate = h * (math.sqrt(k if rigid else max(k_z, k + k_z)) + c)
+    strongest = abs(scale) * bounds[:, 0].max()
     top = _order(rate, degree) if degree == 1 and max(shares) > 0.0 else 0
     summary[:] = 0.0
     summary[PEAK_TIME] = summary[FIRST_YIELD] = math.nan
@@ -819,7 +856,7 @@ def integrate(  # noqa: C901  one loop, see above
         if rigid:
             histories[2, 0] = _held_force(scale * rows[0, 0], 0.0, q)
     i = int(np.int64(0))  # numba would compile `_run` a second time for a literal
-    while i < rows.shape[0]:
+    while i < rows.shape[0] and not _collapses(oscillator, state, strongest):
         mode, u, v, z = state
         branch = 0 if mode == ELASTIC else 1
         if mode == STUCK:
@@ -857,7 +894,10 @@ def integrate(  # noqa: C901  one loop, see above
             if mode == STUCK:
                 force = _held_force(scale * _value(rows, i - 1, degree, h), k * u, q)
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
-    _settle(time + rows.shape[0] * h, oscillator, state, summary, work)
+    end = time + rows.shape[0] * h
+    if i < rows.shape[0] or _settle(end, oscillator, state, summary, work):
+        histories[:, i + 1 :] = math.nan
+        _note_collapse(oscillator, strongest, histories, summary)
 
 
 @compiled

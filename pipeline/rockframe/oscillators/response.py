@@ -40,14 +40,17 @@ class OscillatorPeaks:
     Parameters
     ----------
     peak_displacement : array
-        Largest |u| [m], located between the nodes.
+        Largest |u| [m], located between the nodes; infinite if the oscillator collapses, which only
+        P-delta can cause.
     peak_time : array
-        Time of the largest |u| [s]; NaN if the oscillator never moves.
+        Time of the largest |u| [s]; NaN if the oscillator never moves, or collapses.
     peak_force_ratio : array
         Largest sum of restoring and damping force over the weight [1], located between the nodes.
-        It is the largest absolute acceleration [g] and the shear of the piers.
+        It is the largest absolute acceleration [g] and the shear of the piers. NaN if the
+        oscillator collapses.
     residual_displacement : array
-        Displacement at which the oscillator stays, or about which it vibrates without yielding [m].
+        Displacement at which the oscillator stays, or about which it vibrates without yielding [m];
+        infinite if it collapses.
     ductility : array
         Peak displacement over yield displacement [1]; NaN without a yield displacement.
     first_yield_time : array
@@ -77,7 +80,8 @@ class OscillatorResponse(Shown):
     model : IsolatedDeck or FixedFrame
         The oscillator.
     time, u, velocity : array, shape (nodes,)
-        Time [s], displacement relative to the ground [m] and its rate [m s-1].
+        Time [s], displacement relative to the ground [m] and its rate [m s-1]; NaN once no ground
+        acceleration of the motion can prevent collapse.
     force_ratio : array, shape (nodes,)
         Sum of restoring and damping force over the weight [1]: minus the absolute acceleration [g].
     peak_displacement, peak_time, peak_force_ratio, residual_displacement : float

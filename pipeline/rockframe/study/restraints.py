@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from rockframe.errors import invalid
 from rockframe.options.model import Options, rule
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
-from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
+from rockframe.rivals import COLUMN_SHARE, LIMIT_DUCTILITY, FixedFrame, IsolatedDeck
 from rockframe.units import GRAVITY
 
 
@@ -73,7 +73,8 @@ class DissipaterEntry(TableEntry):
     yield_force_n: Annotated[float, _for_example(1.0e5)]
     """Yield force of all bars across one joint [N]."""
     lever_arm_m: Annotated[float, _for_example(0.8)]
-    """Distance from the pivot to the bars [m]."""
+    """Distance from the pivot to the bars, before its edge crushes [m]; the same for rocking to
+    either side, as of bars on the axis."""
 
     def made(self) -> Dissipater:
         """Return the dissipater."""
@@ -156,7 +157,12 @@ class FixedEntry(TableEntry):
     moment_capacity_nm: Annotated[float | None, _for_example(4.0e6)] = None
     """Moment at which both ends of a column yield [N m]; replaces strength_ratio."""
     post_yield_ratio: float = 0.0
-    """Ratio of the stiffness after yielding to the elastic stiffness."""
+    """Ratio of the stiffness after yielding to the elastic stiffness (hardening)."""
+    p_delta: bool = True
+    """Include P-delta: the moment of the weight of the deck and half the columns on the drift."""
+    limit_ductility: float = LIMIT_DUCTILITY
+    """Largest drift over the yield drift for which the model is valid; by default that of Caltrans,
+    Seismic Design Criteria 1.7, section 2.2.4, for bents of several columns."""
 
     def made(
         self,
@@ -189,6 +195,8 @@ class FixedEntry(TableEntry):
             damping_ratio=self.damping_ratio,
             strength_ratio=strength,
             post_yield_ratio=self.post_yield_ratio,
+            p_delta=self.p_delta,
+            limit_ductility=self.limit_ductility,
         )
 
 
