@@ -79,8 +79,8 @@ class Dissipater:
     stiffness, yield_force : float
         Stiffness [N/m] and yield force [N] of all bars across one joint together.
     lever_arm : float
-        Distance from the pivot to the bars [m]; half the width if they are on the axis of the
-        column.
+        Distance from the pivot to the bars [m], the same whichever side the column rocks to: half
+        the width, for bars on the axis of the column. Bars off the axis would need two groups.
 
     Raises
     ------

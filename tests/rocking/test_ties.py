@@ -179,7 +179,7 @@ def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
 
 
 def test_a_stiff_tendon_never_lets_it_overturn() -> None:
-    """With k above cos(alpha) the stiffness is positive everywhere: there is no barrier."""
+    """With k above cos(alpha) the restoring moment is positive everywhere: there is no barrier."""
     strong = straight_lines(np.array([0.0, 3.0, 3.0, -3.0, -3.0, 0.0]), 0.5)
     free = integrate(strong, 0.5, alpha=ALPHA, p_hat=P_HAT, restitution=KEPT)
     tied = run(strong, 0.5, ((12.0, 0.0, math.inf, -math.inf, ELASTIC), NONE))
@@ -226,7 +226,7 @@ def restoring(theta: float, plastic: Float, ties: tuple[Tie, Tie]) -> float:
         max(lowest, force + stiffness * (stretch - at))
         for (stiffness, force, _, lowest, _), at in zip(ties, plastic, strict=True)
     ]
-    return math.sin(ALPHA - theta) + sum(forces) * math.cos(0.5 * theta)
+    return float(math.sin(ALPHA - theta) + sum(forces) * math.cos(0.5 * theta))
 
 
 @pytest.mark.parametrize("name", HELD_OPEN)
