@@ -60,7 +60,7 @@ def row(number: int, **changed: Any) -> Row:
 def test_agreement_is_rounding_or_a_unit_of_the_last_digit_within_five_percent(
     printed: str, ours: float, finding: Finding
 ) -> None:
-    """What rounds to a printed number agrees with it; one unit of one digit may be 20 % of it."""
+    """One unit of the last digit may be 20 % of a number, so 5 % is the limit beyond rounding."""
     assert agrees_to_last_digit(printed, ours) is finding
 
 

@@ -75,7 +75,7 @@ def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: s
     --------
     >>> claim = Claim(name="a", where="eq (1)", says="|x|", printed="1", ours="2",
     ...               finding=Finding.DIFFERS)
-    >>> print(checked_page([claim], {}, "").splitlines()[13])
+    >>> print(checked_page([claim], {}, "").splitlines()[14])
     | `a` | eq (1): \|x\| | 1 | 2 | **differs** | |
     """
     commands: dict[str, list[str]] = {}
