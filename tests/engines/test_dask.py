@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.engines.clusters import distributed, local_cluster
 from tests.engines.test_engines import DIES, once
 from tests.screening import site, stored
 
@@ -18,16 +21,11 @@ from rockframe.provenance import sha256_of
 from rockframe.stages.respond import respond_stage
 from rockframe.stages.screening.screen import screen_stage
 
-distributed = pytest.importorskip("distributed", reason="needs the extra dask: make test-dask")
-
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """Start a cluster of two processes on this machine and yield its address."""
-    cluster = distributed.LocalCluster(
-        n_workers=2, threads_per_worker=2, dashboard_address=":0", silence_logs=50
-    )
-    with cluster:
+    with local_cluster(2, threads_per_worker=2) as cluster:
         yield cluster.scheduler_address
 
 
@@ -72,7 +70,7 @@ def test_error_of_the_user_comes_as_it_is(address: str) -> None:
 
 
 def test_scheduler_without_workers() -> None:
-    with distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50) as cluster:
+    with local_cluster(0) as cluster:
         engine = DaskScheduler(cluster.scheduler_address)
         with pytest.raises(EngineError, match="has no workers"):
             list(map_batches(eval, ["1"], engine=engine))
@@ -80,12 +78,26 @@ def test_scheduler_without_workers() -> None:
 
 def test_scheduler_that_loses_its_workers() -> None:
     """Without a nanny nobody replaces a worker, and Dask would wait for ever."""
-    with distributed.LocalCluster(
-        n_workers=1, processes=False, protocol="tcp", dashboard_address=":0", silence_logs=50
-    ) as cluster:
+    with local_cluster(1, processes=False, protocol="tcp") as cluster:
         engine = DaskScheduler(cluster.scheduler_address, patience=0.5)
         results = map_batches(eval, ["1", *["__import__('time').sleep(5)"] * 9], engine=engine)
         assert next(results) == 1
         cluster.scale(0)
         with pytest.raises(EngineError, match=r"has had no workers for 0.5 s. Start workers"):
             list(results)
+
+
+def test_a_busy_machine_does_not_keep_a_cluster_from_starting(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Dask warns that a folder took more than a second; here, warnings are errors."""
+    core = importlib.import_module("distributed.core")
+    made = core.WorkSpace
+
+    def slowly(folder: str) -> object:
+        time.sleep(1.1)
+        return made(folder)
+
+    monkeypatch.setattr(core, "WorkSpace", slowly)
+    with local_cluster(1) as cluster, distributed.Client(cluster) as client:
+        assert client.submit(abs, -2).result() == 2

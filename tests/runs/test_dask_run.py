@@ -7,12 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.engines.clusters import distributed, local_cluster
 from tests.faults.harness import all_gone, children, wait_until
 from tests.runs.small import FEW, contents, make_study, run
 
 from rockframe.cli.main import main
-
-distributed = pytest.importorskip("distributed", reason="needs the extra dask: make test-dask")
 
 
 def test_cluster_gives_the_bytes_of_one_process(
@@ -21,11 +20,8 @@ def test_cluster_gives_the_bytes_of_one_process(
     """The workers do not run in the folder in which the command is typed."""
     study = make_study(tmp_path, 3)
     assert run(study, tmp_path / "here") == 0
-    cluster = distributed.LocalCluster(
-        n_workers=2, threads_per_worker=2, dashboard_address=":0", silence_logs=50
-    )
     monkeypatch.chdir(tmp_path)
-    with cluster:
+    with local_cluster(2, threads_per_worker=2) as cluster:
         words = ["run", "small.toml", "--output", "there"]
         assert main([*words, "--scheduler", cluster.scheduler_address]) == 0
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
@@ -43,18 +39,22 @@ def _worker(address: str, home: Path) -> subprocess.Popen[str]:
         )
 
 
+def at_work(worker: subprocess.Popen[str]) -> bool:
+    """Return True while the worker performs a step, in a process of its own."""
+    return any("rockframe.engines.worker" in words for words in children(worker.pid).values())
+
+
 def test_killed_worker_costs_its_step_and_its_process(tmp_path: Path) -> None:
     """Another worker repeats the step; the processes of the first attempt must end."""
     study, folder = make_study(tmp_path, 1, FEW), tmp_path / "run"
-    cluster = distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50)
-    with cluster, distributed.Client(cluster) as client:
+    with local_cluster(0) as cluster, distributed.Client(cluster) as client:
         killed = _worker(cluster.scheduler_address, tmp_path)
         client.wait_for_workers(1)
         words = [sys.executable, "-m", "rockframe.cli.main", "run", str(study)]
         words += ["--output", str(folder), "--scheduler", cluster.scheduler_address]
         command = subprocess.Popen(words, text=True)
         try:
-            assert wait_until(lambda: any(folder.glob(".records-*.partial.nc")), command)
+            assert wait_until(lambda: at_work(killed), command)
             below = list(children(killed.pid))
             killed.kill()
             killed.wait()
