@@ -40,7 +40,7 @@ help:
 	@echo "make test-processors  the tests and table1 with the instructions of other processors (an hour)"
 	@echo "make test-all  every test there is, in one piece (half an hour on two cores)"
 	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
-	@echo "make check    format, lint, strict types, doctests, direction of imports"
+	@echo "make check    format, lint, strict types, doctests, direction of imports, small benchmarks"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
 	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
@@ -123,7 +123,8 @@ check: $(MADE)
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check --quiet .
 	@$(BIN)/mypy
-	@$(PYTEST) loadfile pipeline tests/test_import_direction.py tests/suite.py
+	@$(PYTEST) worksteal pipeline tests/test_import_direction.py tests/suite.py \
+		tests/smallest_benchmarks.py
 
 format: $(MADE)
 	@$(BIN)/ruff format --quiet .

@@ -17,6 +17,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tests.benchmarks.size import sized
 from tests.benchmarks.studies import ROCKFRAME, make_records
 
 from rockframe.runs.files import write_plan
@@ -77,14 +78,14 @@ def cost(words: Sequence[str], folder: Path) -> dict[str, float]:
     }
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--records", type=int, default=1000)
-    parser.add_argument("--structures", type=int, default=50)
+    parser.add_argument("--records", type=int, default=sized(1000, 1))
+    parser.add_argument("--structures", type=int, default=sized(50, 1))
     parser.add_argument("--batch", type=int, default=100, help="records of a batch, with --run")
     parser.add_argument("--run", action="store_true", help="measure `rockframe run` too")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as temporary:
         home = Path(temporary)
         make_records(home / "motions", options.records)
@@ -97,7 +98,7 @@ def main() -> None:
         plan = make_plan(read_study(study), bare)
         write_plan(plan, bare)
         costs: dict[str, dict[str, float]] = {}
-        for step in plan.steps:
+        for step in sized(plan.steps, plan.steps[:1]):
             costs[step.name] = cost(["step", str(bare), step.name], bare)
             print(step.name, costs[step.name], flush=True)
         if options.run:

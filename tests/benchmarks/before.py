@@ -29,8 +29,8 @@ import numpy as np
 ROOT: Final = Path(__file__).resolve().parents[2]
 
 
-def measure() -> dict[str, float]:
-    """Return the processor time [s] of each job of the imported package."""
+def measure(only: Sequence[str] = ()) -> dict[str, float]:
+    """Return the processor time [s] of each job of the imported package, or only of some jobs."""
     rockframe = importlib.import_module("rockframe")
     records = [
         record
@@ -57,7 +57,7 @@ def measure() -> dict[str, float]:
         ],
         "table1": _table1,
     }
-    return {name: _best_of(job) for name, job in jobs.items()}
+    return {name: _best_of(jobs[name]) for name in only or jobs}
 
 
 def _best_of(job: Callable[[], object]) -> float:
@@ -83,10 +83,10 @@ def _table1() -> None:
         )
 
 
-def measured_in(tree: Path) -> dict[str, float]:
+def measured_in(tree: Path, only: Sequence[str] = ()) -> dict[str, float]:
     """Measure the package of a tree in its own process."""
     run = subprocess.run(
-        [sys.executable, __file__, "--measure"],
+        [sys.executable, __file__, "--measure", *(f"--only={name}" for name in only)],
         cwd=tree,
         env={**os.environ, "PYTHONPATH": str(tree / "pipeline")},
         check=True,
@@ -101,12 +101,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print both times and their ratio for each job."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--commit", default="HEAD~1", help="the other commit (default: HEAD~1)")
+    parser.add_argument("--only", action="append", default=[], help="job (default: all jobs)")
     parser.add_argument("--rounds", type=int, default=3, help="rounds of both (default: 3)")
     parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.measure:
-        print(json.dumps(measure()))
+        print(json.dumps(measure(options.only)))
         return
+    from tests.benchmarks.size import sized  # absent in the processes that measure
+
+    only, options.commit = sized((options.only, options.commit), (["reading"], "HEAD"))
+    rounds_of_both = sized(options.rounds, 1)
     files = subprocess.run(
         ["git", "archive", options.commit], cwd=ROOT, check=True, capture_output=True
     )
@@ -114,10 +119,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with tempfile.TemporaryDirectory() as folder:
         with tarfile.open(fileobj=BytesIO(files.stdout)) as archive:
             archive.extractall(folder, filter="data")
-        rounds = [(measured_in(Path(folder)), measured_in(ROOT)) for _ in range(options.rounds)]
-    print(
-        f"processor time [s], best of {options.rounds} rounds, {time.perf_counter() - start:.0f} s"
-    )
+        rounds = [
+            (measured_in(Path(folder), only), measured_in(ROOT, only))
+            for _ in range(rounds_of_both)
+        ]
+    print(f"processor time [s], best of {len(rounds)} rounds, {time.perf_counter() - start:.0f} s")
     print(f"{'':24}{options.commit[:12]:>12}{'now':>12}{'ratio':>8}")
     for name in rounds[0][0]:
         before, now = (min(one[k][name] for one in rounds) for k in (0, 1))

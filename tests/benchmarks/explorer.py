@@ -1,21 +1,24 @@
 """The time from a move of a slider of the explorer until its answer is drawn in Chromium.
 
-``python tests/benchmarks/explorer.py`` (extras ``browser``, ``explorer``) prints, for a bundled
+``python -m tests.benchmarks.explorer`` (extras ``browser``, ``explorer``) prints, for a bundled
 record and for one of 60,000 samples, the time of the server and that from slider to drawn frame.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import shutil
 import socket
 import threading
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import uvicorn
 from playwright.sync_api import sync_playwright
+from tests.benchmarks.size import sized
 
 from rockframe.explorer.answer import Motion, answer
 from rockframe.explorer.server import application, configured
@@ -25,7 +28,6 @@ from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
 from rockframe.study.structures import bundled_records, read_structures
 
-MOVES = 100
 PORT_OF_ANY = ("127.0.0.1", 0)
 #: Move a slider and wait until two frames after the answer was drawn.
 MOVE = """
@@ -53,9 +55,15 @@ def long_record() -> Record:
 def shakings() -> list[Motion]:
     """Return a bundled record and a long one as motions."""
     records = [read_file(bundled_records() / "Ridgecrest2019-CCC.V1")[0], long_record()]
+    records = records[: sized(None, 1)]
     return [
         Motion(r, GroundAcceleration.from_samples(r.acceleration, r.time_step)) for r in records
     ]
+
+
+def moves() -> Sequence[float]:
+    """Return the scales to which the slider is moved."""
+    return [float(scale) for scale in np.linspace(0.1, 2.0, sized(100, 2))]
 
 
 def served(held: list[Motion]) -> dict[str, float]:
@@ -67,7 +75,7 @@ def served(held: list[Motion]) -> dict[str, float]:
                   "restitution_factor": "1", "section": "rectangular", "vertical": "0",
                   "pulse": "0", "from": "0", "to": "1000"}  # fmt: skip
         times = []
-        for scale in np.linspace(0.1, 2.0, MOVES):
+        for scale in moves():
             began = time.perf_counter()
             answer({name: shaking}, read_settings({**stated, "scale": str(scale)})).packed()
             times.append(1e3 * (time.perf_counter() - began))
@@ -79,7 +87,7 @@ def drawn(page: Any, name: str) -> dict[str, float]:
     """Return the times from slider to drawn frame [ms]."""
     page.select_option("#record", name)
     page.wait_for_timeout(1000)
-    times = [page.evaluate(MOVE, float(scale)) for scale in np.linspace(0.1, 2.0, MOVES)]
+    times = [page.evaluate(MOVE, scale) for scale in moves()]
     return {
         f"explorer_slide_{name}_median_ms": float(np.median(times)),
         f"explorer_slide_{name}_95_ms": float(np.quantile(times, 0.95)),
@@ -88,8 +96,9 @@ def drawn(page: Any, name: str) -> dict[str, float]:
     }
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     held = shakings()
     results = served(held)
     with socket.create_server(PORT_OF_ANY) as listening, sync_playwright() as playwright:

@@ -11,12 +11,15 @@ all samples. Functions of other packages count for their callers.
 
 from __future__ import annotations
 
+import argparse
 import re
-import sys
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from matplotlib.figure import Figure
+from tests.benchmarks.size import sized
 
 #: Patterns of the process of a step, and of a function of the package, in py-spy's frames.
 _STEP: Final = re.compile(r"rockframe\S* step \S+ (\w+)")
@@ -82,5 +85,24 @@ def draw(stacks: dict[tuple[str, ...], int], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
+#: A recording of one sample, for the smallest size.
+_ONE_SAMPLE: Final = "rockframe step site pulse;pulse_stage (rockframe/stages/pulse.py:40) 1\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Draw the flame graph of a recording."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("raw", type=Path, nargs=sized(None, "?"), help="recording of py-spy")
+    parser.add_argument("picture", type=Path, nargs=sized(None, "?"), help="file to write")
+    options = parser.parse_args(arguments)
+    if options.picture:
+        draw(read(options.raw), options.picture)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        raw = Path(folder, "recording.txt")
+        raw.write_text(_ONE_SAMPLE, encoding="utf-8")
+        draw(read(raw), Path(folder, "flame.png"))
+
+
 if __name__ == "__main__":
-    draw(read(Path(sys.argv[1])), Path(sys.argv[2]))
+    main()

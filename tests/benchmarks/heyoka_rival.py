@@ -1,24 +1,28 @@
-"""The response to a Ricker pulse by heyoka (extra `bench`): Taylor series with located events."""
+"""The response to a Ricker pulse by heyoka (extra `bench`): Taylor series with located events.
+
+``python -m tests.benchmarks.heyoka_rival`` prints it beside that of rockframe.
+"""
 
 from __future__ import annotations
 
+import argparse
 import math
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
+from tests.benchmarks.size import sized
 
-from rockframe import Pulse, RockingFrame
+from rockframe import Pulse, RockingFrame, respond
 from rockframe.units import GRAVITY
 
 #: Rate after an impact below which the frame is at rest [rad s-1].
 REST = 1e-10
 
 
-def by_heyoka(
-    frame: RockingFrame, pulse: Pulse, *, batch: int = 1, repeats: int = 50
-) -> tuple[float, float]:
+def by_heyoka(frame: RockingFrame, pulse: Pulse, *, batch: int = 1) -> tuple[float, float]:
     """Return the largest |theta| [rad] to three periods after the pulse, and a run's time [s].
 
     heyoka is given the instant of uplift; the peak is an event, as the impact is. Only the
@@ -55,7 +59,7 @@ def by_heyoka(
         nt_events=[other(omega, callback=turned)],
     )
     times = []
-    for _ in range(repeats):
+    for _ in range(sized(50, 1)):
         now, direction = _next_uplift(frame, pulse, pulse.time - 3.0 * pulse.T_p, end)
         peaks.clear()
         start = time.process_time()
@@ -103,3 +107,17 @@ def _next_uplift(frame: RockingFrame, pulse: Pulse, now: float, end: float) -> t
     )
     just_after = float(pulse.acceleration(np.array([grid[first]]))[0])
     return float(when), -math.copysign(1.0, just_after)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the peak by heyoka and by rockframe."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+    peak, seconds = by_heyoka(frame, pulse)
+    print(f"heyoka: {peak:.9f} rad in {1e3 * seconds:.3f} ms")
+    print(f"rockframe: {respond(frame, pulse).peak_rotation:.9f} rad")
+
+
+if __name__ == "__main__":
+    main()

@@ -7,6 +7,7 @@ the time of ``rockframe --help``.
 
 from __future__ import annotations
 
+import argparse
 import ast
 import os
 import subprocess
@@ -15,8 +16,11 @@ import tempfile
 import threading
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
+
+from tests.benchmarks.size import sized
 
 PACKAGE = Path(__file__).resolve().parents[2] / "pipeline" / "rockframe"
 #: A folder with more modules than this counts as wide.
@@ -80,6 +84,8 @@ def on_the_way(folder: Path) -> set[str]:
     The readers of formats are not included: a record passes through one of them.
     """
     from rockframe import ingest_stage, pulse_stage, respond_stage
+    from rockframe.options.pulse import PulseOptions
+    from rockframe.options.respond import RespondOptions
     from rockframe.stages.table import table_stage
 
     found: set[str] = set()
@@ -93,18 +99,21 @@ def on_the_way(folder: Path) -> set[str]:
     records, pulses, response = (
         folder / f"{name}.nc" for name in ("records", "pulses", "response")
     )
+    search, margins = sized(
+        (None, None), (PulseOptions(surrogates=0), RespondOptions(margins="none"))
+    )
     threading.setprofile(note)
     sys.setprofile(note)
     ingest_stage([file], records, workers=0)
-    pulse_stage(records, pulses)
-    respond_stage(records, response, pulses_path=pulses)
+    pulse_stage(records, pulses, search)
+    respond_stage(records, response, margins, pulses_path=pulses)
     table_stage(records, pulses, response, folder / "table.csv")
     sys.setprofile(None)
     threading.setprofile(None)
     return {name for name in found if not name.startswith("rockframe.ingest.formats")}
 
 
-def help_time(runs: int = 7) -> float:
+def help_time(runs: int) -> float:
     """Return the shortest time of ``rockframe --help`` [s], with bytecode already compiled."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     took = []
@@ -120,8 +129,9 @@ def help_time(runs: int = 7) -> float:
     return min(took)
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Print the numbers."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     paths = sorted(PACKAGE.rglob("*.py"))
     modules = {
         ".".join(("rockframe", *path.relative_to(PACKAGE).with_suffix("").parts)): path
@@ -136,7 +146,7 @@ def main() -> None:
     print(f"modules in circles of imports: {', '.join(in_circles(imports(modules))) or 'none'}")
     with tempfile.TemporaryDirectory() as folder:
         print(f"modules on the way of a record: {len(on_the_way(Path(folder)))}, besides readers")
-    print(f"rockframe --help: {help_time():.2f} s")
+    print(f"rockframe --help: {help_time(sized(7, 1)):.2f} s")
 
 
 if __name__ == "__main__":

@@ -8,11 +8,13 @@ machine. The million responses are also timed by the clock, on all cores.
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
+import json
 import math
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from tests.benchmarks.heyoka_rival import by_heyoka
+from tests.benchmarks.size import sized
 from tests.benchmarks.solve_ivp_rival import by_solve_ivp
 
 from rockframe import (
@@ -45,17 +48,21 @@ TIED = [
     replace(BENT, column_mass=48e3, tendon=Tendon(area=area, modulus=195e9, length=9.6))
     for area in (2.8e-4, 1.4e-3)
 ]
-SAMPLES = 4001
 #: Number of runs that heyoka propagates together in batch mode: a vector of the widest kind.
 HEYOKA_BATCH = 8
 #: Smallest and largest factor of the grounds.
 SCALES = (0.6, 1.2)
 
 
+def samples() -> int:
+    """Return the number of samples of a ground."""
+    return sized(4001, 401)
+
+
 def processor_time(function: Callable[[], object], repeats: int) -> float:
     """Return the least processor time of a call [s]."""
     times = []
-    for _ in range(repeats):
+    for _ in range(sized(repeats, 1)):
         start = time.process_time()
         function()
         times.append(time.process_time() - start)
@@ -65,13 +72,13 @@ def processor_time(function: Callable[[], object], repeats: int) -> float:
 def rough_grounds() -> list[GroundAcceleration]:
     """Return 40 s at 100 Hz around the peak of each bundled horizontal record."""
     grounds = []
-    for path in sorted(bundled_records().glob("*.V1")):
+    for path in sorted(bundled_records().glob("*.V1"))[: sized(None, 1)]:
         for record in read_file(path):
             if record.component.lower() in ("up", "vert", "v"):
                 continue
             top = int(np.abs(record.acceleration).argmax())
-            first = max(0, min(top - 1200, record.acceleration.size - SAMPLES))
-            window = record.acceleration[first : first + SAMPLES] - record.acceleration.mean()
+            first = max(0, min(top - samples() * 3 // 10, record.acceleration.size - samples()))
+            window = record.acceleration[first : first + samples()] - record.acceleration.mean()
             # All are scaled to the same peak, so that all of them make the bent rock.
             window = window * (0.5 * GRAVITY / np.abs(window).max())
             grounds.append(GroundAcceleration.from_samples(window, record.time_step))
@@ -80,7 +87,7 @@ def rough_grounds() -> list[GroundAcceleration]:
 
 def smooth_grounds() -> list[GroundAcceleration]:
     """Return motions of the same length and time step, with periods from 0.5 to 3 s."""
-    times = 0.01 * np.arange(SAMPLES)
+    times = 0.01 * np.arange(samples())
     swell = np.minimum(1.0, times / 3.0) * np.exp(-0.03 * times)
     grounds = []
     for k in range(6):
@@ -123,16 +130,17 @@ def one_by_one(ground: GroundAcceleration, scales: Float) -> None:
 
 def steps(found: Scenarios) -> float:
     """Return the mean number of sample intervals of a scenario until it overturns."""
-    fallen = np.minimum(found.overturning_time / 0.01, SAMPLES - 1)
-    return float(np.where(np.isnan(fallen), SAMPLES - 1, fallen).mean())
+    last = samples() - 1
+    fallen = np.minimum(found.overturning_time / 0.01, last)
+    return float(np.where(np.isnan(fallen), last, fallen).mean())
 
 
 def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
     """Measure the time of a step, and the ratios of the other solvers' times to it."""
-    count = 1000 * len(grounds)
+    count = sized(1000, 2) * len(grounds)
     found = ask(grounds, count)
     own = processor_time(partial(ask, grounds, count), repeats=5) / count
-    scales = np.linspace(*SCALES, 20)
+    scales = np.linspace(*SCALES, sized(20, 2))
     one_by_one(grounds[0], scales[:1])
     scalar = sum(processor_time(partial(one_by_one, g, scales), repeats=2) for g in grounds)
     rocking = [np.mean(respond(BENT, g.scaled(0.9)).theta != 0.0) for g in grounds]
@@ -152,7 +160,7 @@ def on_ground(grounds: list[GroundAcceleration]) -> dict[str, float]:
         "kernel_ns_per_rocking_step": 1e9 * each / float(np.mean(rocking)),
         "kernel_tied_over_free": max(tied),
         "kernel_impacts": float(found.impacts.mean()),
-        "kernel_over_scalar": scalar / (20 * len(grounds)) / own,
+        "kernel_over_scalar": scalar / (scales.size * len(grounds)) / own,
         "kernel_over_solve_ivp": rival / own,
         "kernel_peak_error": abs(mine / right - 1.0),
         "solve_ivp_peak_error": abs(theirs / right - 1.0),
@@ -174,11 +182,12 @@ def against_heyoka() -> dict[str, float]:
         pulse = Pulse(wavelet=wavelet, a_p=strength * GRAVITY, T_p=1.5)
         theirs, rival = by_heyoka(BENT, pulse)
         _, batched = by_heyoka(BENT, pulse, batch=HEYOKA_BATCH)
-        zero = np.zeros(2000, dtype=np.intp)
-        scale = 1.0 + 1e-9 * np.arange(2000)  # practically the same scale, two thousand times
+        count = sized(2000, 2)
+        zero = np.zeros(count, dtype=np.intp)
+        scale = 1.0 + 1e-9 * np.arange(count)  # practically the same scale many times
         asked = partial(respond_scenarios, [as_ground(pulse)], [BENT], zero, zero, scale)
         peak = float(asked().peak_rotation[0])
-        own = processor_time(asked, repeats=5) / 2000
+        own = processor_time(asked, repeats=5) / count
         name = wavelet.removesuffix("_ricker")
         results[f"kernel_over_heyoka_{name}"] = rival / own
         results[f"kernel_over_heyoka_batch_{name}"] = batched / own
@@ -196,7 +205,7 @@ def timed(grounds: list[GroundAcceleration], count: int) -> tuple[float, float]:
     return time.perf_counter() - start, time.process_time() - worked
 
 
-def million(most: int = 1_000_000) -> dict[str, float]:
+def million() -> dict[str, float]:
     """Measure a thousand to a million responses of 4,000 samples; draw outputs/bench-linear.png.
 
     The wall time is what a user waits; the processor time does not depend on who else uses the
@@ -204,7 +213,7 @@ def million(most: int = 1_000_000) -> dict[str, float]:
     """
     rough, smooth = rough_grounds(), smooth_grounds()
     ask(rough, 10)  # load the compiled code
-    counts = [count for count in (1000, 10_000, 100_000, 1_000_000) if count <= most]
+    counts = sized([1000, 10_000, 100_000, 1_000_000], [10])
     times = [timed(rough, count) for count in counts]
     draw(counts, [worked for _, worked in times], Path("outputs/bench-linear.png"))
     results = {
@@ -235,3 +244,13 @@ def draw(counts: list[int], times: list[float], path: Path) -> None:
     axes.legend(frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=200)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
+    print(json.dumps(lanes() | against_heyoka() | million(), indent=2))
+
+
+if __name__ == "__main__":
+    main()

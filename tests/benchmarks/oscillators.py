@@ -1,18 +1,24 @@
 """Isolated decks and monolithic frames: time of a step on one core, and ratios to two solvers.
 
+To run it alone: ``python -m tests.benchmarks.oscillators``.
+
 Times are the least processor time of several repeats. An elastic frame stays on its branch; a
 deck on lead-rubber bearings leaves it about 80 times in 4,000 steps.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import time
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from tests.benchmarks.kernels import processor_time, smooth_grounds
+from tests.benchmarks.size import sized
 
 from rockframe import FixedFrame, GroundAcceleration, IsolatedDeck, respond_oscillators
 
@@ -62,7 +68,7 @@ def by_newmark(motion: GroundAcceleration) -> float:
 
 def measure() -> dict[str, float]:
     """Measure the time of a step, and the ratios of the other solvers' times to it."""
-    grounds, scales = smooth_grounds(), np.linspace(0.6, 1.2, 40)
+    grounds, scales = smooth_grounds(), np.linspace(0.6, 1.2, sized(40, 2))
     steps = sum(ground.coefficients.shape[0] for ground in grounds) * scales.size
     own = {}
     for name, model in (("elastic", ELASTIC), ("isolated", DECK)):
@@ -78,3 +84,13 @@ def measure() -> dict[str, float]:
         results[f"oscillator_over_{name}"] = took / own["isolated"]
         results[f"oscillator_{name}_peak_error"] = abs(peak / right - 1.0)
     return results
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
+    print(json.dumps(measure(), indent=2))
+
+
+if __name__ == "__main__":
+    main()

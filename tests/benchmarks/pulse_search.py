@@ -5,13 +5,14 @@ To run it alone: ``python -m tests.benchmarks.pulse_search [RECORDS]``.
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,7 @@ import numpy as np
 import pywt
 import scipy.fft
 from numpy.typing import NDArray
+from tests.benchmarks.size import sized
 
 from rockframe.matching.likeness import _Surrogates as Surrogates
 from rockframe.matching.search import ladder, search
@@ -32,7 +34,6 @@ from rockframe.wavelets.mother import MotherWavelet
 Float = NDArray[np.float64]
 
 STEP: Final = 0.01
-SAMPLES: Final = 8000
 PERIODS: Final = np.geomspace(0.2, 5.0, 128)
 HALF_CYCLES: Final = tuple(np.linspace(1.0, 3.0, 9).tolist())
 PHASES: Final = 36
@@ -42,15 +43,16 @@ FAMILY: Final = "mavroeidis_papageorgiou"
 def best_of(function: Callable[[], object], repeats: int) -> float:
     """Return the least processor time of one call [s]."""
     times = []
-    for _ in range(repeats):
+    for _ in range(sized(repeats, 1)):
         start = time.process_time()
         function()
         times.append(time.process_time() - start)
     return min(times)
 
 
-def motion(seed: int, samples: int = SAMPLES) -> Float:
+def motion(seed: int) -> Float:
     """Return coloured noise that swells and fades [m s-2]."""
+    samples = sized(8000, 2000)
     random = np.random.default_rng(seed)
     frequency = np.fft.rfftfreq(samples, STEP)
     colour = frequency / (0.2 + frequency**2 / random.uniform(0.5, 4.0))
@@ -81,7 +83,7 @@ def family() -> dict[str, float]:
     rival = best_of(
         lambda: [pywt.cwt(record, scales, name, method="fft") for name in ("mexh", "gaus3")], 3
     )
-    every = 16  # only every 16th of the 128 periods is timed; all cost the same
+    every = sized(16, 128)  # of the 128 periods only some are timed; all cost the same
     grid = best_of(lambda: phase_grid(record, PERIODS[::every]), 1) * every
     return {
         "pulse_family_ms": 1e3 * own,
@@ -133,8 +135,9 @@ def _of_period(
     return best
 
 
-def archive(count: int = 1000) -> dict[str, float]:
+def archive(count: int | None = None) -> dict[str, float]:
     """Measure `rockframe pulse` with its defaults on many records: time and largest memory."""
+    count = count or sized(1000, 1)
     measure = "import resource, sys; from rockframe.cli.main import main; main(sys.argv[1:]); "
     measure += "print(*(resource.getrusage(who).ru_maxrss for who in "
     measure += "(resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))"
@@ -163,7 +166,14 @@ def archive(count: int = 1000) -> dict[str, float]:
         }
 
 
-if __name__ == "__main__":
-    chosen = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
-    for name, value in (family() | surrogates() | archive(chosen)).items():
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("records", type=int, nargs="?", help="number of records (default: 1000)")
+    records = parser.parse_args(arguments).records
+    for name, value in (family() | surrogates() | archive(records)).items():
         print(f"{name:40s} {value:12.5g}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,6 +1,6 @@
 """The time of the report of an archive: 1,000 records on four structures.
 
-``python tests/benchmarks/report.py`` (extra ``browser``) makes a run of synthetic records and
+``python -m tests.benchmarks.report`` (extra ``browser``) makes a run of synthetic records and
 prints the time and the size of its page, and the time to its first paint in Chromium.
 """
 
@@ -14,10 +14,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import sync_playwright
+from tests.benchmarks.size import sized
 
 from rockframe.provenance import sha256_of
 from rockframe.results.manifest import write_manifest
@@ -75,11 +77,11 @@ def run(home: Path, records: int) -> Path:
     return folder
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Make, measure, print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--records", type=int, default=1_000)
-    records = parser.parse_args().records
+    parser.add_argument("--records", type=int, default=sized(1_000, 1))
+    records = parser.parse_args(arguments).records
     with tempfile.TemporaryDirectory() as home:
         folder = run(Path(home), records)
         began, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)

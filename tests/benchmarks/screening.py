@@ -17,11 +17,15 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tests.benchmarks.size import sized
+
 from rockframe.study.structures import bundled_records
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 #: Shipped structures times bundled horizontal records.
 PAIRS = 5 * 6
+#: Number of scales of the measured screenings: as many as `screen` allows.
+SCALES = 2_000
 
 
 def timed(words: Sequence[str]) -> dict[str, float]:
@@ -49,31 +53,34 @@ def screened(folder: Path, scales: int, *words: str) -> dict[str, float]:
 def measure(repeats: int = 2) -> dict[str, float]:
     """Return the least times of `repeats` runs, peak memories, and ratios."""
     found: dict[str, float] = {}
+    scales, of_memory = sized((SCALES, (20, 200, SCALES)), (1, ()))
+    scenarios = PAIRS * scales
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        timed(["ingest", str(bundled_records()), "--output", str(folder / "records.nc")])
+        given = sized(bundled_records(), bundled_records() / "Ridgecrest2019-CCC.V1")
+        timed(["ingest", str(given), "--output", str(folder / "records.nc")])
         for workers in (1, 2):
-            runs = [screened(folder, 4000, "--workers", str(workers)) for _ in range(repeats)]
-            found[f"screen_120000_{workers}_workers_s"] = min(run["s"] for run in runs)
-            found[f"screen_120000_{workers}_workers_processor_s"] = min(
+            runs = [screened(folder, scales, "--workers", str(workers)) for _ in range(repeats)]
+            found[f"screen_{scenarios}_{workers}_workers_s"] = min(run["s"] for run in runs)
+            found[f"screen_{scenarios}_{workers}_workers_processor_s"] = min(
                 run["processor_s"] for run in runs
             )
         start = min(screened(folder, 1)["s"] for _ in range(repeats))
         found["screen_30_s"] = start
-        one = found["screen_120000_1_workers_s"]
-        found["screen_scenarios_per_s"] = PAIRS * 4000 / one
-        found["screen_pool_over_one_process"] = one / found["screen_120000_2_workers_s"]
-        for scales in (20, 2_000, 20_000):
-            found[f"screen_memory_{PAIRS * scales}_mb"] = screened(folder, scales)["memory_mb"]
+        one = found[f"screen_{scenarios}_1_workers_s"]
+        found["screen_scenarios_per_s"] = scenarios / one
+        found["screen_pool_over_one_process"] = one / found[f"screen_{scenarios}_2_workers_s"]
+        for count in of_memory:
+            found[f"screen_memory_{PAIRS * count}_mb"] = screened(folder, count)["memory_mb"]
     return found
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=sized(3, 1))
     parser.add_argument("--output", type=Path)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     text = json.dumps({k: round(v, 3) for k, v in measure(options.repeats).items()}, indent=2)
     print(text)
     if options.output:

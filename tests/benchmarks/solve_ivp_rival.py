@@ -1,14 +1,20 @@
-"""The response as a careful user of scipy's solve_ivp would compute it, for comparison."""
+"""The response as a careful user of scipy's solve_ivp would compute it, for comparison.
+
+``python -m tests.benchmarks.solve_ivp_rival`` prints it beside that of rockframe.
+"""
 
 from __future__ import annotations
 
+import argparse
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from tests.benchmarks.size import sized
 
-from rockframe import GroundAcceleration, RockingFrame
+from rockframe import GroundAcceleration, Pulse, RockingFrame, respond
 from rockframe.units import GRAVITY
 
 
@@ -53,3 +59,18 @@ def by_solve_ivp(frame: RockingFrame, motion: GroundAcceleration) -> float:
             if abs(state[1]) < 1e-4:
                 state, side = np.zeros(2), 0.0
     return peak / alpha
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the peak by solve_ivp and by rockframe."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5, time=1.5)
+    times = 0.01 * np.arange(sized(2000, 300))
+    motion = GroundAcceleration.from_samples(pulse.acceleration(times), 0.01)
+    print(f"solve_ivp: {by_solve_ivp(frame, motion):.9f} of the slenderness")
+    print(f"rockframe: {respond(frame, motion).peak_rotation_ratio:.9f} of the slenderness")
+
+
+if __name__ == "__main__":
+    main()
