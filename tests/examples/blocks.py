@@ -6,7 +6,9 @@ Comments before a block give instructions that readers do not see:
 - ``<!-- file: NAME -->``: the block is the content of that file;
 - ``<!-- not run: REASON -->``: it is not run;
 - ``<!-- exit: N -->``: the shell ends with that status;
-- ``<!-- before: COMMANDS -->``: shell commands, run first.
+- ``<!-- before: COMMANDS -->``: shell commands, run first;
+- ``<!-- picture: SHOWN DRAWN -->``: the picture SHOWN of the repository is compared with the file
+  DRAWN, which the commands before have drawn.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 _PARTS = re.compile(
-    r"<!-- (?P<mark>file|not run|exit|before):\s(?P<said>.*?)\s-->"
+    r"<!-- (?P<mark>file|not run|exit|before|picture):\s(?P<said>.*?)\s-->"
     r"|^(?P<indent> *)```(?P<kind>\w*)[^\n]*\n(?P<body>.*?)^(?P=indent)```$",
     re.DOTALL | re.MULTILINE,
 )
@@ -39,6 +41,8 @@ def blocks(page: str) -> Iterator[Block]:
         line = page.count("\n", 0, part.start()) + 1
         if part["mark"] == "before":
             yield Block("sh", part["said"], line, {})
+        elif part["mark"] == "picture":
+            yield Block("picture", part["said"], line, {})
         elif part["mark"]:
             marks[part["mark"]] = part["said"]
         else:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
+from tests.pictures import TOLERANCE, comparable, difference
 
 from .blocks import Block, blocks, missing
 
@@ -55,6 +56,12 @@ def test_the_examples_of_a_page_run_and_print_what_is_shown(page: Path) -> None:
     printed: str | None = None
     for block in blocks(page.read_text(encoding="utf-8")):
         where = f"{page.relative_to(REPOSITORY)}:{block.line}"
+        if block.kind == "picture":
+            shown, drawn = block.body.split()
+            assert not comparable() or difference(REPOSITORY / shown, Path(drawn)) <= TOLERANCE, (
+                f"{where}: {shown} is not the picture that the commands draw"
+            )
+            continue
         if block.kind == "text" and "file" not in block.marks:
             lacking = missing(block.body, printed) if printed is not None else None
             assert lacking is None, f"{where}: not printed: {lacking!r} in\n{printed}"

@@ -15,6 +15,7 @@ name = "mine"
 ```
 <!-- before: touch
 here -->
+<!-- picture: docs/a.png outputs/b.png -->
 1. in a list
    <!-- exit: 2 -->
    ```sh
@@ -29,6 +30,7 @@ def test_blocks_come_with_their_marks() -> None:
         ("sh", "true\n", {}),
         ("toml", 'name = "mine"\n', {"file": "mine.toml"}),
         ("sh", "touch\nhere", {}),
+        ("picture", "docs/a.png outputs/b.png", {}),
         ("sh", "false\n", {"exit": "2"}),
     ]
 

@@ -1,30 +1,22 @@
-"""Figures compared with reviewed images, on the platform on which the images were drawn.
+"""Figures compared with reviewed pictures (`tests/pictures.py` explains how to draw them again).
 
-Fonts and rasterisers differ on other platforms; there, test_figures.py checks the curves. After an
-intended change, draw the images again with ROCKFRAME_PICTURES=draw and review each of them.
+On platforms other than that of the pictures, test_figures.py checks the curves.
 """
 
 from __future__ import annotations
 
-import os
-import platform
-from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
+from tests.pictures import TOLERANCE, comparable, difference
 
 from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
 from rockframe.wavelets.pulse import Pulse
 
 PICTURES: Final = Path(__file__).parent / "pictures"
-#: Largest root mean square difference of all pixels and colours, on a scale to 255.
-TOLERANCE: Final = 1.0
-HERE: Final = f"{platform.system()} {platform.machine()}, matplotlib {version('matplotlib')}\n"
-DRAW: Final = os.environ.get("ROCKFRAME_PICTURES") == "draw"
 
 
 @pytest.fixture(scope="module")
@@ -41,15 +33,9 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_looks_as_it_did(name: str, records: Path, tmp_path: Path) -> None:
-    if not DRAW and (PICTURES / "drawn-by.txt").read_text(encoding="utf-8") != HERE:
+    if not comparable():
         pytest.skip("the pictures were drawn on another platform")
-    known = PICTURES / f"figure-{name}.png"
     drawn = tmp_path / "figure.png"
     words = ["--records", str(records), "--output", str(drawn), "--grid", "80"]
     assert main(["figure", name, *words]) == 0
-    if DRAW:
-        known.write_bytes(drawn.read_bytes())
-        (PICTURES / "drawn-by.txt").write_text(HERE, encoding="utf-8")
-    wanted, found = (np.asarray(imread(path), dtype=np.float64) for path in (known, drawn))
-    assert found.shape == wanted.shape
-    assert 255.0 * np.sqrt(np.mean((found - wanted) ** 2)) <= TOLERANCE
+    assert difference(PICTURES / f"figure-{name}.png", drawn) <= TOLERANCE
