@@ -136,3 +136,31 @@ def test_values_meet_both_ends_and_one() -> None:
     assert numbers("0.1:3:30")[9] == 1.0
     assert all(numbers(f"0.2:2:{count}")[-1] == 2.0 for count in range(2, 50))
     assert numbers("2.5") == [2.5]
+
+
+@pytest.mark.parametrize(
+    ("scales", "columns", "heads"),
+    [
+        ("0.95:1.05:11", "150", "0.96 0.97 0.98 0.99 1 1.01 1.02 1.03 1.04 1.05"),
+        ("0.25:3:12", "150", "0.5 0.75 1 1.25 1.5 1.75 2 2.25 2.5 2.75"),
+        ("0.25:3:12", "44", "0.5 0.75 1 1.25 1.5 1.75"),
+        ("0.25:3:12", "36", "0.75 1 1.25 1.5"),
+    ],
+)
+def test_the_scales_that_a_table_leaves_out_are_those_far_from_1(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    scales: str,
+    columns: str,
+    heads: str,
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    words = ["screen", str(stored(site(3), tmp_path)), "--output", str(tmp_path / "s.nc")]
+    words += ["--margins", "none", "--structure", "slender-frame", "--scales", scales]
+    assert main(words) == 0
+    printed = capsys.readouterr().out.splitlines()
+    table = printed[printed.index("Motions that overturn, by scale") + 1 :]
+    assert next(line for line in table if line.strip()).split()[1:] == heads.split()
+    count = scales.split(":")[-1]
+    assert f"The 10 of {count} scales that are nearest to 1; the files have all." in table

@@ -12,6 +12,7 @@ from tests.screening import site
 
 from rockframe.options.respond import DesignOptions
 from rockframe.report.page import HEIGHT, WIDTH, Plot, screening_content
+from rockframe.rocking import Verdict
 
 Screen = Callable[..., xr.Dataset]
 
@@ -46,3 +47,14 @@ def test_curves_are_the_probabilities(screen: Screen, tmp_path: Path) -> None:
     assert [len(one["rates"]) for one in content["summary"]] == [2, 2]
     ranks = [motion[0]["mean_rank"] for motion in content["ranking"]]
     assert ranks == sorted(found["mean_rank"].values)
+
+
+def test_the_ranking_says_which_motions_overturn(screen: Screen) -> None:
+    """A peak of a structure that overturns only describes its fall."""
+    found = screen(site(6), scales=[2.0])
+    peaks = found["peak_rotation_ratio"].isel(scale=0)
+    stands = peaks.where(found["verdict"].isel(scale=0) != Verdict.OVERTURNED)
+    wanted = ["overturns" if np.isnan(one) else f"{one:.3f}" for one in stands.values.ravel()]
+    ranking = screening_content(found)["ranking"]
+    assert sorted(row["demand"] for motion in ranking for row in motion) == sorted(wanted)
+    assert 0 < wanted.count("overturns") < len(wanted)

@@ -301,9 +301,14 @@ def test_screening_of_a_record_is_shown(made: Path, capsys: pytest.CaptureFixtur
     assert main(["show", str(made), "motion-3", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["screening"]
     assert [row["structure"] for row in rows] == ["bridge-bent", "slender-column"]
-    assert list(rows[0]["verdicts"]) == ["1", "3"]
+    bent, column = (row["verdicts"] for row in rows)
+    assert bent == {"1": "stands", "3": "overturns"}
+    assert column == {"1": "overturns", "3": "overturns"}
     assert main(["show", str(made), "motion-3"]) == 0
-    assert "verdict at multiples of the record" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "outcome at multiples of the record" in printed
+    assert "stands at 1; overturns at 3" in printed
+    assert "overturns at 1, 3" in printed
 
 
 @pytest.mark.parametrize("number", ["-1e-05", "-inf", "-3", "-.5", "-1.5E+3"])

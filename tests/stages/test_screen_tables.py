@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -17,6 +18,7 @@ from tests.screening import sine, site, stored, structures
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
+from rockframe.figures.fragility import draw_peak_distribution
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
 from rockframe.results.screening.screen import read_screening
@@ -97,7 +99,7 @@ def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.Monkey
     ]
     scenarios = rows_of(tmp_path / "scenarios.csv")
     assert len(scenarios) == found["verdict"].size
-    fallen = [row["verdict"] == "overturned" for row in scenarios]
+    fallen = [row["verdict"] == "overturns" for row in scenarios]
     assert fallen == (found["verdict"].values.ravel() == 2).tolist()
     rates = rows_of(tmp_path / "rates.csv")
     assert [row["limit_state"] for row in rates[:2]] == ["overturning", "u_0.1m"]
@@ -201,17 +203,50 @@ def test_screen_writes_tables_in_a_format(
 
 def test_verdicts_are_in_the_words_of_all_tables(tmp_path: Path) -> None:
     """A structure that a smaller multiple overturns is not called safe, nor one without margin."""
-    done = screened(tmp_path)
-    rows = rows_of(done.table)
-    assert {row["verdict_words"] for row in rows if row["verdict"] == "safe"} == {"stands"}
+    screened(tmp_path)
     found = read_screening(tmp_path / "screen.nc", every_scale=False).assign(reference_scale=1.0)
     dims = ("record", "structure")
     shape = [found.sizes[dim] for dim in dims]
     found = found.assign(critical_scale=(dims, np.full(shape, 0.629)))
     words = {row["verdict"]: row["verdict_words"] for row in screen_rows(found)}
-    assert words["safe"] == "stands; 0.63 of the motion would overturn it"
+    assert words["stands"] == "stands; 0.63 of the motion would overturn it"
     words = {
         row["verdict"]: row["verdict_words"]
         for row in screen_rows(found.assign(undecided=(dims, np.ones(shape, dtype=bool))))
     }
-    assert words["safe"] == "undecided, stands"
+    assert words["stands"] == "undecided, stands"
+
+
+def test_a_structure_that_stands_at_a_scale_is_not_called_safe(tmp_path: Path) -> None:
+    """Only the verdict on the motion itself can be safe: it takes other scales into account."""
+    outcomes = {"no_uplift", "stands", "overturns"}
+    done = screened(tmp_path)
+    assert {row["verdict"] for row in rows_of(tmp_path / "scenarios.csv")} == outcomes
+    rows = rows_of(done.table)
+    assert {float(row["scale"]) for row in rows} != {1.0}
+    assert all(row["verdict_words"] == row["verdict"].replace("_", " ") for row in rows)
+    found = read_screening(tmp_path / "screen.nc")
+    assert set(found["outcome"].values) == outcomes
+    dims = ("record", "structure")
+    safe = found.isel(scale=[2]).assign(critical_scale=(dims, np.full((6, 2), 2.0)))
+    at_one = safe.assign_coords(scale=[1.0]).assign(reference_scale=1.0)
+    assert "safe" in {row["verdict_words"] for row in screen_rows(at_one)}
+
+
+def test_a_screening_of_an_earlier_version_is_read_with_the_present_words(tmp_path: Path) -> None:
+    """The numbers are the same: only the words for them have changed."""
+    screened(tmp_path)
+    written = read_screening(tmp_path / "screen.nc")["verdict"]
+    with netCDF4.Dataset(tmp_path / "screen.nc", "a") as file:
+        file["verdict"].flag_values = np.arange(4, dtype=np.int8)
+        file["verdict"].flag_meanings = "no_uplift safe overturned undecided"
+        file["outcome"].setncattr("_Encoding", "none")
+        file["outcome"].set_auto_chartostring(False)
+        file["outcome"][1] = list("safe\0\0\0\0\0")
+    found = read_screening(tmp_path / "screen.nc")
+    assert found["verdict"].identical(written)
+    assert draw_peak_distribution(found.isel(structure=0)).caption
+    with netCDF4.Dataset(tmp_path / "screen.nc", "a") as file:
+        file["verdict"].flag_meanings = "no_uplift fell stood undecided"
+    with pytest.raises(InputError, match="variable 'verdict' with flag_values"):
+        read_screening(tmp_path / "screen.nc")

@@ -34,12 +34,19 @@ _KEYS: Final = frozenset({"record", "structure", "verdict"})
 _PARTS: Final = r"\n|(?<= )(?!\S$)|(?<=\w\w[-_/])(?=\w)"
 
 
-def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+def show_table(
+    title: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    order: Sequence[int] | None = None,
+) -> None:
     """Print a table; columns whose name ends in ``>`` are aligned to the right.
 
     An empty row draws a line. In a narrow terminal, headings and cells are broken, the first column
-    last; if that does not suffice, columns are left out and named below the table. Of a very long
-    table, only the first rows and the number of further rows are printed.
+    last; if that does not suffice, columns are left out and named below the table. `order` lists
+    the places of the columns, and the last of it are left out first (default: as printed). Of a
+    very long table, only the first rows and the number of further rows are printed.
     """
     from rich import box
     from rich.console import Console
@@ -51,7 +58,7 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
     heads, width = [name.rstrip(">") for name in columns], table_width()
     numbers = [name.endswith(">") for name in columns]
     texts = [list(column) for column in zip(heads, *filter(None, rows), strict=True)]
-    widths = _layout(texts, numbers, width)
+    widths = _layout(texts, numbers, width, order or range(len(texts)))
     console = Console(width=max(width, sum(widths.values()) + _GAP * len(widths)), highlight=False)
     table = Table(
         box=box.SIMPLE_HEAD,
@@ -114,13 +121,13 @@ def show_rows(
 
 
 def _layout(
-    columns: Sequence[Sequence[str]], numbers: Sequence[bool], width: int
+    columns: Sequence[Sequence[str]], numbers: Sequence[bool], width: int, order: Sequence[int]
 ) -> dict[int, int]:
     """Return the places and widths of the columns that are printed; each begins with its heading.
 
     In a narrow terminal, columns without values are not printed. The first column and those in
     `_KEYS` are always printed; if the shortest parts of all cells do not fit, the last of the other
-    columns are left out.
+    columns in `order` are left out.
     """
     full = {i: max(_lengths(column, "\n")) for i, column in enumerate(columns)}
 
@@ -134,7 +141,8 @@ def _layout(
         for i, column in enumerate(columns)
         if i == 0 or not _empty(column)
     }
-    for i in reversed([i for i in least if i and columns[i][0].lower() not in _KEYS]):
+    others = [i for i in order if i in least and i and columns[i][0].lower() not in _KEYS]
+    for i in reversed(others):
         if room(least) < 0:
             del least[i]
     if room(least) < 0:

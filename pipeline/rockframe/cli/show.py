@@ -121,17 +121,17 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
 
 
 def _show_screening(rows: list[dict[str, Any]]) -> None:
-    def verdicts(row: Mapping[str, Any], _key: str) -> str:
+    def outcomes(row: Mapping[str, Any], _key: str) -> str:
         runs: dict[str, list[str]] = {}
-        for scale, verdict in row["verdicts"].items():
-            runs.setdefault(verdict.replace("_", " "), []).append(scale)
-        return "; ".join(f"{verdict} at {', '.join(at)}" for verdict, at in runs.items())
+        for scale, outcome in row["verdicts"].items():
+            runs.setdefault(outcome.replace("_", " "), []).append(scale)
+        return "; ".join(f"{outcome} at {', '.join(at)}" for outcome, at in runs.items())
 
     columns = [
         console.column("structure", "structure"),
         console.column("azimuth>", "azimuth_degree", ".0f"),
         console.column("critical scale>", "critical_scale", ".3f"),
-        console.column("verdict at multiples of the record", rule=verdicts),
+        console.column("outcome at multiples of the record", rule=outcomes),
     ]
     console.show_rows("Screening", columns, rows)
 

@@ -129,10 +129,10 @@ def _caption(dataset: xr.Dataset) -> str:
         f"over ω_p / p with p of the column alone, for mass ratios γ = {gammas}; slenderness α = "
         f"{alphas} degrees, {pulses} pulses, restitution by eq (43). Where a curve ends, nothing "
         f"up to {amplitude[-1]:g} overturns. Shaded: all amplitudes that overturn the frame of the "
-        "first mass ratio; white areas above its curve are islands of safety. Each panel and mass "
-        f"ratio is a map of {ratio.size} x {amplitude.size} responses, with edges refined to a "
-        f"share of 1e-6; intervals thinner than {np.diff(amplitude).max():.2g} may be missed. "
-        "No record is used."
+        "first mass ratio; white areas above its curve are islands in which the frame stands. Each "
+        f"panel and mass ratio is a map of {ratio.size} x {amplitude.size} responses, with edges "
+        f"refined to a share of 1e-6; intervals thinner than {np.diff(amplitude).max():.2g} may be "
+        "missed. No record is used."
     )
 
 

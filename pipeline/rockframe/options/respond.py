@@ -126,9 +126,10 @@ class ScreenOptions(Options):
     """Scenarios whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
     margins: Margins = "first"
-    """Margins of the verdicts under the unscaled records: none; first (critical scales, safe
-    islands and undecided verdicts; some 50 ms for each record and structure); or robust (also the
-    scales at which 10, 25, 50 % of an ensemble of plausible structures overturn; some 150 ms)."""
+    """Margins of the verdicts under the unscaled records: none; first (critical scales, the
+    islands above them in which the structure stands, and undecided verdicts; some 50 ms for each
+    record and structure); or robust (also the scales at which 10, 25, 50 % of an ensemble of
+    plausible structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()
     pulse_period_s: Annotated[Bounds | None, Field(examples=[(0.5, 5.0)])] = None
     """Only records whose selected pulse has a period in this range [s]."""

@@ -28,7 +28,7 @@ from rockframe.results.screening.tables import (
 )
 from rockframe.results.tables.columns import OVERVIEW, critical_scale, pulse_mark, stated_verdict
 from rockframe.risk import LimitState, Outcome, measure_of
-from rockframe.rocking import VerdictKind
+from rockframe.rocking import ScaleOutcome, VerdictKind
 from rockframe.web import render_page, strip_svg
 
 #: Largest number of records and files that are listed with their checks.
@@ -205,7 +205,8 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         As returned by `read_screening`.
     """
     structures = [str(name) for name in screening["structure"].values]
-    rows = list(islice(screen_rows(screening), _MOTIONS * len(structures)))
+    first = islice(screen_rows(screening), _MOTIONS * len(structures))
+    rows = [row | {"demand": _demand(row)} for row in first]
     width = len(structures)
     return {
         "motions": screening.sizes["record"],
@@ -223,6 +224,12 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "design": _design(screening) if "design_share" in screening else None,
         "size": (WIDTH, HEIGHT),
     }
+
+
+def _demand(row: Mapping[str, Any]) -> str:
+    """Return the peak rotation ratio of a row of `screen_rows`, or its outcome: it overturns."""
+    fell = row["verdict"] == ScaleOutcome.OVERTURNS.name.lower()
+    return ScaleOutcome.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
 
 
 def _fragility(one: xr.Dataset) -> list[Plot]:

@@ -222,7 +222,9 @@ class _Declared(xr.backends.NetCDF4DataStore):
         if factor is None or (factor != 1.0 and one.holds != "numbers"):
             raise InputError(self.path, f"{what} in {stated!r}. Must be in {units!r}.")
         attrs = one.holding(np.zeros((0,) * len(dims)), units).attrs
-        for name in ("flag_values", "flag_masks", "flag_meanings"):
+        meanings = str(found.attrs.get("flag_meanings", ""))
+        former = meanings != "" and meanings == one.former_meanings
+        for name in () if former else ("flag_values", "flag_masks", "flag_meanings"):
             if name in found.attrs and str(found.attrs[name]) != str(attrs.get(name)):
                 raise InputError(
                     self.path, f"{what} with {name} {found.attrs[name]}. Must be {attrs[name]}."

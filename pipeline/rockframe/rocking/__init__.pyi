@@ -51,6 +51,7 @@ from .spectra.rocking import rocking_spectrum as rocking_spectrum
 from .spectra.scan import OverturningSpectrum as OverturningSpectrum
 from .stated_verdict import MARGIN_LEGEND as MARGIN_LEGEND
 from .stated_verdict import VERDICT_RULE as VERDICT_RULE
+from .stated_verdict import ScaleOutcome as ScaleOutcome
 from .stated_verdict import StatedVerdict as StatedVerdict
 from .stated_verdict import Strip as Strip
 from .stated_verdict import VerdictKind as VerdictKind

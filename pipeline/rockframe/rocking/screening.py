@@ -84,7 +84,7 @@ def peaks_of(batch: ScreeningBatch) -> Arrays:
 
 
 def margins_of(batch: ScreeningBatch) -> Arrays:
-    """Return critical scales, numbers of safe islands, robust margins, and undecided verdicts.
+    """Return critical scales, numbers of islands, robust margins, and undecided verdicts.
 
     Returns
     -------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from typing import Final
 
 from rockframe.rocking.response import Verdict
@@ -35,6 +35,29 @@ MODEL_ENDS: Final = {
     "lift_exceeded_time": "lift exceeded",
     "tendon_yield_time": "tendon yields",
 }
+
+
+class ScaleOutcome(IntEnum):
+    """Outcome of a motion at one scale, with the numbers of `Verdict`.
+
+    It states only what happens at that scale. A verdict is on the motion itself, and takes other
+    multiples of it into account: only a verdict can be safe.
+    """
+
+    NO_UPLIFT = Verdict.NO_UPLIFT
+    STANDS = Verdict.SAFE
+    OVERTURNS = Verdict.OVERTURNED
+
+    @property
+    def label(self) -> str:
+        """Outcome in words.
+
+        Examples
+        --------
+        >>> [outcome.label for outcome in ScaleOutcome]
+        ['no uplift', 'stands', 'overturns']
+        """
+        return self.name.lower().replace("_", " ")
 
 
 class VerdictKind(StrEnum):

@@ -218,7 +218,8 @@ def _spectrum_of_pulses(options: argparse.Namespace) -> None:
     ]
     console.show_rows("Least overturning a_p/(g tan α) over ω_p/p", columns, lines[:: len(ratios)])
     islands = int((dataset["safe_islands"] > 0).sum())
-    print(f"{islands} of these {dataset['safe_islands'].size} points have safe islands above them.")
+    points = f"{islands} of these {dataset['safe_islands'].size} points"
+    print(f"Above {points} are islands in which the frame stands.")
     print(options.output)
 
 

@@ -104,28 +104,31 @@ def show(output: Path, done: Screening, *, as_json: bool) -> None:
 
 
 def _show_verdicts(screening: xr.Dataset) -> None:
-    scales = [f"{scale:g}" for scale in screening["scale"].values]
-    shown = list(range(len(scales)))
-    if len(shown) > _SHOWN:  # show the first, the last, and some in between
-        step = (len(scales) - 1) / (_SHOWN - 1)
-        shown = [round(step * k) for k in range(_SHOWN)]
+    """Print how many motions overturn each structure, at the scales nearest to 1."""
+    scales = screening["scale"].values
+    nearest = sorted(range(scales.size), key=lambda s: abs(math.log(scales[s])))[:_SHOWN]
+    shown = sorted(nearest)
     counts = screening["verdict_count"].values
     rows = [
         [str(structure), *(f"{counts[k, s, 2]}/{counts[k, s].sum()}" for s in shown)]
         for k, structure in enumerate(screening["structure"].values)
     ]
-    columns = ["structure", *(f"{scales[s]}>" for s in shown)]
-    console.show_table("Motions that overturn, by scale", columns, rows)
+    columns = ["structure", *(f"{scales[s]:g}>" for s in shown)]
+    order = [0, *(1 + shown.index(s) for s in nearest)]
+    console.show_table("Motions that overturn, by scale", columns, rows, order=order)
+    if len(shown) < scales.size:
+        print(f"The {_SHOWN} of {scales.size} scales that are nearest to 1; the files have all.\n")
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
     from rockframe.results.screening.tables import screen_rows
+    from rockframe.rocking import ScaleOutcome
 
     structures = [str(name) for name in screening["structure"].values]
     rows = list(islice(screen_rows(screening), _SHOWN * len(structures)))
     motions: dict[str, dict[str, Any]] = {}
     for row in rows:
-        fell = row["verdict"] == "overturned"
+        fell = row["verdict"] == ScaleOutcome.OVERTURNS.name.lower()
         ratio = math.inf if fell else row["peak_rotation_ratio"]
         motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = ratio
     columns = [
@@ -158,8 +161,10 @@ def _show_azimuths(screening: xr.Dataset) -> None:
 
 
 def _ratio(row: Mapping[str, Any], key: str) -> float | str:
-    """Return a peak rotation ratio, infinite where the structure overturns."""
-    return "overturned" if row[key] == math.inf else float(row[key])
+    """Return a peak rotation ratio; where it is infinite, the outcome: it overturns."""
+    from rockframe.rocking import ScaleOutcome
+
+    return ScaleOutcome.OVERTURNS.label if row[key] == math.inf else float(row[key])
 
 
 def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:

@@ -6,7 +6,7 @@ from typing import Final
 
 from rockframe.results.schema.declare import FileKind, Variable
 from rockframe.results.schema.response import RESPONSE_NC
-from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import ScaleOutcome
 
 _ROTATION: Final = "rotation of the columns"
 _MOMENT: Final = "restoring moment over moment at uplift"
@@ -33,7 +33,7 @@ RESTITUTION: Final = FileKind("restitution", "figure", "Largest restitution", (
     Variable("slenderness", "slenderness", float, "rad", "slenderness of a column"),
 ))
 STABILITY: Final = FileKind("stability", "figure", "Stability map of a record", (
-    Variable("verdict", "column_height scale", Verdict, "1", "stability verdict"),
+    Variable("verdict", "column_height scale", ScaleOutcome, "1", "outcome at the scale"),
     *_RECORD,
     Variable("structure", "", str, "1", "name of the structure"),
     Variable("column_height", "column_height", float, "m", "height of a column"),

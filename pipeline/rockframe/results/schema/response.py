@@ -19,7 +19,7 @@ from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
 from rockframe.rocking.response import Verdict
 from rockframe.wavelets.family import SHAPES
 
-#: Largest number of safe islands that are written; `safe_islands` counts all.
+#: Largest number of islands that are written; `safe_islands` counts all.
 ISLANDS: Final = 64
 _KEPT_ISLANDS: Final = f"the first {ISLANDS} above the critical scale; NaN beyond their number"
 
@@ -148,7 +148,7 @@ RESPONSE_NC: Final = FileKind(
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns", "margin", comment=f"NaN if none was found up to largest_scale. Lower edge, with a relative error of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of intervals at least 1e-4 of the multiple wide, 99 % are found, with vertical motion 97 %"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
-            Variable("safe_islands", "record structure", np.int32, "1", "number of safe islands above the critical scale", "margin", comment="found with samples 0.64 to 2.56 % apart"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of islands above the critical scale, intervals in which the structure stands", "margin", comment="found with samples 0.64 to 2.56 % apart"),
             Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion above which the structure stands again", comment=_KEPT_ISLANDS),
             Variable("safe_island_width", "record structure island", float, "1", "width of the island: from this multiple to the next that overturns", comment=f"{_KEPT_ISLANDS}; with an error of up to 1.3 % of the multiple; the last island may end at largest_scale"),
             Variable("undecided_by", "record structure", Sensitivity, "1", "small change that changes the verdict", "margin", comment=f"amplitude: by {AMPLITUDE_PERTURBATION:.0%} or less; restitution: velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%} or less; sampling: record sampled twice as finely; dimensions: the structure stands with robust_scale_10 at most 1, or overturns with robust_scale_50 not below 1"),

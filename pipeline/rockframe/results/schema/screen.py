@@ -14,7 +14,7 @@ from rockframe.results.schema.response import OF_FRAME, ROBUST_MARGINS, historie
 from rockframe.risk import MEASURES, Outcome
 from rockframe.risk.limits import QUANTITIES
 from rockframe.rocking import DIMENSIONS
-from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import ScaleOutcome
 
 
 class _Known(IntEnum):
@@ -22,8 +22,9 @@ class _Known(IntEnum):
     UNDECIDED = 1
 
 
-#: Verdicts with counts.
-OUTCOMES: Final = ("no_uplift", "safe", "overturned")
+#: Outcomes with counts, and the words for them in files of earlier versions.
+OUTCOMES: Final = tuple(outcome.name.lower() for outcome in ScaleOutcome)
+_FORMER: Final = ("no_uplift", "safe", "overturned")
 
 # fmt: off
 _DISTANCES: Final = ("epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral")
@@ -39,7 +40,7 @@ UNITS_OF_MEASURES: Final = {one.name: one.units for one in _NUMBERS if one.name 
 SCREEN_NC: Final = FileKind(
     "screen", "screen", "Screening of free-standing frames by records",
     (
-        Variable("verdict", "record structure scale", Verdict, "1", "stability verdict"),
+        Variable("verdict", "record structure scale", ScaleOutcome, "1", "outcome at the scale", former_meanings=" ".join((*_FORMER, "undecided"))),
         *peaks("record structure scale"),
         *optional("impact velocity",
             Variable("peak_impact_velocity", "record structure scale", float, "m s-1", "largest velocity at which the lifted corner of a column's base meets the ground, 2 b |theta'|", comment="free rocking after the record included; until overturning; 0 without an impact"),
@@ -56,7 +57,7 @@ SCREEN_NC: Final = FileKind(
         Variable("peak_share", "structure level", float, "1", "share of motions whose peak is at most the level", "band.share"),
         Variable("peak_share_low", "structure level", float, "1", "lower bound of peak_share, 90 % confidence", "band.low"),
         Variable("peak_share_high", "structure level", float, "1", "upper bound of peak_share, 90 % confidence", "band.high"),
-        Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each verdict"),
+        Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each outcome"),
         Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
         Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome"),
         Variable("fragility_median", "structure limit_state measure", float, "1", "intensity at which half of the motions reach the limit state, in the unit of the measure", "fit.median"),
@@ -102,7 +103,7 @@ SCREEN_NC: Final = FileKind(
         ),
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns"),
-            Variable("safe_islands", "record structure", np.int32, "1", "number of safe intervals above the critical scale"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of intervals above the critical scale in which the structure stands"),
             Variable("undecided", "record structure", _Known, "1", "whether the verdict under the unscaled motion changes with small perturbations, or is contradicted by an ensemble of plausible structures"),
         ),
         *optional("robust margins", *(replace(one, source="") for one in ROBUST_MARGINS)),
@@ -130,7 +131,7 @@ SCREEN_NC: Final = FileKind(
         Variable("scale", "scale", float, "1", "factor on the motion", key=True),
         Variable("measure", "measure", str, "1", "measure of intensity; sa_1s is the spectral acceleration at 1 s", key=True),
         Variable("limit_state", "limit_state", str, "1", "overturning, or a limit of a peak", key=True),
-        Variable("outcome", "outcome", str, "1", "verdict", key=True, choices=OUTCOMES),
+        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, choices=(*OUTCOMES, *_FORMER[1:])),
         Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True),
         *optional("histories",
             Variable("history_size", "history", np.int64, "1", "number of samples of the history", attrs={"sample_dimension": "obs"}),

@@ -235,8 +235,9 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``structure``, ``azimuth_degree``, ``verdicts`` by scale, and ``critical_scale``, NaN if it
-        was not searched or not found. Empty if the record is not among the motions.
+        ``structure``, ``azimuth_degree``, ``verdicts`` (the outcome at each scale), and
+        ``critical_scale``, NaN if it was not searched or not found. Empty if the record is not
+        among the motions.
 
     Raises
     ------

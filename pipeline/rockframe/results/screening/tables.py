@@ -21,7 +21,7 @@ from rockframe.results.tables.formats import write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.response import Verdict
-from rockframe.rocking.stated_verdict import StatedVerdict
+from rockframe.rocking.stated_verdict import ScaleOutcome, StatedVerdict
 
 Rows = Iterator[dict[str, Any]]
 
@@ -71,12 +71,16 @@ def screen_rows(screening: xr.Dataset) -> Rows:
 
 
 def _words(row: dict[str, Any]) -> str:
-    """Return the verdict of a motion at its scale, in the words of `StatedVerdict`."""
-    undecided = row.get("undecided") and row["scale"] == 1.0
-    known = "critical_scale" in row and not undecided
-    critical = row["critical_scale"] / row["scale"] if known else None
-    words = StatedVerdict(Verdict[row["verdict"].upper()], critical_scale=critical).words
-    return f"undecided, {words}" if undecided else words
+    """Return the verdict on the motion itself as `StatedVerdict` words it, or the outcome at
+    another scale.
+    """
+    outcome = ScaleOutcome[row["verdict"].upper()]
+    if row["scale"] != 1.0:
+        return outcome.label
+    known = "critical_scale" in row and not row.get("undecided")
+    critical = row["critical_scale"] if known else None
+    words = StatedVerdict(Verdict(outcome.value), critical_scale=critical).words
+    return f"undecided, {words}" if row.get("undecided") else words
 
 
 def fragility_curve(screening: xr.Dataset) -> str:

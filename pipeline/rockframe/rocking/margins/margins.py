@@ -57,12 +57,12 @@ class Margin(Shown):
     robust: RobustMargin | None = None
 
     def facts(self) -> dict[str, str]:
-        """Return critical scale, safe islands and sensitivity, for the table in notebooks."""
+        """Return critical scale, islands and sensitivity, for the table in notebooks."""
         least, by = self.critical_scale, self.undecided_by
         none = math.isnan(least)
         return {
             "critical scale": f"none up to {self.largest_scale:g}" if none else f"{least:.4f}",
-            "safe islands above it": str(self.safe_islands),
+            "islands above it in which the frame stands": str(self.safe_islands),
             "undecided by": ", ".join(str(bit.name).lower() for bit in by) or "nothing",
         }
 

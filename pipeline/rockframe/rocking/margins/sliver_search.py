@@ -1,9 +1,9 @@
 """Search over the scale of a motion for the first overturning of one frame.
 
-A frame may overturn in slivers: intervals of scale no wider than 1e-4 of the scale, with safe
-scales on both sides. Slivers occur where the response is irregular: an excursion that comes near
-the separatrix at one sampled scale has no counterpart at the next. Only there are the scales
-sampled densely.
+A frame may overturn in slivers: intervals of scale no wider than 1e-4 of the scale, and the frame
+stands at the scales on both sides. Slivers occur where the response is irregular: an excursion that
+comes near the separatrix at one sampled scale has no counterpart at the next. Only there are the
+scales sampled densely.
 """
 
 from __future__ import annotations

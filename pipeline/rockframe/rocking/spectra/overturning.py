@@ -98,7 +98,7 @@ def overturning_spectrum(
 
     Notes
     -----
-    Stability is not monotone in the amplitude: there may be safe islands above the least amplitude
+    Stability is not monotone in the amplitude: there may be islands above the least amplitude
     that overturns. An interval of overturning may be narrower than the step of `amplitudes`. Such
     intervals are searched for only near the largest rotations of frames that stand, so some may be
     missed.

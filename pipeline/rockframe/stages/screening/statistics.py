@@ -27,7 +27,7 @@ from rockframe.risk import (
 )
 from rockframe.risk.fragility import Curve
 from rockframe.risk.limits import QUANTITIES, limited_in
-from rockframe.rocking import Design, Verdict, smallest
+from rockframe.rocking import Design, ScaleOutcome, smallest
 from rockframe.stages.screening.run import ScreeningRun
 
 Float = NDArray[np.float64]
@@ -104,8 +104,8 @@ def _reached(run: ScreeningRun) -> Reached:
 
 
 def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, Any]:
-    """Return ranks, distributions of peaks and counts of verdicts."""
-    seed, kinds = run.request.options.seed, [Verdict[name.upper()] for name in OUTCOMES]
+    """Return ranks, distributions of peaks and counts of outcomes."""
+    seed = run.request.options.seed
     bands = [
         peak_distribution(column, LEVELS, clusters=clusters, seed=seed) for column in run.ratio.T
     ]
@@ -116,7 +116,7 @@ def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, 
         "mean_rank": ranks.mean(axis=1),
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
-        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in kinds], axis=-1),
+        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in ScaleOutcome], axis=-1),
         "outcome": OUTCOMES,
     }
 
