@@ -19,13 +19,12 @@ from pathlib import Path
 
 from tests.benchmarks.size import sized
 
+from rockframe.options.fields import MOST_NUMBERS
 from rockframe.study.structures import bundled_records
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")
 #: Shipped structures times bundled horizontal records.
 PAIRS = 5 * 6
-#: Number of scales of the measured screenings: as many as `screen` allows.
-SCALES = 2_000
 
 
 def timed(words: Sequence[str]) -> dict[str, float]:
@@ -53,7 +52,8 @@ def screened(folder: Path, scales: int, *words: str) -> dict[str, float]:
 def measure(repeats: int = 2) -> dict[str, float]:
     """Return the least times of `repeats` runs, peak memories, and ratios."""
     found: dict[str, float] = {}
-    scales, of_memory = sized((SCALES, (20, 200, SCALES)), (1, ()))
+    # As many scales as `screen` allows.
+    scales, of_memory = sized((MOST_NUMBERS, (20, 200, MOST_NUMBERS)), (1, ()))
     scenarios = PAIRS * scales
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
