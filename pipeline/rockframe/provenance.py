@@ -236,7 +236,7 @@ def refuse_obstacles(files: Iterable[Path]) -> None:
             )
         if above.exists() and not above.is_dir():
             raise InputError(
-                above, f"is a file, in the place of the folder of {path.name}. Move it elsewhere."
+                above, f"is a file. Must be a folder, because {path.name} is written into it."
             )
 
 

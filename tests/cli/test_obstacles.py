@@ -96,8 +96,10 @@ def test_a_folder_in_the_place_of_a_file_is_named_before_any_work(
 def test_an_output_below_a_file_names_the_file(tmp_path: Path, capsys: Any) -> None:
     (tmp_path / "notes").write_text("mine")
     assert main(["figure", "7", "--output", str(tmp_path / "notes" / "figure.png")]) == 2
-    said = f"{tmp_path / 'notes'}: is a file, in the place of the folder of figure.png. "
-    assert capsys.readouterr().err == f"rockframe: error: {said}Move it elsewhere.\n"
+    said = (
+        f"{tmp_path / 'notes'}: is a file. Must be a folder, because figure.png is written into it."
+    )
+    assert capsys.readouterr().err == f"rockframe: error: {said}\n"
 
 
 def test_a_name_that_is_too_long_is_one_line(tmp_path: Path, capsys: Any) -> None:

@@ -212,7 +212,7 @@ def test_only_a_whole_run_is_reported(
 ) -> None:
     assert "no such folder" in refusal(capsys, str(tmp_path / "nowhere"))
     (tmp_path / "file").touch()
-    assert "file: is a file. Must be the folder" in refusal(capsys, str(tmp_path / "file"))
+    assert "file: is a file. Must be a folder" in refusal(capsys, str(tmp_path / "file"))
     assert "the run is not complete" in refusal(capsys, str(tmp_path))
     damaged = Path(shutil.copytree(hostile_run, tmp_path / "run"))
     (damaged / "table.csv").write_text("event\n")
