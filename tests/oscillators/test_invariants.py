@@ -91,16 +91,3 @@ def test_a_level_reached_before_the_bracket_is_reached_at_its_start(low: float) 
     work = np.zeros((3, 48))
     work[0, :2] = low, 1.0  # rises from `low` at 0 to the value at 1, both above the level
     assert kernel._root(work, 0, 1, 0.0, 0.0, 1.0, low, low + 1.0) == 0.0  # noqa: SLF001
-
-
-def test_a_level_reached_outside_the_interval_is_not_located() -> None:
-    """The last step of the iteration may leave the interval; another part then takes over."""
-    for start, speed in ((-1e-7, 1.0), (1e-14, 1.0)):
-        h, bend = 1.0, 0.1
-        end = start + speed * h + 0.5 * bend * h * h
-        old, new = (start, speed), (end, speed + bend * h)
-        when, _, _ = kernel._located(  # noqa: SLF001
-            (-bend, 0.0), (0.0, 0.0, 0.0), h, old, new, 0.0, False, 4
-        )
-        assert when == pytest.approx(max(0.0, -start), rel=1e-6)
-        assert 0.0 <= when < h

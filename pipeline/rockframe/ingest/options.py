@@ -66,16 +66,6 @@ class ReadOptions:
                 message = f"Invalid {name} {value!r} {unit}. Must be positive and finite."
                 raise ParameterError(message)
 
-    def stated(self) -> dict[str, str | float | None]:
-        """Return the values for JSON, with units in the names."""
-        return {
-            "column": self.column,
-            "station_xml": Path(self.station_xml).name if self.station_xml else None,
-            "time_step_s": self.time_step,
-            "units": self.units,
-            "water_level_db": self.water_level,
-        }
-
 
 #: Options without any values: files must state everything themselves.
 NO_OPTIONS: Final = ReadOptions()

@@ -9,8 +9,7 @@ So an oscillator is on one of four branches: elastic (stiffness k + k_z), yieldi
 exceeds hardening; k + k_z is positive. On each branch the equation is linear, and in each interval
 the ground is a polynomial in time. `_run` advances by whole intervals with the exact transition of
 a branch, as long as bounds show that the branch does not change and that there is no new peak
-between the nodes. `_kink` advances through a single change of branch under a straight line of
-ground acceleration. `_cross` advances through all other intervals: it locates changes of branch and
+between the nodes. `_cross` advances through all other intervals: it locates changes of branch and
 peaks as roots of the Taylor series.
 
 The file is long because numba's cache does not detect changes of functions in other files.
@@ -64,8 +63,6 @@ _TERMS: Final = 48
 _LEAST_SHARE: Final = 0.25
 #: Newton's method stops at this relative step; the error is about its square, which is round-off.
 _ROOT_TOLERANCE: Final = 1e-13
-#: Relative step after which one more step of third order reaches the root to round-off.
-_NEAR: Final = 1e-4
 #: A limit counts as exceeded only above this factor. Without damping it is just reached, to
 #: round-off, in each cycle.
 _BEYOND: Final = 1.0 + 1e-12
@@ -591,157 +588,6 @@ def _run(  # noqa: C901  one loop, without calls
 
 
 @compiled
-def _ahead(
-    a: tuple[float, float], rest: tuple[float, float, float], u: float, v: float, t: float, top: int
-) -> tuple[float, float]:
-    """Return displacement and velocity after a time t on one branch, under ground a[0] + a[1] t."""
-    push, c, k = rest
-    push += a[0]
-    more = a[1] * t
-    at_u, at_v = u, v
-    for n in range(1, top):
-        share = t / n
-        u, v = v * share, -((share * push + (share * k) * u) + (share * c) * v)
-        at_u += u
-        at_v += v
-        push, more = more, 0.0
-    return at_u, at_v
-
-
-@compiled
-def _located(
-    a: tuple[float, float],
-    rest: tuple[float, float, float],
-    h: float,
-    old: tuple[float, float],
-    new: tuple[float, float],
-    level: float,
-    turning: bool,
-    top: int,
-) -> tuple[float, float, float]:
-    """Return when u turns or reaches a level between two nodes; displacement and velocity then.
-
-    The function whose root is sought (velocity, or u minus level) must be monotone. The first guess
-    is the root of the cubic through values and rates at both nodes. Each next guess follows from
-    the exact state and its first two rates. All three are zero if the iteration does not converge.
-    """
-    push, c, k = rest
-    b_0 = -(a[0] + push + c * old[1] + k * old[0])
-    b_1 = -(a[0] + h * a[1] + push + c * new[1] + k * new[0])
-    if turning:
-        y_0, y_1, r_0, r_1 = old[1], new[1], h * b_0, h * b_1
-    else:
-        y_0, y_1, r_0, r_1 = old[0] - level, new[0] - level, h * old[1], h * new[1]
-    two, three = 3.0 * (y_1 - y_0) - 2.0 * r_0 - r_1, r_0 + r_1 - 2.0 * (y_1 - y_0)
-    x = y_0 / (y_0 - y_1)
-    for _ in range(2):
-        x -= (y_0 + x * (r_0 + x * (two + x * three))) / (r_0 + x * (2.0 * two + 3.0 * x * three))
-    t = h * x
-    for _ in range(3):
-        if not 0.0 < t < h:
-            return 0.0, 0.0, 0.0
-        u, v = _ahead(a, rest, old[0], old[1], t, top)
-        bend = -(a[0] + a[1] * t + push + c * v + k * u)
-        jerk = -(a[1] + c * bend + k * v)
-        value, slope, curve = (v, bend, jerk) if turning else (u - level, v, bend)
-        d = -value / slope
-        d /= 1.0 + 0.5 * d * curve / slope
-        t += d
-        if abs(d) <= _NEAR * h and 0.0 < t < h:
-            return t, u + d * (v + 0.5 * d * bend), v + d * (bend + 0.5 * d * jerk)
-    return 0.0, 0.0, 0.0
-
-
-@compiled
-def _kink(  # noqa: C901  one change of branch, step by step
-    a: tuple[float, float],
-    h: float,
-    time: float,
-    oscillator: Constants,
-    state: State,
-    moves: Float,
-    shares: tuple[float, float],
-    top: int,
-    summary: Float,
-) -> tuple[bool, State]:
-    """Advance through an interval of linear ground in which the branch surely changes just once.
-
-    Returns False, and changes nothing, if this is not sure: the branch might change again, or the
-    force might have a separate peak.
-    """
-    k_0, k_z, q, c = oscillator
-    mode, u, v, z = state
-    elastic = mode == ELASTIC
-    share, share_after = shares if elastic else (shares[1], shares[0])
-    rest = push, _, k = _branch(oscillator, state)
-    a_0 = a[0] + push
-    new_u = (moves[0, 0] * u + moves[0, 1] * v) + (moves[0, 2] * a_0 + moves[0, 3] * a[1])
-    new_v = (moves[1, 0] * u + moves[1, 1] * v) + (moves[1, 2] * a_0 + moves[1, 3] * a[1])
-    bend = abs(a_0 + c * v + k * u)
-    jerk = share * (abs(a[1]) + c * bend + abs(k) * (abs(v) + h * bend))
-    rate = abs(k * v - c * (a_0 + c * v + k * u))  # rate of the force; it may change its sign
-    steady = rate > h * (abs(k) * (bend + h * jerk) + c * jerk)
-    fast = max(abs(v), abs(new_v))
-    level = 0.0
-    if elastic:
-        side = math.copysign(1.0, v)
-        level = u + (side * q - z) / k_z if k_z > 0.0 else math.inf
-        sure = v * new_v > 0.0 and min(abs(v), abs(new_v)) > 0.125 * h * h * jerk
-        sure = sure and abs(z + k_z * (new_u - u)) > q * _BEYOND
-    else:
-        side = -mode
-        sure = new_v * mode < 0.0 and bend > h * jerk
-    if not sure:
-        return False, state
-    end, at_u, at_v = _located(a, rest, h, (u, v), (new_u, new_v), level, not elastic, top)
-    if end == 0.0:
-        return False, state
-    left = h - end
-    a_1 = (a[0] + end * a[1], a[1])
-    if elastic:
-        after: State = (side, at_u, at_v, side * q)
-    elif k_z == math.inf:
-        held = max(abs(a_1[0] + k_0 * at_u), abs(a_1[0] + left * a[1] + k_0 * at_u))
-        if held > q or c > 0.0:
-            return False, state
-        summary[DISSIPATED] += q * abs(at_u - u)
-        _note(summary, at_u, max(abs(a_1[0]), abs(a_1[0] + left * a[1])), time + end)
-        _note(summary, at_u, k_0 * at_u + z, time + end)
-        return True, (STUCK, at_u, 0.0, 0.0)
-    else:
-        at_v = 0.0
-        after = (ELASTIC, at_u, at_v, mode * q)
-    rest = push, _, k = _branch(oscillator, after)
-    end_u, end_v = _ahead(a_1, rest, at_u, at_v, left, top)
-    bend_1 = abs(a_1[0] + push + c * at_v + k * at_u)
-    jerk_1 = share_after * (abs(a[1]) + c * bend_1 + abs(k) * (abs(at_v) + left * bend_1))
-    rate = abs(k * at_v - c * (a_1[0] + push + c * at_v + k * at_u))
-    steady = steady and rate > left * (abs(k) * (bend_1 + left * jerk_1) + c * jerk_1)
-    if elastic:
-        sure = at_v * end_v > 0.0 and min(abs(at_v), abs(end_v)) > 0.125 * left * left * jerk_1
-    else:
-        sure = bend_1 > left * jerk_1 and k_z * abs(end_u - at_u) <= q
-    if not sure or share_after == 0.0:
-        return False, state
-    force = push + k * end_u + c * end_v
-    at_force = push + k * at_u + c * at_v
-    if c > 0.0 and not steady:
-        strong = max(abs(force), abs(at_force), abs((z + k_0 * u) + c * v))
-        fast = max(fast, abs(end_v))
-        rise = (abs(k_0) + k_z) * fast + c * (max(bend, bend_1) + h * max(jerk, jerk_1))
-        if strong + 0.5 * h * rise > summary[PEAK_FORCE]:
-            return False, state
-    _note(summary, at_u, at_force, time + end)
-    _note(summary, end_u, force, time + h)
-    if elastic:
-        _yields(summary, time + end)
-        summary[DISSIPATED] += q * abs(end_u - at_u)
-        return True, (side, end_u, end_v, side * q)
-    summary[DISSIPATED] += q * abs(at_u - u)
-    return True, (ELASTIC, end_u, end_v, mode * q + k_z * (end_u - at_u))
-
-
-@compiled
 def _collapses(oscillator: Constants, state: State, strongest: float) -> bool:
     """Return True if no ground acceleration up to a strongest one can bring the oscillator back.
 
@@ -845,9 +691,7 @@ def integrate(  # noqa: C901  one loop, see above
         0.0 if rigid else _transition(h, degree, k + k_z, c, work, moves[0]),
         _transition(h, degree, k, c, work, moves[1]),
     )
-    rate = h * (math.sqrt(k if rigid else max(k_z, k + k_z)) + c)
     strongest = abs(scale) * bounds[:, 0].max()
-    top = _order(rate, degree) if degree == 1 and max(shares) > 0.0 else 0
     summary[:] = 0.0
     summary[PEAK_TIME] = summary[FIRST_YIELD] = math.nan
     state = (STUCK if rigid else ELASTIC, 0.0, 0.0, 0.0)
@@ -880,11 +724,6 @@ def integrate(  # noqa: C901  one loop, see above
                 )
                 if i == rows.shape[0]:
                     break
-                if top > 0:
-                    ground = (scale * rows[i, 0], scale * rows[i, 1])
-                    at = time + i * h
-                    own = moves[0 if state[0] == ELASTIC else 1]
-                    done, state = _kink(ground, h, at, oscillator, state, own, shares, top, summary)
         if not done:
             state = _cross(rows, i, scale, h, time + i * h, oscillator, state, summary, work)
         i += 1

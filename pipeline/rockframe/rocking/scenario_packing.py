@@ -31,8 +31,10 @@ _MOST_NUMBERS: Final = 2_000_000
 #: Places in `constants_of` of the first tie, and of the kinds of both ties.
 _TIES: Final = 3
 _KINDS: Final = [7, 12]
-#: Largest number of pieces of an interval, a power of two; more need the scalar kernel.
+#: Largest number of pieces of an interval, a power of two.
 _MOST_PIECES: Final = 16
+#: In place of a number of pieces: the scalar kernel computes the scenario.
+_SCALAR: Final = 0
 
 
 @dataclass
@@ -79,18 +81,18 @@ class Prepared:
         self._ahead: dict[tuple[int, float], Float] = {}
 
     def pieces(self, scale: Float, constants: Float) -> NDArray[np.int64]:
-        """Return the number of pieces of each interval for each scenario: 1, 2, 4, ...
+        """Return the number of pieces of each interval: 1, 2, 4, ..., or `_SCALAR`, by scenario.
 
-        Frames whose ties yield get more pieces than the vectorised kernel accepts, so that the
-        scalar kernel computes them.
+        The vectorised kernel computes neither frames whose ties yield, nor steps so long that they
+        need more than `_MOST_PIECES` pieces.
         """
         ties = constants[:, _TIES] + constants[:, _TIES + 1]
         rate = constants[:, 1] * np.sqrt(1.0 + self._strongest * np.abs(scale) + ties)
         stride = steps.MAX_SMOOTH_STRIDE if self.form[0] else steps.MAX_STRIDE
-        doublings = np.ceil(np.log2(rate * self.ground.time_step / stride))
-        doublings = doublings.clip(0.0, 62.0)
-        doublings[(constants[:, _KINDS] != ELASTIC).any(axis=1)] = 62.0
-        return np.asarray(2 ** doublings.astype(np.int64), dtype=np.int64)
+        pieces = np.exp2(np.ceil(np.log2(rate * self.ground.time_step / stride)).clip(min=0.0))
+        yielding = (constants[:, _KINDS] != ELASTIC).any(axis=1)
+        pieces[yielding | (pieces > _MOST_PIECES)] = _SCALAR
+        return np.asarray(pieces, dtype=np.int64)
 
     def rows(self, pieces: int) -> tuple[Float, Float]:
         """Return the coefficients with each interval divided into pieces, and their bounds."""
@@ -150,7 +152,7 @@ class ScenarioPacker:
         tied = np.asarray(constants[:, _TIES:].any(axis=1))
         for count, ties in sorted({*zip(pieces.tolist(), tied.tolist(), strict=True)}):
             some = np.flatnonzero((pieces == count) & (tied == ties))
-            if count > _MOST_PIECES:
+            if count == _SCALAR:
                 self._one_by_one(scenarios[some], motion, scale[some], constants[some])
                 continue
             form = (*motion.form, ties)
