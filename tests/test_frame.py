@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.restraint import Tendon
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -275,6 +277,15 @@ def test_displacements_follow_the_shape_of_the_rotation(bent: RockingFrame) -> N
     theta = np.linspace(-0.1, 0.1, 6).reshape(2, 3)
     assert bent.horizontal_displacement(theta).shape == (2, 3)
     assert bent.vertical_velocity(theta, 0.1).shape == (2, 3)
+
+
+def test_a_tendon_without_a_length_is_as_long_as_the_columns() -> None:
+    """It passes through them from end to end; alone it has no stiffness."""
+    tendon = Tendon(area=1e-3, modulus=195e9)
+    frame = RockingFrame(height=9.6, width=1.6, column_mass=48e3, tendon=tendon)
+    assert frame.tendon == Tendon(area=1e-3, modulus=195e9, length=9.6)
+    with pytest.raises(ParameterError, match="Missing length of a tendon"):
+        _ = tendon.stiffness
 
 
 def test_displacements_of_an_overturned_frame_are_unknown(bent: RockingFrame) -> None:

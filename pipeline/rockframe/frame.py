@@ -95,7 +95,7 @@ class RockingFrame:
     column_mass : float, optional
         Mass of one column [kg]. Restraints need it; free rocking does not depend on it.
     tendon, dissipater : Tendon, Dissipater, optional
-        Restraints of each column.
+        Restraints of each column. A tendon without a length gets that of the columns.
     abutment : Abutment, optional
         The joints at the ends of the deck.
     before_crushing : RockingFrame, optional
@@ -161,6 +161,7 @@ class RockingFrame:
             raise self._invalid("column_mass", "stated together with a tendon or a dissipater")
         if self.column_mass is not None and not 0.0 < self.column_mass < math.inf:
             raise self._invalid("column_mass", "positive")
+        self._fill_in_length()
         if self.restitution <= 0.0:
             limit = f"below {math.degrees(self.slenderness_limit):.2f} degrees"
             raise ParameterError(
@@ -178,6 +179,10 @@ class RockingFrame:
             absent = value is None and getattr(RockingFrame, label, 0.0) is None
             if not (absent or isinstance(value, Real)):
                 raise self._invalid(label, "a number")
+
+    def _fill_in_length(self) -> None:
+        if self.tendon is not None and self.tendon.length is None:
+            object.__setattr__(self, "tendon", replace(self.tendon, length=self.height))
 
     def _invalid(self, quantity: str, allowed: str) -> ParameterError:
         return invalid(quantity, getattr(self, quantity), f"frame {self.name!r}", allowed)
@@ -345,7 +350,7 @@ class RockingFrame:
             top_width=top and top * width / self.width,
             centre_of_gravity=centre and centre * height / self.height,
             column_mass=mass and mass * taller * wider,
-            tendon=tendon and replace(tendon, length=tendon.length * taller),
+            tendon=tendon and replace(tendon, length=tendon.length and tendon.length * taller),
             dissipater=bars and replace(bars, lever_arm=bars.lever_arm * wider),
         )
 

@@ -1,11 +1,46 @@
-"""Restraints of a rocking frame: tendons, dissipaters, pivots and abutments."""
+"""Restraints of a rocking frame: tendons, dissipaters, pivots and abutments.
+
+Each class is also a table of structures and studies: a field states its key, and the description
+and the example that new studies show. pydantic reads tables; in Python, a restraint is constructed
+without it.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Annotated, Any, ClassVar, Final
+
+from pydantic import BeforeValidator, ConfigDict, Field, PlainSerializer, Strict
 
 from rockframe.errors import invalid
+
+
+def _plain(schema: dict[str, Any]) -> None:
+    """Reduce a JSON schema to the first paragraph of the class, without infinite defaults."""
+    schema["description"] = schema["description"].partition("\n\n")[0]
+    for key in schema["properties"].values():
+        if key.get("default") == math.inf:
+            key["default"] = None
+
+
+#: How pydantic reads a restraint from a table.
+_TABLE: Final = ConfigDict(extra="forbid", serialize_by_alias=True, json_schema_extra=_plain)
+#: A number; text is not converted.
+_Number = Annotated[float, Strict()]
+#: A number that is infinite where a table does not state it.
+_Unbounded = Annotated[
+    _Number,
+    BeforeValidator(
+        lambda stated: math.inf if stated is None else stated, json_schema_input_type=float | None
+    ),
+    PlainSerializer(lambda number: None if number == math.inf else number),
+]
+
+
+def _key(name: str, description: str, example: float | None = None) -> Any:
+    """Return the annotation of a field with its key in tables."""
+    return Field(alias=name, description=description, examples=[example] if example else None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,8 +49,10 @@ class Tendon:
 
     Parameters
     ----------
-    area, modulus, length : float
-        Cross-section [m2], Young's modulus [Pa] and free length [m] of one tendon.
+    area, modulus : float
+        Cross-section [m2] and Young's modulus [Pa] of one tendon.
+    length : float, optional
+        Free length [m]; by default the height of the columns, which the frame fills in.
     prestress : float
         Force of the tendon at rest [N].
     yield_stress : float, optional
@@ -38,15 +75,32 @@ class Tendon:
     20.3
     """
 
-    area: float
-    modulus: float
-    length: float
-    prestress: float = 0.0
-    yield_stress: float = math.inf
-    loses_prestress: bool = False
+    __pydantic_config__: ClassVar = _TABLE
+
+    area: Annotated[_Number, _key("area_m2", "Cross-section [m2].", 1.0e-3)]
+    modulus: Annotated[_Number, _key("modulus_pa", "Young's modulus [Pa].", 195.0e9)]
+    length: Annotated[
+        _Number | None,
+        _key("length_m", "Free length [m]; by default the height of the column.", 9.6),
+    ] = None
+    prestress: Annotated[_Number, _key("prestress_n", "Force at rest [N].")] = 0.0
+    yield_stress: Annotated[
+        _Unbounded,
+        _key("yield_stress_pa", "Yield stress [Pa]; by default the tendon never yields.", 1.6e9),
+    ] = math.inf
+    loses_prestress: Annotated[
+        bool,
+        Strict(),
+        _key(
+            "loses_prestress",
+            "Model the loss of prestress when the tendon yields; otherwise only the time of "
+            "yielding is reported.",
+        ),
+    ] = False
 
     def __post_init__(self) -> None:
-        _require_positive(self, "area", "modulus", "length", "yield_stress")
+        stated = () if self.length is None else ("length",)
+        _require_positive(self, "area", "modulus", *stated, "yield_stress")
         if self.loses_prestress and math.isinf(self.yield_stress):
             raise invalid("yield_stress", None, "a tendon", "stated, as it loses prestress")
         if not 0.0 <= self.prestress < self.yield_force:
@@ -57,6 +111,8 @@ class Tendon:
     @property
     def stiffness(self) -> float:
         """Axial stiffness E A / L [N/m]."""
+        if self.length is None:
+            raise invalid("length", None, "a tendon", "stated, or filled in by its frame")
         return self.modulus * self.area / self.length
 
     @property
@@ -93,9 +149,23 @@ class Dissipater:
     0.8
     """
 
-    stiffness: float
-    yield_force: float
-    lever_arm: float
+    __pydantic_config__: ClassVar = _TABLE
+
+    stiffness: Annotated[
+        _Number, _key("stiffness_n_m", "Stiffness of all bars across one joint [N/m].", 5.0e7)
+    ]
+    yield_force: Annotated[
+        _Number, _key("yield_force_n", "Yield force of all bars across one joint [N].", 1.0e5)
+    ]
+    lever_arm: Annotated[
+        _Number,
+        _key(
+            "lever_arm_m",
+            "Distance from the pivot to the bars, before its edge crushes [m]; the same for "
+            "rocking to either side, as of bars on the axis.",
+            0.8,
+        ),
+    ]
 
     def __post_init__(self) -> None:
         _require_positive(self, *(field.name for field in fields(self)))
@@ -125,8 +195,17 @@ class Abutment:
     0.3
     """
 
-    gap: float
-    uplift_allowance: float = math.inf
+    __pydantic_config__: ClassVar = _TABLE
+
+    gap: Annotated[_Number, _key("gap_m", "Displacement of the deck that closes the joint [m].")]
+    uplift_allowance: Annotated[
+        _Unbounded,
+        _key(
+            "uplift_allowance_m",
+            "Largest lift of the deck that bearings, joints and services tolerate [m]; by default "
+            "unlimited.",
+        ),
+    ] = math.inf
 
     def __post_init__(self) -> None:
         _require_positive(self, "gap", "uplift_allowance")
@@ -154,8 +233,12 @@ class Pivot:
     0.025
     """
 
-    compressive_strength: float
-    depth: float
+    __pydantic_config__: ClassVar = _TABLE
+
+    compressive_strength: Annotated[
+        _Number, _key("compressive_strength_pa", "Compressive strength of the edge [Pa].")
+    ]
+    depth: Annotated[_Number, _key("depth_m", "Depth of the edge, out of the plane [m].")]
 
     def __post_init__(self) -> None:
         _require_positive(self, "compressive_strength", "depth")

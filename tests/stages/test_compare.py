@@ -132,6 +132,9 @@ PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
         (TENDON.replace("1.0e-3", "0.0"), "11: structure.tendon.area_m2 0.0. Must be positive"),
         (TENDON + "yield_stress_pa = 5.0e7\n",
          "13: structure.tendon.prestress_n 100000.0. Must be zero or above and below its yield"),
+        (TENDON + "area = 1.0\n", "14: unknown key 'structure.tendon.area'. Must be one of: area_"),
+        (TENDON.replace("1.0e-3", '"1.0"'), "11: structure.tendon.area_m2 '1.0'. Must be a number"),
+        ("tendon = 3\n", "9: tendon 3. Must be a table, [structure.tendon]."),
         (DISSIPATER.replace("5.0e7", "-1.0"), "11: structure.dissipater.stiffness_n_m -1.0. Must"),
         (RIVALS.replace("5.0e7", "-1.0"), "11: compare.hybrid.stiffness_n_m -1.0. Must be pos"),
         (RIVALS.replace("3.0\n", "-3.0\n"), "15: compare.isolated.period_s -3.0. Must be positive"),
@@ -204,6 +207,22 @@ def test_a_column_yields_where_both_its_ends_reach_their_moment(
     assert row["base_shear"] == pytest.approx(of_deck, abs=0.4 * 22.0 / 35.0 / 5.0)
 
 
+def test_columns_that_buckle_are_named_with_the_modulus_of_their_own_size(
+    records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """P-delta exceeds the stiffness 12 E I / H^3 if E is below W H^2 / (12 I) of these columns."""
+    bridge = structures(tmp_path, BENT + "[compare.fixed]\nmodulus_pa = 7.0\n")
+    (bent,) = read_structures(bridge)
+    assert bent.column_mass is not None
+    weight = (bent.mass_ratio + 0.5) * bent.column_mass * GRAVITY
+    least = weight * 9.6**2 / (12.0 * math.pi * 1.6**4 / 64.0)
+    output = tmp_path / "compare.nc"
+    assert run("compare", records, "--structures", bridge, "--output", output) == 2
+    assert f":2: Invalid modulus 7.0 of 'fixed'. Must be above {least:.4g} Pa" in (
+        capsys.readouterr().err
+    )
+
+
 def test_options_of_the_fixed_bridge_reach_its_model(tmp_path: Path) -> None:
     """P-delta is on by default, hardening off, and the ductility limited to 5."""
     options = "post_yield_ratio = 0.03\np_delta = false\nlimit_ductility = 3.0\n"
@@ -213,7 +232,7 @@ def test_options_of_the_fixed_bridge_reach_its_model(tmp_path: Path) -> None:
     assert plain is not None
     assert changed is not None
     size = {"height": 9.6, "width": 1.6, "column_mass": 48e3, "deck_mass": 192e3}
-    one, other = plain.made(**size), changed.made(**size)
+    one, other = plain.of_columns(**size), changed.of_columns(**size)
     assert (one.post_yield_ratio, one.limit_ductility) == (0.0, 5.0)
     assert one.stability_coefficient > 0.0
     assert (other.post_yield_ratio, other.limit_ductility) == (0.03, 3.0)

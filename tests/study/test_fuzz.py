@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rockframe.errors import InputError
 from rockframe.matching.signal import Weighting
 from rockframe.options.fields import Wavelet
-from rockframe.options.model import Options, options_within
+from rockframe.options.model import fields_of, options_within
 from rockframe.options.pulse import PulseOptions
 from rockframe.study.study import StudyTables, schema
 from rockframe.study.toml import parse
@@ -42,9 +42,9 @@ TABLES = st.dictionaries(st.sampled_from(["from", "to", "count", "x"]), SCALARS,
 VALUES = st.one_of(SCALARS, LISTS, TABLES, LISTS.map(lambda inner: f"[{inner}]"))
 
 
-def keys_of(model: type[Options], before: str = "") -> list[str]:
+def keys_of(model: type, before: str = "") -> list[str]:
     keys = []
-    for name, field in model.model_fields.items():
+    for name, field in fields_of(model).items():
         inner = options_within(field.annotation)
         keys += [f"{before}{name}"] + (keys_of(inner, f"{before}{name}.") if inner else [])
     return keys

@@ -13,7 +13,8 @@ from tests.conftest import REPOSITORY
 from rockframe.cli.main import main
 from rockframe.cli.options import numbers
 from rockframe.errors import InputError
-from rockframe.study.structures import read_structures
+from rockframe.restraint import Abutment, Tendon
+from rockframe.study.structures import CompareEntry, read_structures
 from rockframe.study.study import (
     SCHEMA,
     StudyTables,
@@ -229,6 +230,24 @@ def test_structures_of_a_study_are_those_of_its_file(tmp_path: Path) -> None:
     (tmp_path / "structures.toml").write_text(structures_text(study))
     (frame,) = read_structures(tmp_path / "structures.toml")
     assert (frame.name, frame.height, frame.width, frame.inertia_ratio) == ("bent", 9.6, 1.6, 1.4)
+
+
+def test_restraints_of_a_study_reach_the_file_of_its_structures(tmp_path: Path) -> None:
+    """A yield stress and a length that are not stated are not written: TOML has no null."""
+    tables = "column_mass_kg = 48e3\n[structure.tendon]\narea_m2 = 1e-3\nmodulus_pa = 195e9\n"
+    study = read_study(written(tmp_path, GOOD + tables + "[structure.abutment]\ngap_m = 0.2\n"))
+    (tmp_path / "structures.toml").write_text(structures_text(study))
+    (frame,) = read_structures(tmp_path / "structures.toml")
+    assert frame.tendon == Tendon(area=1e-3, modulus=195e9, length=9.6)
+    assert frame.abutment == Abutment(gap=0.2)
+
+
+def test_tables_survive_the_plan_of_a_run(tmp_path: Path) -> None:
+    """A plan is JSON, which has no infinity: a tendon that never yields has yield stress null."""
+    text = GOOD + "[compare.restrained]\narea_m2 = 1e-3\nmodulus_pa = 195e9\n"
+    stated = read_study(written(tmp_path, text)).parameters()["compare"]
+    assert stated["restrained"]["yield_stress_pa"] is None
+    assert CompareEntry.model_validate(stated).restrained == Tendon(area=1e-3, modulus=195e9)
 
 
 def test_paths_are_beside_the_study_wherever_it_is_read_from(

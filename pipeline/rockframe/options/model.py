@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.dataclasses import dataclass as pydantic_dataclass
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from rockframe.errors import ParameterError
@@ -23,6 +27,8 @@ RULE: Final = "rule"
 VALUE: Final = "value"
 #: Type of a `ParameterError` that a model raises.
 REFUSED: Final = "value_error"
+#: Types of the error of an unknown key: of a model, and of a dataclass.
+UNKNOWN: Final = ("extra_forbidden", "unexpected_keyword_argument")
 _MUST_BE: Final = {
     "bool_type": "true or false",
     "float_type": "a number",
@@ -61,7 +67,11 @@ class Options(BaseModel, metaclass=_OneLine):
     """
 
     model_config = ConfigDict(
-        extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True
+        extra="forbid",
+        strict=True,
+        frozen=True,
+        use_attribute_docstrings=True,
+        serialize_by_alias=True,
     )
 
     def stated(self) -> dict[str, Any]:
@@ -101,7 +111,7 @@ def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
     name = named(".".join(names))
     if kind == VALUE:
         return f"{name} {error['msg']}."
-    if kind == "extra_forbidden":
+    if kind in UNKNOWN:
         return f"unknown option {name!r}."
     if kind == "missing" and not isinstance(error["loc"][-1], int):
         return f"{name} is missing. Must be stated."
@@ -125,9 +135,21 @@ def must_be(error: ErrorDetails) -> str:
     return _MUST_BE.get(kind, "valid")
 
 
-def options_within(annotation: Any) -> type[Options] | None:
-    """Return the option model inside an annotation, or None."""
-    if isinstance(annotation, type) and issubclass(annotation, Options):
+@cache
+def fields_of(table: type) -> dict[str, FieldInfo]:
+    """Return the fields of a model, or of a dataclass that is a table, by their key in files."""
+    if issubclass(table, BaseModel):
+        fields = table.model_fields
+    else:  # only pydantic's own dataclasses tell their fields
+        fields = pydantic_dataclass(frozen=True, kw_only=True)(table).__pydantic_fields__
+    return {field.alias or name: field for name, field in fields.items()}
+
+
+def options_within(annotation: Any) -> type | None:
+    """Return the option model, or the dataclass that is a table, inside an annotation, or None."""
+    if isinstance(annotation, type) and (
+        issubclass(annotation, Options) or is_dataclass(annotation)
+    ):
         return annotation
     found = (options_within(inner) for inner in get_args(annotation))
     return next((model for model in found if model is not None), None)

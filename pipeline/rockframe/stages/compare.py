@@ -16,8 +16,7 @@ from rockframe.results.records import open_records
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import WHOLE, Progress, accepted, horizontal, silent
-from rockframe.study.restraints import FixedEntry
-from rockframe.study.structures import CompareEntry, StructureEntry, read_bridges
+from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
 
@@ -105,11 +104,7 @@ def compare_stage(
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
     """Return the requested alternatives of a structure; by default all that are stated."""
     whole = entry.whole()
-    tendon, dissipater = whole.tendon, whole.dissipater
-    if tendon is None and stated.restrained is not None:
-        tendon = stated.restrained.made(whole.height)
-    if dissipater is None and stated.hybrid is not None:
-        dissipater = stated.hybrid.made()
+    tendon, dissipater = whole.tendon or stated.restrained, whole.dissipater or stated.hybrid
     free, isolated = replace(whole, tendon=None, dissipater=None), entry.isolated or stated.isolated
     made: dict[str, Callable[[], RockingFrame | IsolatedDeck | FixedFrame | None]] = {
         "restrained": lambda: entry.on_pivots(replace(free, tendon=tendon)) if tendon else None,
@@ -170,7 +165,7 @@ def _fixed(
                 f"{key} {getattr(entry, key)!r} of {frame.name!r}. Must be absent: columns of the "
                 "fixed bridge are solid and prismatic."
             )
-    return stated.made(
+    return stated.of_columns(
         height=entry.height_m,
         width=entry.width_m,
         depth=None if circular else entry.depth_m,

@@ -1,23 +1,32 @@
-"""Files of structures, and the bundled structures and records."""
+"""Files of structures and of the bridges to compare with, and the bundled ones."""
 
 from __future__ import annotations
 
 import math
 import warnings
+from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered, volume
 from rockframe.crushing import crushed
 from rockframe.errors import InputError, RockframeWarning, invalid
 from rockframe.frame import RockingFrame, unusual
 from rockframe.options.fields import Name
-from rockframe.options.model import Options
-from rockframe.study import restraints
+from rockframe.options.model import Options, rule
+from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.rivals import (
+    COLUMN_SHARE,
+    LIMIT_DUCTILITY,
+    YIELD_DISPLACEMENT,
+    FixedFrame,
+    IsolatedDeck,
+)
 from rockframe.study.toml import line_of, parse, read_text
+from rockframe.units import GRAVITY
 
 _PACKAGE: Final = Path(__file__).parents[1]
 #: The bundled structures.
@@ -38,7 +47,124 @@ def bundled_records() -> Path:
     return _PACKAGE.parents[1] / "records" / "ridgecrest2019"  # a source tree
 
 
-class StructureEntry(restraints.TableEntry):
+def _for_example(value: float) -> Any:
+    return Field(examples=[value])
+
+
+def _key(name: str, example: float | None = None) -> Any:
+    """Return the annotation of a field with its key in tables."""
+    return Field(alias=name, examples=[example] if example else None)
+
+
+class TableEntry(Options):
+    """A table that is checked by building the object that it describes."""
+
+    @model_validator(mode="after")
+    def _checked(self) -> Self:
+        try:
+            self.made()
+        except ArithmeticError:
+            message = "a value of this table is too large or too small to compute with"
+            raise rule(f"{message}. Check units and values") from None
+        return self
+
+    @abstractmethod
+    def made(self) -> Any:
+        """Return the object that the table describes."""
+
+
+class IsolatedEntry(TableEntry):
+    """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
+
+    strength_ratio: Annotated[float | None, _for_example(0.05)] = None
+    """Characteristic strength of lead-rubber bearings over the weight of the deck."""
+    period: Annotated[float | None, _key("period_s", 3.0)] = None
+    """Period from the stiffness of lead-rubber bearings after yielding [s]."""
+    effective_period: Annotated[float | None, _key("effective_period_s", 2.5)] = None
+    """Period from the secant stiffness at the design displacement [s]; replaces period_s."""
+    design_displacement: Annotated[float | None, _key("design_displacement_m", 0.25)] = None
+    """Design displacement [m]."""
+    yield_displacement: Annotated[float, _key("yield_displacement_m")] = YIELD_DISPLACEMENT
+    """Yield displacement of lead-rubber bearings [m]."""
+    radius: Annotated[float | None, _key("radius_m", 2.5)] = None
+    """Radius of friction pendulums [m]."""
+    friction: Annotated[float | None, _for_example(0.05)] = None
+    """Coefficient of friction of friction pendulums."""
+    damping_ratio: float = 0.0
+    """Viscous damping, as a fraction of critical damping."""
+
+    def made(self) -> IsolatedDeck:
+        """Return the deck on its isolators."""
+        stated = {name: value for name, value in self if value is not None}
+        if "radius" in stated or "friction" in stated:
+            for name, field in type(self).model_fields.items():
+                value = getattr(self, name)
+                if name not in ("radius", "friction", "damping_ratio") and value != field.default:
+                    raise invalid(name, value, "isolators", "absent where a pendulum is stated")
+            for name, other in (("radius", "friction"), ("friction", "radius_m")):
+                if name not in stated:
+                    message = f"stated together with {other}"
+                    raise invalid(name, None, "friction pendulums", message)
+            del stated["yield_displacement"]
+            return IsolatedDeck.friction_pendulum(**stated)
+        if self.strength_ratio is None:
+            pendulum = "stated, or radius_m and friction of a pendulum"
+            raise invalid("strength_ratio", None, "lead-rubber bearings", pendulum)
+        pair = {
+            "effective_period_s": self.effective_period,
+            "design_displacement_m": self.design_displacement,
+        }
+        secant = [key for key, value in pair.items() if value is not None]
+        if self.period is None and len(secant) < len(pair):
+            raise invalid("period", None, "bearings", f"stated, or {' and '.join(pair)}")
+        if self.period is not None and secant:
+            allowed = f"absent where {secant[0]} is stated"
+            raise invalid("period", self.period, "bearings", allowed)
+        return IsolatedDeck.lead_rubber(**stated)
+
+
+class FixedEntry(TableEntry):
+    """Columns that are monolithic with ground and deck."""
+
+    modulus: Annotated[float, _key("modulus_pa", 30.0e9)]
+    """Young's modulus of the columns [Pa]."""
+    cracked_stiffness_ratio: float = 1.0
+    """Stiffness of the cracked section over that of the uncracked section."""
+    damping_ratio: float = 0.05
+    """Viscous damping, as a fraction of critical damping."""
+    strength_ratio: Annotated[float | None, _for_example(0.2)] = None
+    """Force at first yield over the weight of the deck and of 13/35 of the columns; by default the
+    columns do not yield."""
+    moment_capacity: Annotated[float | None, _key("moment_capacity_nm", 4.0e6)] = None
+    """Moment at which both ends of a column yield [N m]; replaces strength_ratio."""
+    post_yield_ratio: float = 0.0
+    """Ratio of the stiffness after yielding to the elastic stiffness (hardening)."""
+    p_delta: bool = True
+    """Include P-delta: the moment of the weight of the deck and half the columns on the drift."""
+    limit_ductility: float = LIMIT_DUCTILITY
+    """Largest drift over the yield drift for which the model is valid; by default that of Caltrans,
+    Seismic Design Criteria 1.7, section 2.2.4, for bents of several columns."""
+
+    def made(self) -> FixedFrame:
+        """Return a frame with these columns; its dimensions are 1 m, and it has no P-delta."""
+        return self.of_columns(height=1.0, width=1.0, column_mass=0.0, deck_mass=1.0, p_delta=False)
+
+    def of_columns(self, **size: Any) -> FixedFrame:
+        """Return the frame of one column of a size: see `FixedFrame.from_columns`."""
+        stated = {name: value for name, value in self if value is not None}
+        moment = stated.pop("moment_capacity", None)
+        if moment is not None:
+            if self.strength_ratio is not None:
+                ratio = f"absent where strength_ratio {self.strength_ratio:g} is stated"
+                raise invalid("moment_capacity", moment, "columns", ratio)
+            if not moment > 0.0:
+                raise invalid("moment_capacity", moment, "columns", "positive")
+            moving = (size["deck_mass"] + COLUMN_SHARE * size["column_mass"]) * GRAVITY
+            stated["strength_ratio"] = 2.0 * moment / (size["height"] * moving)
+        return FixedFrame.from_columns(columns=1, **stated | size)
+
+
+class StructureEntry(TableEntry):
     """One ``[[structure]]`` of a file of structures.
 
     Parameters
@@ -91,12 +217,12 @@ class StructureEntry(restraints.TableEntry):
     beam_depth_m: float | None = None
     column_mass_kg: float | None = None
     density_kg_m3: float | None = None
-    tendon: restraints.TendonEntry | None = None
-    dissipater: restraints.DissipaterEntry | None = None
-    pivot: restraints.PivotEntry | None = None
-    abutment: restraints.AbutmentEntry | None = None
-    isolated: restraints.IsolatedEntry | None = None
-    fixed: restraints.FixedEntry | None = None
+    tendon: Tendon | None = None
+    dissipater: Dissipater | None = None
+    pivot: Pivot | None = None
+    abutment: Abutment | None = None
+    isolated: IsolatedEntry | None = None
+    fixed: FixedEntry | None = None
 
     def made(self) -> RockingFrame:
         """Return the frame that the entry describes; its edges crush if the entry states a pivot.
@@ -124,14 +250,14 @@ class StructureEntry(restraints.TableEntry):
             centre_of_gravity=shape.centre_of_gravity if stated else None,
             beam_depth=self.beam_depth_m,
             column_mass=self._mass(),
-            tendon=None if self.tendon is None else self.tendon.made(self.height_m),
-            dissipater=None if self.dissipater is None else self.dissipater.made(),
-            abutment=None if self.abutment is None else self.abutment.made(),
+            tendon=self.tendon,
+            dissipater=self.dissipater,
+            abutment=self.abutment,
         )
 
     def on_pivots(self, frame: RockingFrame) -> RockingFrame:
         """Return the frame with crushed edges, if the entry states a pivot."""
-        return frame if self.pivot is None else crushed(frame, self.pivot.made())
+        return frame if self.pivot is None else crushed(frame, self.pivot)
 
     def _mass(self) -> float | None:
         """Return the mass of a column, stated or from its density [kg]."""
@@ -196,13 +322,13 @@ class CompareEntry(Options):
         None
     )
     """Rivals to compute; by default all that are stated."""
-    restrained: restraints.TendonEntry | None = None
+    restrained: Tendon | None = None
     """Tendons of structures that state none."""
-    hybrid: restraints.DissipaterEntry | None = None
+    hybrid: Dissipater | None = None
     """Dissipaters of structures that state none, in addition to their tendons."""
-    isolated: restraints.IsolatedEntry | None = None
+    isolated: IsolatedEntry | None = None
     """Isolators of structures that state none."""
-    fixed: restraints.FixedEntry | None = None
+    fixed: FixedEntry | None = None
     """Monolithic columns of structures that state none."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import textwrap
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from rockframe.errors import InputError
 from rockframe.options.execution import BatchOptions, FigureOptions, ReportOptions
 from rockframe.options.fields import File, Name, Texts
 from rockframe.options.ingest import Filters, IngestOptions
-from rockframe.options.model import Options, options_within
+from rockframe.options.model import Options, fields_of, options_within
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import (
     RespondOptions,
@@ -209,14 +210,17 @@ def structures_text(study: Study) -> str:
     lines = []
     for entry in study.tables.structure:
         lines.append("[[structure]]")
-        stated = entry.model_dump(exclude_none=True)
+        stated = entry.model_dump()
         tables = {key: stated.pop(key) for key in list(stated) if isinstance(stated[key], dict)}
-        lines += [f"{key} = {json.dumps(value)}" for key, value in stated.items()]
+        lines += _stated_keys(stated)
         for name, table in tables.items():
-            lines.append(f"[structure.{name}]")
-            lines += [f"{key} = {json.dumps(value)}" for key, value in table.items()]
+            lines += [f"[structure.{name}]", *_stated_keys(table)]
         lines.append("")
     return "\n".join(lines)
+
+
+def _stated_keys(table: dict[str, Any]) -> list[str]:
+    return [f"{key} = {json.dumps(value)}" for key, value in table.items() if value is not None]
 
 
 #: File name of the schema, beside the studies that refer to it.
@@ -253,7 +257,7 @@ def commented_study(name: str) -> str:
         if table is None or key == "structure":
             continue
         keys = _keys(table)
-        for inner, nested in table.model_fields.items():
+        for inner, nested in fields_of(table).items():
             below = options_within(nested.annotation)
             if below is not None:
                 keys += ["", *_comment(below.__doc__ or ""), f"[{key}.{inner}]", *_keys(below)]
@@ -272,16 +276,17 @@ def schema() -> str:
     >>> json.loads(schema())["additionalProperties"]
     False
     """
-    return json.dumps(StudyTables.model_json_schema(), indent=2, sort_keys=True) + "\n"
+    tables = StudyTables.model_json_schema()
+    return json.dumps(tables, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
-def _keys(table: type[Options], skip: tuple[str, ...] = ()) -> list[str]:
+def _keys(table: type, skip: tuple[str, ...] = ()) -> list[str]:
     lines: list[str] = []
-    for key, field in table.model_fields.items():
+    for key, field in fields_of(table).items():
         if key in skip or options_within(field.annotation) is not None:
             continue
         lines += _comment(field.description or "")
-        if field.default is None or field.default is PydanticUndefined:
+        if field.default in (None, PydanticUndefined, math.inf):
             lines.append(f"# {key} = {_toml((field.examples or [''])[0])}")
         else:
             lines.append(f"{key} = {_toml(field.default)}")

@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_origin
 from pydantic import ValidationError
 
 from rockframe.errors import InputError, ParameterError, meant
-from rockframe.options.model import REFUSED, RULE, VALUE, Options, explain, options_within
+from rockframe.options.model import (
+    REFUSED,
+    RULE,
+    UNKNOWN,
+    VALUE,
+    Options,
+    explain,
+    fields_of,
+    options_within,
+)
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -40,7 +49,7 @@ def parse(path: Path, text: str, model: type[File]) -> File:
         return model.model_validate(content)
     except ValidationError as invalid:
         # unknown keys first: an unknown key is often a missing key misspelt
-        errors = sorted(invalid.errors(), key=lambda error: error["type"] != "extra_forbidden")
+        errors = sorted(invalid.errors(), key=lambda error: error["type"] not in UNKNOWN)
         message, where = _explain(errors[0], model)
         raise InputError(path, message, line_of(text, where)) from None
 
@@ -87,9 +96,9 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     if kind in (RULE, VALUE) or (kind == "missing" and isinstance(where[-1], int)):
         return of_value
     table, owner = _owner(model, names[:-1])
-    if kind == "extra_forbidden":
-        known = [_written(owner, key, table) for key in owner.model_fields]
-        hint = meant(names[-1], owner.model_fields)
+    if kind in UNKNOWN:
+        known = [_written(owner, key, table) for key in fields_of(owner)]
+        hint = meant(names[-1], fields_of(owner))
         key = _dotted(model, names)
         return f"unknown key {key!r}. Must be one of: {', '.join(known)}.{hint}", where
     whole = _written(owner, names[-1], table)
@@ -99,7 +108,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
     elif kind == "missing":
         each = f" in {'each ' if table.startswith('[[') else ''}{table}" if table else ""
         return f"key {names[-1]!r} missing. Must be stated{each}.", where[:-1]
-    if kind == "model_type":
+    if kind in {"model_type", "dataclass_type"}:
         return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
     return of_value
 
@@ -118,21 +127,24 @@ def _invalid_quantity(
     return f"{stated} {error.value!r}. Must be {error.allowed}.", (*where, *keys)
 
 
-def _keys(model: type[Options], quantity: str) -> tuple[str, ...]:
-    """Return the path to the key of a quantity; a key is the quantity's name with its unit."""
-    for name, field in model.model_fields.items():
+def _keys(model: type, quantity: str) -> tuple[str, ...]:
+    """Return the path to the key of a quantity; a key is the quantity's name with its unit.
+
+    A quantity of a certain table is preceded by its name, as in ``fixed.modulus``.
+    """
+    for name, field in fields_of(model).items():
         inner = options_within(field.annotation)
-        below = () if inner is None else _keys(inner, quantity)
+        below = () if inner is None else _keys(inner, quantity.removeprefix(f"{name}."))
         if below or (quantity and re.fullmatch(f"{re.escape(quantity)}{_UNIT}", name)):
             return name, *below
     return ()
 
 
-def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Options]]:
+def _owner(model: type, names: tuple[str, ...]) -> tuple[str, type]:
     """Return the header of the table at this path, as written in the file, and its model."""
     written = ""
     for name in names:
-        inner = options_within(model.model_fields[name].annotation)
+        inner = options_within(fields_of(model)[name].annotation)
         if inner is None:
             break
         written = _written(model, name, written)
@@ -140,11 +152,11 @@ def _owner(model: type[Options], names: tuple[str, ...]) -> tuple[str, type[Opti
     return written, model
 
 
-def _written(model: type[Options], key: str, table: str) -> str:
+def _written(model: type, key: str, table: str) -> str:
     """Return a key as written in the file; a table is in brackets."""
-    if key not in model.model_fields:
+    if key not in fields_of(model):
         return key
-    annotation = model.model_fields[key].annotation
+    annotation = fields_of(model)[key].annotation
     if options_within(annotation) is None:
         return key
     if table:
