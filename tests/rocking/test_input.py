@@ -14,6 +14,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking import margins, respond_many
+from rockframe.rocking.design import Design
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Verdict, respond
 from rockframe.wavelets.pulse import Pulse
@@ -164,3 +165,21 @@ def test_balanced_on_the_barrier_counts_as_overturned_without_a_time() -> None:
     assert response.verdict is Verdict.OVERTURNED
     assert math.isnan(response.overturning_time)
     assert response.peak_rotation == 0.5 * math.pi
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"dimension": "depth"}, "dimension 'depth'. Must be height, width or mass_ratio."),
+        ({"lowest": 0.0}, "design range [0, 4]. Must be positive, and increase."),
+        ({"steps": 1}, "steps 1. Must be at least 2."),
+    ],
+)
+def test_a_design_in_python_has_the_limits_of_that_in_a_study(
+    stated: dict[str, object], words: str
+) -> None:
+    """`DesignOptions` states them once; mass ratios may begin at 0, a column alone."""
+    valid = {"dimension": "height", "lowest": 2.0, "highest": 4.0, "steps": 3}
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        Design(**{**valid, **stated})  # type: ignore[arg-type]
+    assert Design(dimension="mass_ratio", lowest=0.0, highest=4.0, steps=3).values[0] == 0.0

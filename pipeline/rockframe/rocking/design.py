@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.column import SECTIONS, inertia_ratio_of
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import DesignOptions
 
 Float = NDArray[np.float64]
 
@@ -21,8 +22,6 @@ DIMENSIONS: Final = {
     "width": "width of the columns [m] at constant height",
     "mass_ratio": "mass of the beam over that of all columns [1], with unchanged columns",
 }
-#: Largest number of values. Each is a structure that is computed under all motions.
-_MOST_STEPS: Final = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +46,7 @@ class Design:
     Raises
     ------
     ParameterError
-        If the dimension is unknown, or a number is out of range.
+        If `DesignOptions` does not allow a value.
 
     Examples
     --------
@@ -64,28 +63,9 @@ class Design:
     quantity: str = "rotation_ratio"
 
     def __post_init__(self) -> None:
-        if self.dimension not in DIMENSIONS:
-            raise ParameterError(
-                f"Invalid dimension {self.dimension!r}. Must be one of: {', '.join(DIMENSIONS)}."
-            )
-        least = 0.0 if self.dimension == "mass_ratio" else math.ulp(0.0)
-        if not (least <= self.lowest < self.highest < math.inf):
-            raise ParameterError(
-                f"Invalid range {self.lowest!r} to {self.highest!r} of the {self.dimension}. Must "
-                "be positive, finite and increasing."
-            )
-        if not 0.0 < self.limit < math.inf:
-            raise ParameterError(
-                f"Invalid limit {self.limit!r} of {self.quantity}. Must be positive and finite."
-            )
-        if not 0.0 < self.share <= 1.0:
-            raise ParameterError(
-                f"Invalid share {self.share!r} of the motions. Must be above 0 and at most 1."
-            )
-        if not 2 <= self.steps <= _MOST_STEPS:
-            raise ParameterError(
-                f"Invalid number of steps {self.steps}. Must be 2 to {_MOST_STEPS}."
-            )
+        stated = {field.name: getattr(self, field.name) for field in fields(self)}
+        span = stated.pop("lowest"), stated.pop("highest")
+        DesignOptions(range=span, **stated)
 
     @property
     def values(self) -> Float:
