@@ -32,6 +32,7 @@ from .matching.signal import Weighting as Weighting
 from .options.ingest import FetchOptions as FetchOptions
 from .options.ingest import Filters as Filters
 from .options.ingest import IngestOptions as IngestOptions
+from .options.passport import PassportLimits as PassportLimits
 from .options.pulse import PulseOptions as PulseOptions
 from .options.respond import DesignOptions as DesignOptions
 from .options.respond import Ensemble as Ensemble
@@ -115,7 +116,6 @@ from .stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
 from .stages.spectrum import spectrum_stage as spectrum_stage
 from .stages.table import fetch_stage as fetch_stage
 from .stages.table import merge_stage as merge_stage
-from .study.passport import PassportLimits as PassportLimits
 from .study.structures import bundled_records as bundled_records
 from .study.structures import read_structures as read_structures
 from .wavelets.family import RICKERS as RICKERS

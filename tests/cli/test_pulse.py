@@ -11,12 +11,12 @@ import xarray as xr
 
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.options.passport import PassportLimits
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.results.records import open_records, write_records
 from rockframe.signals.passport import passport
 from rockframe.stages.pulse import pulse_stage
-from rockframe.study.passport import PassportLimits
 from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(1500, dtype=np.float64)

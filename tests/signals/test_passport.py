@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import read_file
 from rockframe.options.ingest import IngestOptions
+from rockframe.options.passport import PassportLimits
 from rockframe.paper.table1 import paper_records
 from rockframe.record import Record, SiteType
 from rockframe.results.records import read_records
@@ -30,7 +31,7 @@ from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_peri
 from rockframe.signals.passport import CheckVerdict, Passport, passport
 from rockframe.signals.processing import BandPass, correct, integrate
 from rockframe.stages.ingest import ingest_stage
-from rockframe.study.passport import PassportLimits, read_limits
+from rockframe.study.toml import read_limits
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]

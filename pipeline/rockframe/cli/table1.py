@@ -106,7 +106,7 @@ def _validate(options: argparse.Namespace) -> None:
     """Validate all options and the structures before anything is computed."""
     from rockframe.results.tables.formats import require_format
     from rockframe.stages.respond import choose_structures
-    from rockframe.study.passport import read_limits
+    from rockframe.study.toml import read_limits
 
     require_format(Path("table" + TABLE_FORMATS[options.format]))
     ingest = chosen(options, IngestOptions)

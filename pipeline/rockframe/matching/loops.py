@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.kernels.compiled import compiled
+from rockframe.compiled import compiled
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -23,8 +23,8 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.compiled import compiled
 from rockframe.rivals import Constants
-from rockframe.rocking.kernels.compiled import compiled
 
 Float = NDArray[np.float64]
 #: Branch, displacement, velocity and z.

@@ -23,8 +23,8 @@ from rockframe.provenance import (
     versions,
 )
 from rockframe.runs.step import INPUTS, STRUCTURES, Step, steps_of
-from rockframe.study.passport import read_limits
 from rockframe.study.study import Study, structures_text
+from rockframe.study.toml import read_limits
 
 #: Hidden folder of a run for its internal files: plan, stamps, lock.
 KEPT: Final = ".rockframe"

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from rockframe.options.passport import PassportLimits
 from rockframe.record import Record, SiteType
 from rockframe.signals.measures import (
     arias_intensity,
@@ -20,7 +21,6 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.processing import Float, integrate, peak
-from rockframe.study.passport import PassportLimits
 
 #: The checks in order: unit, and True if the limit is a lower limit, False if it is an upper one.
 CHECKS: Final = {

@@ -13,11 +13,11 @@ import numpy as np
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import Rejection, Unread
 from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.passport import PassportLimits
 from rockframe.record import Record
 from rockframe.results.tables.entries import Entry, write_entries
 from rockframe.signals.passport import Passport, passport
 from rockframe.signals.processing import BandPass, correct
-from rockframe.study.passport import PassportLimits
 from rockframe.units import GRAVITY
 
 #: Status of the rows of the table, in the order of the table.

@@ -24,13 +24,14 @@ from rockframe.ingest import (
 )
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.passport import PassportLimits
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.results.records import open_records, write_records
 from rockframe.results.tables.entries import Entry, refuse_strange_entries
 from rockframe.results.writing import require_ending
 from rockframe.stages.acceptance import Acceptance, Ingested
 from rockframe.stages.rotation import rotated, sweeps
-from rockframe.study.passport import PassportLimits, read_limits
+from rockframe.study.toml import read_limits
 
 
 def ingest_stage(

@@ -1,4 +1,4 @@
-"""Read a TOML file into a strict model; each error is one line with the line number."""
+"""Read TOML files into strict models; each error is one line with the line number."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from rockframe.options.model import (
     fields_of,
     options_within,
 )
+from rockframe.options.passport import PassportLimits
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -219,3 +220,33 @@ def read_text(path: Path) -> str:
         raise InputError(path, f"{what}.") from None
     except UnicodeDecodeError as error:
         raise InputError(path, f"is not TOML: {error.reason} at byte {error.start}.") from None
+
+
+class _LimitsFile(Options):
+    passport: PassportLimits = PassportLimits()
+
+
+def read_limits(path: Path) -> PassportLimits:
+    r"""Read the limits of the record passport.
+
+    Parameters
+    ----------
+    path : Path
+        TOML file with a ``[passport]`` table; missing keys keep their defaults.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, has an unknown key or an invalid value, or a
+        rejection limit that is stricter than the warning limit.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "limits.toml")
+    ...     _ = path.write_text("[passport]\nend_velocity_share_reject = 0.5\n")
+    ...     read_limits(path).end_velocity_share_reject
+    0.5
+    """
+    return parse(path, read_text(path), _LimitsFile).passport

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.rocking.kernels.compiled import compiled, inlined
+from rockframe.compiled import compiled, inlined
 from rockframe.wavelets.mother import Complex, Float
 
 #: Distance from the limits at 0 and +-1 within which the window's spectrum is a sum of three sincs.

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.kernels.compiled import compiled, inlined
+from rockframe.compiled import compiled, inlined
 
 Float = NDArray[np.float64]
 

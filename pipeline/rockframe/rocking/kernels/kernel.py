@@ -23,7 +23,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.kernels.compiled import compiled, inlined
+from rockframe.compiled import compiled, inlined
 from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, derivatives, shift
 from rockframe.rocking.kernels.steps import (
     ALOFT,

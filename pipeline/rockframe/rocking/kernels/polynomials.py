@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, TypeAlias
 
-from rockframe.rocking.kernels.compiled import compiled, inlined
+from rockframe.compiled import compiled, inlined
 
 #: Coefficients of a polynomial of degree 9, the constant term first.
 Polynomial: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float]

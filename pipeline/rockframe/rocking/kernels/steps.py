@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import Final, TypeAlias
 
-from rockframe.rocking.kernels.compiled import compiled, inlined
+from rockframe.compiled import compiled, inlined
 from rockframe.rocking.kernels.polynomials import (
     NEVER,
     Polynomial,

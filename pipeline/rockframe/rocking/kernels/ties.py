@@ -18,7 +18,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.kernels.compiled import compiled
+from rockframe.compiled import compiled
 from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, first_rise
 
 Float = NDArray[np.float64]

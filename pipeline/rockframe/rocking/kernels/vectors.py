@@ -20,7 +20,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.kernels.compiled import inlined
+from rockframe.compiled import inlined
 from rockframe.rocking.kernels.polynomials import Polynomial, shift
 from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker
 

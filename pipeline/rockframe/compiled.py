@@ -8,25 +8,24 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import numba
 from numba.core.caching import FunctionCache
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+#: Files whose compiled functions call each other; a file elsewhere calls only its own.
+_KERNELS: Final = sorted((Path(__file__).parent / "rocking" / "kernels").glob("*.py"))
 
 
 @cache
 def _fingerprint(source: Path) -> str:
-    """Hash a source file and all files whose functions it may call.
-
-    Numba itself misses changes in other files. Files of this folder call each other; a file
-    elsewhere calls no compiled function of another file.
+    """Hash a source file and all files whose functions it may call: numba itself misses changes
+    in other files.
     """
     digest = hashlib.sha256()
-    for path in _SOURCES if source in _SOURCES else (Path(__file__), source):
+    for path in (Path(__file__), *(_KERNELS if source in _KERNELS else [source])):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
 from rockframe.options.model import Options, rule
-from rockframe.study.toml import parse, read_text
 from rockframe.units import GRAVITY
 
 #: Zero or positive. Infinity disables an upper limit, and 0 a lower one.
@@ -152,33 +150,3 @@ class PassportLimits(Options):
                     f"{check}_reject {reject:g}. Must be {bound} {check}_warn, {warn:g}",
                 )
         return self
-
-
-class _LimitsFile(Options):
-    passport: PassportLimits = PassportLimits()
-
-
-def read_limits(path: Path) -> PassportLimits:
-    r"""Read the limits of the record passport.
-
-    Parameters
-    ----------
-    path : Path
-        TOML file with a ``[passport]`` table; missing keys keep their defaults.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, is not TOML, has an unknown key or an invalid value, or a
-        rejection limit that is stricter than the warning limit.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "limits.toml")
-    ...     _ = path.write_text("[passport]\nend_velocity_share_reject = 0.5\n")
-    ...     read_limits(path).end_velocity_share_reject
-    0.5
-    """
-    return parse(path, read_text(path), _LimitsFile).passport

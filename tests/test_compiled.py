@@ -16,24 +16,22 @@ import pytest
 from numba.core import caching
 
 from rockframe.cli.main import main
+from rockframe.compiled import compiled
 from rockframe.oscillators import kernel as oscillators
 from rockframe.rocking.kernels import kernel, lanes
-from rockframe.rocking.kernels.compiled import compiled
 
 
 def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
     """Numba checks the time and size of one file only, but functions are inlined from others."""
-    sources = sys.modules[compiled.__module__]._SOURCES  # noqa: SLF001
-    texts = {path: path.read_text() for path in Path(kernel.__file__).parent.glob("*.py")}
-    using = {path for path, text in texts.items() if "@compiled\n" in text or "@inlined\n" in text}
-    assert {*sources} >= using | {Path(kernel.__file__).with_name("compiled.py")}
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
-    for function in (kernel.integrate, lanes.integrate_lanes):
+    own = Path(compiled.__code__.co_filename)
+    kernels = sorted(Path(kernel.__file__).parent.glob("*.py"))
+    for function, sources in (
+        (kernel.integrate, kernels),
+        (lanes.integrate_lanes, kernels),
+        (oscillators.integrate, [Path(oscillators.__file__)]),
+    ):
+        digest = hashlib.sha256(b"".join(path.read_bytes() for path in (own, *sources)))
         assert digest.hexdigest()[:12] in cast("Any", function).py_func.__qualname__
-    elsewhere = hashlib.sha256(Path(kernel.__file__).with_name("compiled.py").read_bytes())
-    elsewhere.update(Path(oscillators.__file__).read_bytes())
-    qualname = cast("Any", oscillators.integrate).py_func.__qualname__
-    assert elsewhere.hexdigest()[:12] in qualname
 
 
 @pytest.fixture
@@ -86,7 +84,7 @@ def hook(module, code):
     kept(module, code)
 codegen.JITCodeLibrary._object_compiled_hook = hook
 
-from rockframe.rocking.kernels.compiled import compiled
+from rockframe.compiled import compiled
 
 def twice(x):
     return 2.0 * x
